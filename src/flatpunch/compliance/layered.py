@@ -1,0 +1,142 @@
+"""Surface compliance of a stack of homogeneous layers.
+
+Pressure p at wavenumber k pushes the surface in by u = C(k) p with C = 2 L/(E* k); L -> 1 for k -> infinity. What lies
+below a depth enters only through its flexibility H, (u_r, u_z) = H (s_rz, s_zz)/k, a 2x2 matrix: zero on a rigid base,
+constant over k on a half-space. H is carried up layer by layer. With the stresses divided by k, the fields of a layer
+obey y' = A y in the depth k z, and A has the double eigenvalues +-1, so (A^2 - 1)^2 = 0 and
+
+    exp(-A x) = cosh x + (x/2) sinh x P - A [sinh x + (x cosh x - sinh x) P / 2],      P = A^2 - 1.
+
+The growth exp(x) is divided out, so nothing overflows; every coefficient of A is finite at nu = 1/2.
+Valid for any -1 < nu <= 1/2, any number of layers, sticking or sliding interfaces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.media import HalfSpace, Layer, Medium
+
+SATURATION = 25.0
+"""k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
+
+
+def layered_response(medium: Medium, k: Array) -> Array:
+    """Dimensionless response L(k) = E* k C(k)/2 of a stack of homogeneous layers.
+
+    Parameters
+    ----------
+    medium : Medium
+        Homogeneous layers on a HalfSpace or RigidBase.
+    k : ndarray, shape (n,)
+        Wavenumbers [1/m], > 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        L(k) [-]. Relative error below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision).
+    """
+    if not medium.layers:
+        return np.ones_like(k)
+    top = medium.layers[0]
+    response = np.ones_like(k)
+    inside = k * top.thickness < SATURATION
+    if inside.any():
+        scale = _shear_modulus(top)
+        flexibility = stack_flexibility(medium, k[inside], scale)
+        response[inside] = -flexibility[1, 1] / (1 - top.poisson)
+    return response
+
+
+def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
+    """Flexibility H of the stack at its surface, times the shear modulus `scale`; shape (2, 2, n)."""
+    base = medium.base
+    if isinstance(base, HalfSpace):
+        flexibility = half_space_flexibility(base, scale, k.shape)
+    else:
+        flexibility = np.zeros((2, 2, *k.shape))
+    for layer in reversed(medium.layers):
+        flexibility = carry_through(layer, flexibility, k, scale)
+    return flexibility
+
+
+def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[int, ...]) -> Array:
+    """Flexibility of a homogeneous half-space times `scale`: the subspace of fields that decay with depth."""
+    nu = body.poisson
+    g = scale / _shear_modulus(body)
+    constant = g * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
+    return np.broadcast_to(constant[:, :, None], (2, 2, *shape)).copy()
+
+
+def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
+    """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
+    x = k * layer.thickness
+    hidden = x >= SATURATION
+    x = np.minimum(x, SATURATION)
+    states = _states_below(layer, below)
+    system = _system(layer, scale)
+    nilpotent = system @ system - np.eye(4)
+    decay = np.exp(-2 * x)
+    cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
+    f1 = x * sinh / 2
+    f3 = _x_cosh_minus_sinh(x, cosh, sinh) / 2
+    # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
+    first = np.tensordot(system, states, axes=1)
+    second = np.tensordot(nilpotent, states, axes=1)
+    third = np.tensordot(system @ nilpotent, states, axes=1)
+    carried = cosh * states + f1 * second - sinh * first - f3 * third
+    above = _divide(carried[:2], carried[2:])
+    if hidden.any():
+        above[..., hidden] = half_space_flexibility(layer, scale, (int(hidden.sum()),))
+    return above
+
+
+def _shear_modulus(body: HalfSpace | Layer) -> float:
+    return body.young / (2 * (1 + body.poisson))
+
+
+def _system(layer: Layer, scale: float) -> Array:
+    """Matrix A of the fields of a layer over k z, stresses in units of `scale`."""
+    nu, mu = layer.poisson, _shear_modulus(layer) / scale
+    lam = nu / (1 - nu)
+    return np.array(
+        [
+            [0, 1, 1 / mu, 0],
+            [-lam, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
+            [2 * mu / (1 - nu), 0, 0, lam],
+            [0, 0, -1, 0],
+        ]
+    )
+
+
+def _states_below(layer: Layer, below: Array) -> Array:
+    """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
+    states = np.zeros((4, 2, below.shape[-1]))
+    if layer.bonded:
+        states[:2] = below
+        states[2, 0] = states[3, 1] = 1
+    else:
+        states[0, 0] = 1
+        states[1, 1] = below[1, 1]
+        states[3, 1] = 1
+    return states
+
+
+def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:
+    """(x cosh x - sinh x) exp(-x) without cancellation; `cosh`, `sinh` carry the factor exp(-x) already."""
+    y = x * x
+    # x^3 sum_j 2(j+1)/(2j+3)! x^(2j): ten terms leave 1e-18 at x = 1
+    series = np.zeros_like(x)
+    factorial = 6.0 * np.cumprod([1.0] + [(2 * j + 2) * (2 * j + 3) for j in range(1, 10)])
+    for j in range(9, -1, -1):
+        series = series * y + 2 * (j + 1) / factorial[j]
+    return np.where(x < 1, x * y * series * np.exp(-x), x * cosh - sinh)
+
+
+def _divide(upper: Array, lower: Array) -> Array:
+    """`upper` times the inverse of `lower`, both (2, 2, n)."""
+    determinant = lower[0, 0] * lower[1, 1] - lower[0, 1] * lower[1, 0]
+    adjugate = np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]])
+    product = np.einsum("ijn,jkn->ikn", upper, adjugate)
+    return np.asarray(product / determinant)

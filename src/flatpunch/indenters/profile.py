@@ -1,0 +1,42 @@
+"""What the contact theory asks of an indenter: the gap f(r, phi) at first touch and its slope.
+
+f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete
+indenters are frozen dataclasses, one per file; none is subclassed.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from flatpunch._validation import Array
+
+
+@runtime_checkable
+class Indenter(Protocol):
+    """Rigid, smooth, frictionless indenter."""
+
+    @property
+    def exponent(self) -> float | None:
+        """n of a power-law shape f = r^n psi(phi); None for every other shape."""
+
+    @property
+    def reach(self) -> float:
+        """Radius up to which the shape is defined [m]; infinite for the idealised ones."""
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Polar angles in [0, 2 pi) at which f has an edge, ascending; empty for smooth outlines."""
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        """Radii > 0 at which the slope df/dr jumps [m]; empty for most shapes."""
+
+    @property
+    def round(self) -> bool:
+        """Whether f depends on r alone."""
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f(r, phi) [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""

@@ -1,0 +1,147 @@
+"""Homogeneous layers, bases, and the stack made of them.
+
+z points into the material, the free surface is z = 0, and layers are listed from the surface down. All objects are
+frozen, validated once, and hashable, so that solutions can be cached by the medium they belong to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from flatpunch._validation import poisson_ratio, positive
+
+_ORDER = "Layers run from the free surface down; what lies below them all is the base."
+
+
+def plane_strain_modulus(young: float, poisson: float) -> float:
+    """Plane-strain modulus E* = E/(1 - nu^2) [Pa]."""
+    return young / (1 - poisson**2)
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """Homogeneous isotropic elastic layer.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa], > 0.
+    poisson : float
+        Poisson ratio [-], -1 < poisson <= 0.5. 0.5 is incompressible and allowed.
+    thickness : float
+        Thickness h [m], > 0.
+    bonded : bool
+        Whether the lower face sticks to what lies below; otherwise it slides without friction (and does not lift off).
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is outside its range; the message names it.
+    """
+
+    young: float
+    poisson: float
+    thickness: float
+    bonded: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young", positive("Layer.young", self.young))
+        object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
+        object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER))
+        if not isinstance(self.bonded, bool):
+            raise TypeError(f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction).")
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* at the upper face [Pa]."""
+        return plane_strain_modulus(self.young, self.poisson)
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpace:
+    """Homogeneous isotropic elastic half-space; a body by itself or the base under layers.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa], > 0.
+    poisson : float
+        Poisson ratio [-], -1 < poisson <= 0.5.
+    """
+
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young", positive("HalfSpace.young", self.young))
+        object.__setattr__(self, "poisson", poisson_ratio("HalfSpace.poisson", self.poisson))
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* [Pa]."""
+        return plane_strain_modulus(self.young, self.poisson)
+
+    @property
+    def length(self) -> float:
+        """Own length l [m]: infinite, a half-space has none."""
+        return float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class RigidBase:
+    """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Medium:
+    """Stack of layers on a base.
+
+    Parameters
+    ----------
+    layers : sequence of Layer
+        From the free surface down. Empty only on an elastic base.
+    base : HalfSpace or RigidBase
+        What lies below the lowest layer.
+    """
+
+    layers: tuple[Layer, ...]
+    base: HalfSpace | RigidBase
+
+    def __init__(self, layers: Iterable[Any] = (), base: Any = None) -> None:
+        object.__setattr__(self, "layers", _as_layers(layers))
+        object.__setattr__(self, "base", base)
+        if not isinstance(base, (HalfSpace, RigidBase)):
+            raise TypeError(
+                f"Medium.base = {base!r} must be HalfSpace(young=..., poisson=...) or RigidBase(): it is what lies below all layers."
+            )
+        if not self.layers and isinstance(base, RigidBase):
+            raise ValueError("Medium.layers is empty on a rigid base, so nothing can deform. Add a Layer, or use a HalfSpace as base.")
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* of the material at z = 0 [Pa]."""
+        top = self.layers[0] if self.layers else self.base
+        assert not isinstance(top, RigidBase)
+        return top.surface_modulus
+
+    @property
+    def length(self) -> float:
+        """Own length l [m] with beta = a/l: thickness of the top layer, infinite without layers."""
+        return self.layers[0].thickness if self.layers else float("inf")
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of all layers together [m]."""
+        return sum(layer.thickness for layer in self.layers)
+
+
+def _as_layers(layers: Iterable[Any]) -> tuple[Layer, ...]:
+    if isinstance(layers, Layer):
+        raise TypeError("Medium.layers is one Layer; give a list, also of one: Medium([layer], base=...).")
+    checked = tuple(layers)
+    for i, layer in enumerate(checked):
+        if not isinstance(layer, Layer):
+            raise TypeError(f"Medium.layers[{i}] = {layer!r} must be a Layer. {_ORDER}")
+    return checked

@@ -1,0 +1,95 @@
+"""Pressures on the unit disc with the edge singularity of a punch, and the functionals that act on them.
+
+For the angular harmonic m (design 2.2):
+
+    p_n(r) = r^m P_n^(m,-1/2)(1 - 2 r^2) / (binom(n - 1/2, n) sqrt(1 - r^2)),     Hankel transform j_(m+2n)(k),
+
+with edge coefficient (-1)^n. On a half-space of modulus 1 their matrix is diagonal, D_n = pi/(2(m + 2n) + 1), so what is
+slow in n (the singular edge functionals of cones and the like) has closed forms there, collected here; a medium changes
+the leading block alone.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.special import beta as beta_function
+from scipy.special import eval_jacobi
+
+from flatpunch._validation import Array
+
+
+def half_space_diagonal(m: int, terms: int) -> Array:
+    """D_n = pi/(2(m + 2n) + 1), shape (terms,)."""
+    return np.asarray(np.pi / (2 * (m + 2 * np.arange(terms)) + 1))
+
+
+def edge_signs(terms: int) -> Array:
+    """Edge coefficients s_n = (-1)^n of the basis; S[c] = s.c is the strength of the edge singularity."""
+    return np.where(np.arange(terms) % 2 == 0, 1.0, -1.0)
+
+
+def edge_slopes(terms: int) -> Array:
+    """Weights t_n = -(-1)^n n (2n + 1) of the next term at the edge (m = 0), which governs d'(a)."""
+    n = np.arange(terms)
+    return np.asarray(-edge_signs(terms) * n * (2 * n + 1))
+
+
+def normalisation(terms: int) -> Array:
+    """binom(n - 1/2, n), shape (terms,)."""
+    n = np.arange(1, terms)
+    return np.cumprod(np.concatenate([[1.0], (n - 0.5) / n]))
+
+
+def regular_part(m: int, terms: int, r: Array) -> Array:
+    """p_n(r) sqrt(1 - r^2) at 0 <= r <= 1; shape (terms, *r.shape)."""
+    n = np.arange(terms).reshape(-1, *([1] * np.ndim(r)))
+    jacobi = eval_jacobi(n, m, -0.5, 1 - 2 * r**2)
+    return np.asarray(r**m * jacobi / normalisation(terms).reshape(n.shape))
+
+
+def power_moments(exponent: float, m: int, terms: int) -> Array:
+    """b_l[r^n] = int_0^1 r^n p_l r dr in closed form; shape (terms,)."""
+    gamma = (exponent - m) / 2
+    b = np.empty(terms)
+    b[0] = 0.5 * beta_function((exponent + m) / 2 + 1, 0.5)
+    n = np.arange(terms - 1)
+    b[1:] = b[0] * np.cumprod((n - gamma) / (n + gamma + m + 1.5))
+    return b
+
+
+def power_edge(exponent: float, m: int) -> float:
+    """S of the half-space pressure for the displacement r^n cos(m phi): 1/B((m + n + 1)/2, 1/2)."""
+    return float(1 / beta_function((m + exponent + 1) / 2, 0.5))
+
+
+@lru_cache(maxsize=64)
+def projection(m: int, terms: int, nodes: int) -> tuple[Array, Array]:
+    """Radii r, shape (nodes,), and matrix M, shape (terms, nodes), with b_l[f] = M f(r).
+
+    Gauss-Legendre in theta, r = cos(theta): the integrand is smooth for any profile smooth in r, kinked at r = 0 or not.
+    """
+    t, v = np.polynomial.legendre.leggauss(nodes)
+    theta = np.pi / 4 * (t + 1)
+    r = np.cos(theta)
+    return r, regular_part(m, terms, r) * (r * v * np.pi / 4)
+
+
+@lru_cache(maxsize=64)
+def edge_rules(m: int, nodes: int) -> tuple[Array, Array, Array]:
+    """Weights on the radii of `projection` for the half-space edge functionals of a general profile.
+
+    Returns
+    -------
+    value : ndarray, shape (nodes,)
+        b_0[f] = value.f(r) for harmonic m; S0_m[f] = ((m + 1) b_0[f] + b_0[r f'])/pi.
+    slope : ndarray, shape (nodes,)
+        S0_0[r g'] = (g(1) - slope.(g(r) - g(1)))/pi for g(0) = 0, by parts so that g' need not exist everywhere.
+    r : ndarray, shape (nodes,)
+        The radii.
+    """
+    r, matrix = projection(m, 1, nodes)
+    _, v = np.polynomial.legendre.leggauss(nodes)
+    sine = np.sqrt((1 - r) * (1 + r))
+    return matrix[0], r * v * np.pi / 4 / sine**2, r
