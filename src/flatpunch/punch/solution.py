@@ -1,0 +1,152 @@
+"""One rigid cylindrical flat punch on a medium, solved directly (paper equations (P1), (P2), (P21))."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from flatpunch._validation import Array, FlatpunchWarning, positive, values
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.media import HalfSpace, Medium
+from flatpunch.punch.basis import power_moments, regular_part
+from flatpunch.punch.family import check_resolution
+from flatpunch.punch.matrix import Answers, solve_round, sufficient_terms
+
+
+@dataclass(frozen=True)
+class FlatPunch:
+    """Solution for a rigid, frictionless, cylindrical punch with a flat end.
+
+    Attributes
+    ----------
+    radius : float
+        Punch radius a [m].
+    modulus : float
+        Plane-strain modulus E* of the surface [Pa].
+    beta : float
+        a/l, l the medium's own length; 0 on a half-space.
+    coefficients : ndarray, shape (terms,)
+        c_n of the pressure E*/a sum c_n p_n(r/a) per unit depth (basis of `flatpunch.punch.basis`, m = 0).
+    error : float
+        Estimated relative error of stiffness, edge coefficient and moments: change when the last quarter of the terms is
+        left out, plus rounding.
+    """
+
+    radius: float
+    modulus: float
+    beta: float
+    coefficients: Array
+    error: float
+    _edge: Array = field(repr=False)
+
+    @property
+    def normalized_stiffness(self) -> float:
+        """Kbar = F/(2 E* a d) [-] of (P2); 1 on a half-space."""
+        return float(np.pi * self.coefficients[0])
+
+    @property
+    def stiffness(self) -> float:
+        """Contact stiffness K = dF/dd [N/m]."""
+        return 2 * self.modulus * self.radius * self.normalized_stiffness
+
+    @property
+    def edge_coefficient(self) -> float:
+        """Limit of pbar sqrt(1 - rho^2) at the edge [-]; its square is d(a Kbar)/da (Krein)."""
+        return float(1 + np.pi * self._edge[0])
+
+    @cached_property
+    def lowest_pressure(self) -> float:
+        """Smallest value of pbar sqrt(1 - rho^2) [-]; negative where the punch would have to pull."""
+        r = np.append(np.sin(np.linspace(0, np.pi / 2, 200)[:-1]), 1.0)
+        return float(np.min(np.pi * self.coefficients @ regular_part(0, self.coefficients.size, r)))
+
+    def pressure(self, r: float | Array) -> Array:
+        """Pressure per unit depth, p(r)/d.
+
+        Parameters
+        ----------
+        r : float or array
+            Distance from the axis [m], >= 0.
+
+        Returns
+        -------
+        ndarray, shape of `r`
+            [Pa/m]; infinite at r = a, zero outside.
+        """
+        r = np.asarray(r, dtype=float)
+        if not np.all(np.isfinite(r)) or np.any(r < 0):
+            raise ValueError("r must be finite and >= 0: it is the distance from the punch's axis in metres.")
+        rho = np.minimum(r / self.radius, 1.0)
+        smooth = np.tensordot(self.coefficients, regular_part(0, self.coefficients.size, rho), axes=1)
+        with np.errstate(divide="ignore"):
+            inside = self.modulus / self.radius * smooth / np.sqrt((1 - rho) * (1 + rho))
+        return np.where(r <= self.radius, inside, 0.0)
+
+    def moment(self, exponent: float) -> float:
+        """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho of (P21) for real n > 0 [-]."""
+        exponent = positive("exponent", exponent)
+        b = power_moments(exponent, 0, self.coefficients.size)
+        return float((exponent + 1) * np.pi * b @ self.coefficients)
+
+
+def flat_punch(medium: HalfSpace | Medium, radius: float) -> FlatPunch:
+    """Press a rigid cylindrical punch with a flat end into a medium.
+
+    Parameters
+    ----------
+    medium : HalfSpace or Medium
+        The elastic body.
+    radius : float
+        Punch radius a [m], > 0.
+
+    Returns
+    -------
+    FlatPunch
+        Stiffness, pressure, moments and edge coefficient, with an error estimate.
+
+    Warns
+    -----
+    FlatpunchWarning
+        If the pressure is negative somewhere (stiff films): the punch would have to pull.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive, or so large that the thinnest layer cannot be resolved.
+    """
+    radius = positive("radius", radius)
+    kernel = compliance(medium)
+    beta = radius / kernel.length
+    if kernel.homogeneous:
+        return FlatPunch(radius, kernel.modulus, 0.0, np.array([1 / np.pi]), 0.0, np.zeros(1))
+    check_resolution(kernel, beta)
+    terms = sufficient_terms(kernel, beta)
+    answers = _solve(kernel, beta, terms)
+    punch = FlatPunch(
+        radius, kernel.modulus, beta, answers.flat[0], _error(kernel, beta, terms, answers), answers.edge[0]
+    )
+    if punch.lowest_pressure < 0:
+        warnings.warn(
+            f"The pressure under a flat punch of radius {radius:.3g} m (beta = {beta:.3g}) is negative in part: a stiff film "
+            "bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off there.",
+            FlatpunchWarning,
+            stacklevel=2,
+        )
+    return punch
+
+
+def _solve(kernel: Kernel, beta: float, terms: int) -> Answers:
+    return solve_round(kernel, values("beta", beta), terms)
+
+
+def _error(kernel: Kernel, beta: float, terms: int, answers: Answers) -> float:
+    """Change of stiffness and edge coefficient when a quarter of the terms is left out, plus rounding."""
+    fewer = _solve(kernel, beta, max(terms - max(terms // 4, 2), 2))
+    stiffness = abs(fewer.flat[0, 0] / answers.flat[0, 0] - 1)
+    edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * answers.edge[0, 0]) - 1)
+    # L - 1 is known to eps; under thin incompressible layers the smallest eigenvalue of A is about 1/Kbar
+    rounding = 4 * np.finfo(float).eps * max(1.0, np.pi * float(answers.flat[0, 0]))
+    return float(max(stiffness, edge) + rounding)
