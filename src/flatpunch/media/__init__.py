@@ -1,5 +1,24 @@
 """Elastic bodies as data: layers, bases, media. Nothing here knows of wavenumbers or contact."""
 
 from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media.formula import Formula
+from flatpunch.media.graded import GradedLayer
+from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
+from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.two_bodies import TwoBodies
 
-__all__ = ["HalfSpace", "Layer", "Medium", "RigidBase"]
+__all__ = [
+    "Constant",
+    "DepthTable",
+    "ExponentialModulus",
+    "Formula",
+    "GradedLayer",
+    "HalfSpace",
+    "Layer",
+    "LinearModulus",
+    "Medium",
+    "PowerLawHalfSpace",
+    "PowerModulus",
+    "RigidBase",
+    "TwoBodies",
+]

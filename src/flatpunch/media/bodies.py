@@ -1,7 +1,7 @@
-"""Homogeneous layers, bases, and the stack made of them.
+"""Homogeneous layers, bases, and the stack made of layers of all kinds.
 
-z points into the material, the free surface is z = 0, and layers are listed from the surface down. All objects are
-frozen, validated once, and hashable, so that solutions can be cached by the medium they belong to.
+z points into the material, the free surface is z = 0, and layers are listed from the surface down. All objects
+are frozen, validated once, and hashable, so that solutions can be cached by the medium they belong to.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatpunch._validation import poisson_ratio, positive
+from flatpunch.media.graded import GradedLayer
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
@@ -33,7 +34,7 @@ class Layer:
     thickness : float
         Thickness h [m], > 0.
     bonded : bool
-        Whether the lower face sticks to what lies below; otherwise it slides without friction (and does not lift off).
+        Whether the lower face sticks to what lies below; otherwise it slides without friction (no lift-off).
 
     Raises
     ------
@@ -51,7 +52,9 @@ class Layer:
         object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
         object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER))
         if not isinstance(self.bonded, bool):
-            raise TypeError(f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction).")
+            raise TypeError(
+                f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction)."
+            )
 
     @property
     def surface_modulus(self) -> float:
@@ -100,13 +103,13 @@ class Medium:
 
     Parameters
     ----------
-    layers : sequence of Layer
+    layers : sequence of Layer and GradedLayer
         From the free surface down. Empty only on an elastic base.
     base : HalfSpace or RigidBase
         What lies below the lowest layer.
     """
 
-    layers: tuple[Layer, ...]
+    layers: tuple[Layer | GradedLayer, ...]
     base: HalfSpace | RigidBase
 
     def __init__(self, layers: Iterable[Any] = (), base: Any = None) -> None:
@@ -114,10 +117,14 @@ class Medium:
         object.__setattr__(self, "base", base)
         if not isinstance(base, (HalfSpace, RigidBase)):
             raise TypeError(
-                f"Medium.base = {base!r} must be HalfSpace(young=..., poisson=...) or RigidBase(): it is what lies below all layers."
+                f"Medium.base = {base!r} must be HalfSpace(young=..., poisson=...) or RigidBase(): "
+                "it is what lies below all layers."
             )
         if not self.layers and isinstance(base, RigidBase):
-            raise ValueError("Medium.layers is empty on a rigid base, so nothing can deform. Add a Layer, or use a HalfSpace as base.")
+            raise ValueError(
+                "Medium.layers is empty on a rigid base, so nothing can deform. "
+                "Add a Layer, or use a HalfSpace as base."
+            )
 
     @property
     def surface_modulus(self) -> float:
@@ -137,11 +144,11 @@ class Medium:
         return sum(layer.thickness for layer in self.layers)
 
 
-def _as_layers(layers: Iterable[Any]) -> tuple[Layer, ...]:
-    if isinstance(layers, Layer):
-        raise TypeError("Medium.layers is one Layer; give a list, also of one: Medium([layer], base=...).")
+def _as_layers(layers: Iterable[Any]) -> tuple[Layer | GradedLayer, ...]:
+    if isinstance(layers, (Layer, GradedLayer)):
+        raise TypeError("Medium.layers is one layer; give a list, also of one: Medium([layer], base=...).")
     checked = tuple(layers)
     for i, layer in enumerate(checked):
-        if not isinstance(layer, Layer):
-            raise TypeError(f"Medium.layers[{i}] = {layer!r} must be a Layer. {_ORDER}")
+        if not isinstance(layer, (Layer, GradedLayer)):
+            raise TypeError(f"Medium.layers[{i}] = {layer!r} must be a Layer or a GradedLayer. {_ORDER}")
     return checked

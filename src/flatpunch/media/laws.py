@@ -1,0 +1,162 @@
+"""Material constants as functions of depth: named laws and tables.
+
+Each law is a small frozen object, called with depths z [m] from the layer's own top, shape (n,), and equal to another
+one with the same parameters, so that media made of them can be cached and written to a case file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from flatpunch._validation import Array, positive, real, values
+
+Law = Callable[[Array], Array]
+"""Depths z [m], shape (n,) -> values, shape (n,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinearModulus:
+    """E(z) = top + (bottom - top) z/thickness.
+
+    Parameters
+    ----------
+    top, bottom : float
+        Young's modulus at z = 0 and at z = thickness [Pa], > 0.
+    thickness : float
+        Depth at which `bottom` is reached [m], > 0.
+    """
+
+    top: float
+    bottom: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "top", "bottom", "thickness")
+
+    def __call__(self, z: Array) -> Array:
+        """Young's modulus [Pa] at depths z [m]."""
+        return self.top + (self.bottom - self.top) * (np.asarray(z) / self.thickness)
+
+
+@dataclass(frozen=True, slots=True)
+class ExponentialModulus:
+    """E(z) = top (bottom/top)^(z/thickness).
+
+    Parameters
+    ----------
+    top, bottom : float
+        Young's modulus at z = 0 and at z = thickness [Pa], > 0.
+    thickness : float
+        Depth at which `bottom` is reached [m], > 0.
+    """
+
+    top: float
+    bottom: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "top", "bottom", "thickness")
+
+    def __call__(self, z: Array) -> Array:
+        """Young's modulus [Pa] at depths z [m]."""
+        return np.asarray(
+            self.top * np.exp(np.log(self.bottom / self.top) * (np.asarray(z) / self.thickness))
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PowerModulus:
+    """E(z) = top + (bottom - top) (z/thickness)^exponent, the usual law of metal-ceramic coatings.
+
+    Parameters
+    ----------
+    top, bottom : float
+        Young's modulus at z = 0 and at z = thickness [Pa], > 0.
+    thickness : float
+        Depth at which `bottom` is reached [m], > 0.
+    exponent : float
+        > 0; 1 is the linear law.
+    """
+
+    top: float
+    bottom: float
+    thickness: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "top", "bottom", "thickness", "exponent")
+
+    def __call__(self, z: Array) -> Array:
+        """Young's modulus [Pa] at depths z [m]."""
+        return self.top + (self.bottom - self.top) * (np.asarray(z) / self.thickness) ** self.exponent
+
+
+@dataclass(frozen=True, slots=True)
+class DepthTable:
+    """Values at depths, joined by the monotone cubic of Fritsch and Butland (PCHIP): no overshoot.
+
+    Parameters
+    ----------
+    depths : sequence of float
+        Depths z [m] from the layer's own top, ascending from 0; at least two.
+    entries : sequence of float
+        The value at each depth.
+    """
+
+    depths: tuple[float, ...]
+    entries: tuple[float, ...]
+    _curve: Any = field(init=False, repr=False, compare=False, default=None)
+
+    def __post_init__(self) -> None:
+        z = values("DepthTable.depths", self.depths)
+        v = values("DepthTable.entries", self.entries, minimum=-np.inf)
+        if z.size != v.size or z.size < 2:
+            raise ValueError(
+                f"DepthTable has {z.size} depths and {v.size} entries; it needs as many of one as of the other, "
+                "at least two."
+            )
+        steps = np.diff(z)
+        if (steps <= 0).any():
+            i = int(np.argmax(steps <= 0)) + 1
+            raise ValueError(f"DepthTable.depths[{i}] = {z[i]:g} must lie below {z[i - 1]:g}: depths ascend.")
+        object.__setattr__(self, "depths", tuple(z.tolist()))
+        object.__setattr__(self, "entries", tuple(v.tolist()))
+        object.__setattr__(self, "_curve", PchipInterpolator(z, v))
+
+    def __call__(self, z: Array) -> Array:
+        """Values at depths z [m]; beyond the table its last cubic goes on."""
+        return np.asarray(self._curve(z))
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Depths at which the second derivative jumps [m]."""
+        return self.depths[1:-1]
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """The same value at every depth.
+
+    Parameters
+    ----------
+    value : float
+    """
+
+    value: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", real("Constant.value", self.value))
+
+    def __call__(self, z: Array) -> Array:
+        """The value at depths z [m]."""
+        return np.full(np.shape(z), self.value)
+
+
+def _check_positive(law: Any, *names: str) -> None:
+    for name in names:
+        object.__setattr__(law, name, positive(f"{type(law).__name__}.{name}", getattr(law, name)))

@@ -1,0 +1,48 @@
+"""Two elastic bodies pressed together: in the contact their surface displacements add."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
+
+
+@dataclass(frozen=True, slots=True)
+class TwoBodies:
+    """Two elastic bodies in contact; the gap between them is the indenter's, whichever of them is curved.
+
+    Parameters
+    ----------
+    upper, lower : Medium, HalfSpace or RigidBase
+        The bodies, each described from its own contact surface inwards. One may be rigid.
+    """
+
+    upper: HalfSpace | Medium | RigidBase
+    lower: HalfSpace | Medium | RigidBase
+
+    def __post_init__(self) -> None:
+        for name in ("upper", "lower"):
+            body = getattr(self, name)
+            if not isinstance(body, (HalfSpace, Medium, RigidBase)):
+                raise TypeError(
+                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, or RigidBase() "
+                    "for a rigid body."
+                )
+        if isinstance(self.upper, RigidBase) and isinstance(self.lower, RigidBase):
+            raise ValueError("TwoBodies.upper and TwoBodies.lower are both rigid, so nothing can deform.")
+
+    @property
+    def elastic(self) -> tuple[HalfSpace | Medium, ...]:
+        """The bodies that deform, upper first."""
+        return tuple(body for body in (self.upper, self.lower) if not isinstance(body, RigidBase))
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* of the pair [Pa], 1/E* = sum of both."""
+        return 1 / sum(1 / body.surface_modulus for body in self.elastic)
+
+    @property
+    def length(self) -> float:
+        """Own length l [m]: the upper body's, or the lower's if the upper has none."""
+        lengths = [body.length for body in self.elastic]
+        return lengths[0] if lengths[0] != float("inf") else lengths[-1]
