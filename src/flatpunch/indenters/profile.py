@@ -1,7 +1,11 @@
 """What the contact theory asks of an indenter: the gap f(r, phi) at first touch and its slope.
 
-f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete
-indenters are frozen dataclasses, one per file; none is subclassed.
+f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0.
+Concrete indenters are frozen dataclasses, one per file; none is subclassed.
+
+Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. A shape that is made of
+pieces joined without an edge may name the joints in `seams`, polar angles like `corners`; quadrature over the
+angle is then split there as well.
 """
 
 from __future__ import annotations
@@ -17,7 +21,7 @@ class Indenter(Protocol):
 
     @property
     def exponent(self) -> float | None:
-        """n of a power-law shape f = r^n psi(phi); None for every other shape."""
+        """Exponent n of a power-law shape f = r^n psi(phi); None for every other shape."""
 
     @property
     def reach(self) -> float:
@@ -40,3 +44,6 @@ class Indenter(Protocol):
 
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
+
+    def __hash__(self) -> int:
+        """Equal indenters share what has been computed for them."""

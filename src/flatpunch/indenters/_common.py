@@ -1,0 +1,46 @@
+"""What several indenters share: the check of inclinations and the spreading of radial values over angles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from flatpunch._validation import Array, real
+
+FULL_TURN = 2 * math.pi
+
+
+def inclination(name: str, value: Any) -> float:
+    """Return `value` as an inclination between surface and face, 0 < value < pi/2 [rad]."""
+    number = real(name, value)
+    if not 0 < number < math.pi / 2:
+        raise ValueError(
+            f"{name} = {number!r} must lie in 0 < inclination < pi/2: the angle between surface and face in "
+            "radians. "
+            "Degrees go through math.radians; a half-opening angle t measured from the axis is pi/2 - t."
+        )
+    return number
+
+
+def spread(radial: Array, phi: Array) -> Array:
+    """Values that depend on the radius alone, broadcast against the angles into an array of their own."""
+    result = np.empty(np.broadcast_shapes(np.shape(radial), np.shape(phi)))
+    result[...] = radial
+    return result
+
+
+def power(r: Array, exponent: float) -> Array:
+    """r^exponent for r >= 0; infinite at r = 0 when the exponent is negative."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.power(r, exponent))
+
+
+def corner_angles(name: str, angles: Any) -> tuple[float, ...]:
+    """Return polar angles brought to [0, 2 pi), ascending, each once."""
+    try:
+        listed = [real(f"{name}[{i}]", angle) for i, angle in enumerate(angles)]
+    except TypeError as error:
+        raise TypeError(f"{name} = {angles!r} must be a sequence of polar angles [rad]. {error}") from None
+    return tuple(sorted({angle % FULL_TURN for angle in listed}))

@@ -1,0 +1,124 @@
+"""Quadrature over the polar angle, and the angular harmonics of functions sampled on it.
+
+Smooth outlines take equally spaced angles (exponential convergence), outlines with edges Gauss panels from
+edge to edge. The number of angles grows until the angular means of f and of its logarithm stand still, so
+that means are at rounding.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters.profile import Indenter
+
+_STILL = 2e-14
+"""Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
+
+_MOST = 8192
+
+
+def angular_rule(
+    indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None
+) -> tuple[Array, Array]:
+    """Angles and weights for means over the polar angle.
+
+    Parameters
+    ----------
+    indenter : Indenter
+        Hashable; its `corners` (and `seams`, where it has any: joints without an edge) split the rule.
+    harmonics_hint : int
+        Highest harmonic of interest; products of two harmonics up to it are integrated at rounding as well.
+    radius : float, optional
+        Largest radius of interest [m]. Without it the reach of the indenter, or 1 where that is infinite
+        (power laws look the same at every radius).
+
+    Returns
+    -------
+    phi, weights : ndarray, shape (n,)
+        Angles in [0, 2 pi) [rad] and weights that sum to 1; read-only, shared between calls.
+    """
+    if radius is None:
+        radius = indenter.reach if np.isfinite(indenter.reach) else 1.0
+    return _rule(indenter, int(harmonics_hint), float(radius))
+
+
+@lru_cache(maxsize=256)
+def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
+    breaks = sorted({*indenter.corners, *getattr(indenter, "seams", ())})
+    size = _first_size(breaks, order)
+    phi, weights = _nodes(breaks, size)
+    if not indenter.round:
+        radii = (
+            np.array([1.0])
+            if indenter.exponent is not None
+            else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
+        )
+        means, scale = _means(indenter, radii, phi, weights)
+        while phi.size < _MOST:
+            finer = _nodes(breaks, 2 * size if not breaks else size + 8)
+            new, scale = _means(indenter, radii, *finer)
+            still = bool((np.abs(new - means) <= _STILL * scale).all())
+            if still:
+                break
+            size, (phi, weights), means = (2 * size if not breaks else size + 8), finer, new
+    phi.setflags(write=False)
+    weights.setflags(write=False)
+    return phi, weights
+
+
+def _first_size(breaks: list[float], order: int) -> int:
+    """Angles of the whole turn, or of one panel: enough for cos(2 order phi)."""
+    if not breaks:
+        return max(64, 4 * (order // 2 + 1) * 2)
+    widest = float(np.diff([*breaks, breaks[0] + FULL_TURN]).max())
+    # n Gauss nodes integrate cos(q t) over a panel of width w at rounding from n = q w/4 + 10 on
+    return int(np.ceil(2 * order * widest / 4)) + 10 if len(breaks) <= 64 else 8
+
+
+def _nodes(breaks: list[float], size: int) -> tuple[Array, Array]:
+    if not breaks:
+        return FULL_TURN * np.arange(size) / size, np.full(size, 1 / size)
+    edges = np.array([*breaks, breaks[0] + FULL_TURN])
+    t, v = np.polynomial.legendre.leggauss(size)
+    half = np.diff(edges)[:, None] / 2
+    phi = (edges[1:] + edges[:-1])[:, None] / 2 + half * t
+    return np.mod(phi.ravel(), FULL_TURN), (half * v).ravel() / FULL_TURN
+
+
+def _means(indenter: Indenter, radii: Array, phi: Array, weights: Array) -> tuple[Array, Array]:
+    """Angular means of f and ln f at some radii, and the scales by which their changes are judged."""
+    f = indenter.height(radii[:, None], phi)
+    touching = ~(f > 0).all(axis=1)
+    mean = f @ weights
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # relative to the mean, so that units do not matter; a radius with f = 0 has no logarithm and is
+        # judged by f alone
+        logarithm = np.where(touching, 0.0, np.log(f / mean[:, None]) @ weights)
+    return np.concatenate([mean, logarithm]), np.concatenate([np.abs(mean), np.ones_like(mean)])
+
+
+def harmonics(values: Array, phi: Array, weights: Array, order: int) -> tuple[Array, Array]:
+    """Angular harmonics: values = v_0 + sum_m v_m cos m phi + w_m sin m phi.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., n)
+        Function at the angles `phi`.
+    phi, weights : ndarray, shape (n,)
+        From `angular_rule`.
+    order : int
+        Highest harmonic.
+
+    Returns
+    -------
+    v, w : ndarray, shape (..., order + 1)
+        v[..., 0] is the mean and w[..., 0] zero.
+    """
+    m = np.arange(order + 1)
+    scaled = np.where(m == 0, 1.0, 2.0) * weights[:, None]
+    angle = np.outer(phi, m)
+    return np.asarray(values @ (scaled * np.cos(angle))), np.asarray(values @ (scaled * np.sin(angle)))
