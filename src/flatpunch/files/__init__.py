@@ -1,0 +1,7 @@
+"""Reading and writing: case files with units, result files. No mechanics here."""
+
+from flatpunch.files.cases import Case, read_case
+from flatpunch.files.results import ResultError, load, save
+from flatpunch.files.tables import CaseError
+
+__all__ = ["Case", "CaseError", "ResultError", "load", "read_case", "save"]

@@ -1,0 +1,179 @@
+"""What all tables of a case file share: field types that read units, unknown-field advice, and readable error messages.
+
+Each table of the file is one pydantic model that knows how to build the object it describes. Ranges are checked by those
+objects alone; here their messages are traced back to the field and to the value as it stands in the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, get_args
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    StrictBool,
+    StrictInt,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from flatpunch.files import units
+
+
+class CaseError(ValueError):
+    """A case file that cannot be read or does not describe a case; the message says where and what to do."""
+
+
+def _reader(dimension: units.Dimension) -> BeforeValidator:
+    return BeforeValidator(lambda value: units.to_si(value, dimension))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("must be a plain number, without quotation marks and without a unit.")
+    return float(value)
+
+
+Length = Annotated[float, _reader(units.LENGTH), Field(description="a length such as '1.2 um'")]
+Pressure = Annotated[float, _reader(units.PRESSURE), Field(description="a pressure such as '5 kPa'")]
+Force = Annotated[float, _reader(units.FORCE), Field(description="a force such as '2.5 nN'")]
+Angle = Annotated[float, _reader(units.ANGLE), Field(description="an angle such as '35 deg'")]
+Curvature = Annotated[float, _reader(units.CURVATURE), Field(description="a curvature such as '0.05 1/um'")]
+Number = Annotated[float, BeforeValidator(_number), Field(description="a number such as 0.3")]
+Count = Annotated[StrictInt, Field(description="a whole number such as 4")]
+Switch = Annotated[StrictBool, Field(description="true or false")]
+
+
+class Table(BaseModel):
+    """One table of a case file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    section: ClassVar[str] = ""  # name of the table in the file, where `kind` chooses between several models
+    _built: Any = PrivateAttr(default=None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_fields_only(cls, data: Any) -> Any:
+        """Refuse unknown fields before pydantic does: here the nearest known name can be suggested."""
+        if not isinstance(data, Mapping):
+            raise PydanticCustomError("table", "must be a table with the fields {fields}", {"fields": cls._listed()})
+        known = list(cls.model_fields)
+        for name in data:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+                advice = f"did you mean '{near[0]}'?" if near else f"known here: {cls._listed()}."
+                raise PydanticCustomError("unknown_field", "{advice}", {"field": name, "advice": advice})
+        return data
+
+    @model_validator(mode="after")
+    def _buildable(self, info: ValidationInfo) -> Table:
+        folder = (info.context or {}).get("folder", Path())
+        self._built = self.build(folder)
+        return self
+
+    def build(self, folder: Path) -> Any:
+        """Return the object this table describes; paths in it are relative to `folder`."""
+        raise NotImplementedError
+
+    @property
+    def built(self) -> Any:
+        """The object this table describes."""
+        return self._built
+
+    @classmethod
+    def _listed(cls) -> str:
+        return ", ".join(cls.model_fields)
+
+
+_TOP_LEVEL = ("title", "method", "angles")
+
+
+def explain(details: Sequence[ErrorDetails], data: Any) -> str:
+    """Return pydantic's list of errors as sentences that name the field, its value in the file and the remedy."""
+    return "\n".join(_sentence(entry, data) for entry in details)
+
+
+_SHAPES = {"list_type": "must be a list", "model_attributes_type": "must be one table", "model_type": "must be one table"}
+
+
+def _sentence(entry: ErrorDetails, data: Any) -> str:
+    value, kind, context = entry["input"], entry["type"], entry.get("ctx", {})
+    path = _path(entry["loc"], data, missing=kind == "missing")
+    if kind == "unknown_field":
+        return _unknown(path, str(context["field"]), str(context["advice"]))
+    if kind == "missing":
+        return f"{path} is missing{_needed(str(entry['loc'][-1]))}."
+    if kind == "value_error":
+        return _value_error(path, value, str(context["error"]))
+    if kind == "union_tag_not_found":
+        return f"{path}.kind is missing; it is one of {_kinds(path)}."
+    if kind == "union_tag_invalid":
+        return f"{path}.kind = {context['tag']!r} is unknown; it is one of {context['expected_tags']}."
+    if kind in _SHAPES:
+        return f"{path} {_SHAPES[kind]}: write {'[[' if kind == 'list_type' else '['}{path}{']]' if kind == 'list_type' else ']'}."
+    message = entry["msg"].replace("Input should be", "must be")
+    return f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {value!r} {message}."
+
+
+def _kinds(section: str) -> str:
+    tables = [table for table in _all_tables(Table) if table.section == section.split(".")[-1]]
+    return ", ".join(repr(kind) for table in tables for kind in get_args(table.model_fields["kind"].annotation))
+
+
+def _unknown(path: str, field: str, advice: str) -> str:
+    full = _join(path, field)
+    if path and field in _TOP_LEVEL:
+        advice = f"'{field}' belongs at the top of the file, above the first [table]."
+    return f"{full} is no known field; {advice}"
+
+
+def _value_error(path: str, value: Any, message: str) -> str:
+    """Rewrite "Layer.thickness = -2e-06 must be ..." in the words of the file; other messages follow the field's value."""
+    match = re.match(r"(?:\w+\.)?(\w+) = (.+?) ((?:must|has|does|is) .*)", message, re.DOTALL)
+    if match and isinstance(value, Mapping):
+        field, si_value, rest = match.groups()
+        written = value.get(field)
+        shown = repr(written) if isinstance(written, (str, int, float)) else si_value
+        return f"{_join(path, field)} = {shown} {rest}"
+    if isinstance(value, (Mapping, list)):
+        return f"{path}: {message}" if path else message
+    return f"{path} = {value!r} {message}"
+
+
+def _needed(field: str) -> str:
+    """What a missing field wants, from the description of its type wherever a table has it."""
+    for table in _all_tables(Table):
+        info = table.model_fields.get(field)
+        if info is not None and info.description:
+            return f"; it needs {info.description}"
+    return ""
+
+
+def _all_tables(root: type[Table]) -> list[type[Table]]:
+    return [table for child in root.__subclasses__() for table in (child, *_all_tables(child))]
+
+
+def _path(location: Sequence[str | int], data: Any, *, missing: bool) -> str:
+    """`layers[0].thickness` from pydantic's location, without the union tags in it: those are no keys of the file."""
+    path, here = "", data
+    for i, step in enumerate(location):
+        if isinstance(step, int):
+            path += f"[{step}]"
+            here = here[step] if isinstance(here, list) and step < len(here) else None
+        elif isinstance(here, Mapping) and step in here:
+            path, here = _join(path, step), here[step]
+        elif missing and i == len(location) - 1:
+            path = _join(path, step)
+    return path
+
+
+def _join(path: str, step: str) -> str:
+    return f"{path}.{step}" if path else step

@@ -1,0 +1,139 @@
+"""Quantities with units, as people write them in case files: "1.2 um", "5 kPa", "35 deg".
+
+Inside the package numbers are plain floats in SI; this is the only module where units have names. A quantity is a number,
+then a unit expression that `pint` understands. A bare number is refused where a unit is due: it would be right only by luck.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """Kind of quantity: the name used in messages, the SI unit, an example, and unit names worth suggesting."""
+
+    name: str
+    unit: str
+    example: str
+    common: tuple[str, ...]
+
+    @property
+    def phrase(self) -> str:
+        """Name with its article, for messages."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+
+_LENGTHS = ("m", "cm", "mm", "um", "nm", "pm")
+LENGTH = Dimension("length", "m", "1.2 um", _LENGTHS)
+PRESSURE = Dimension("pressure", "Pa", "5 kPa", ("Pa", "kPa", "MPa", "GPa", "TPa", "bar", "psi"))
+FORCE = Dimension("force", "N", "2.5 nN", ("N", "kN", "MN", "mN", "uN", "nN", "pN", "lbf"))
+ANGLE = Dimension("angle", "rad", "35 deg", ("deg", "rad", "mrad", "degree", "radian"))
+CURVATURE = Dimension("curvature", "1/m", "0.05 1/um", tuple(f"1/{unit}" for unit in _LENGTHS))
+DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE)
+
+
+@functools.cache
+def registry() -> Any:
+    """Return the unit registry, made on first use: importing pint takes longer than solving a case."""
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+def to_si(value: Any, dimension: Dimension) -> float:
+    """Return a quantity as a float in SI units.
+
+    Parameters
+    ----------
+    value : str
+        Number and unit, "1.2 um".
+    dimension : Dimension
+        What the quantity must be.
+
+    Raises
+    ------
+    ValueError
+        If it is something else. The message continues a sentence that starts "<field> = <value> ".
+    """
+    remedy = f"{dimension.phrase} such as {dimension.example!r} is needed"
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise ValueError(f"is no quantity; {remedy}, written as text with its unit.")
+    if not isinstance(value, str):
+        raise ValueError(f"has no unit; {remedy}, in quotation marks.")
+    match = _NUMBER_AND_UNIT.fullmatch(value)
+    if match is None:
+        raise ValueError(f"does not start with a number; {remedy}.")
+    number, unit = float(match[1]), match[2]
+    if not unit:
+        raise ValueError(f"has no unit; {remedy}.")
+    result = number * _scale(unit, dimension, remedy)
+    if not math.isfinite(result):
+        raise ValueError(f"is not finite; {remedy}.")
+    return result
+
+
+def _scale(unit: str, dimension: Dimension, remedy: str) -> float:
+    """SI value of one `unit`."""
+    ureg = registry()
+    try:
+        one = ureg.Quantity(1.0, ureg.parse_units(unit))
+        target = ureg.parse_units(dimension.unit)
+        compatible = one.is_compatible_with(target)
+    except Exception:
+        # pint raises a dozen unrelated types here (AttributeError, DefinitionSyntaxError, TokenError, ...): all mean "not a unit".
+        raise ValueError(f"has the unknown unit {unit!r}{_suggestion(unit, dimension)}; {remedy}.") from None
+    # An angle has no dimension for pint, and a percentage or a plain ratio would pass for one.
+    if compatible and dimension is ANGLE:
+        compatible = bool(re.search("radian|degree|arc|turn|grad", str(one.units)))
+    if not compatible:
+        raise ValueError(f"has {_dimension_name(one)}; {remedy}.")
+    return float(one.to(target).magnitude)
+
+
+def _suggestion(unit: str, dimension: Dimension) -> str:
+    names = [name for known in (dimension, *DIMENSIONS) for name in known.common]
+    same_letters = [name for name in names if name.lower() == unit.lower()]
+    near = same_letters or difflib.get_close_matches(unit, names, n=1, cutoff=0.5)
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def _dimension_name(quantity: Any) -> str:
+    if re.search("radian|degree", str(quantity.units)):
+        return "the dimension of an angle"
+    for known in DIMENSIONS:
+        if known is not ANGLE and quantity.is_compatible_with(known.unit):
+            return f"the dimension of {known.phrase}"
+    if quantity.dimensionless:
+        return "no dimension"
+    return f"the dimension {quantity.dimensionality}"
+
+
+PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+
+
+def readable(largest: float, unit: str) -> tuple[float, str]:
+    """Return the factor and unit that bring `largest` between 1 and 1000: 3.2e-7 m reads 320 nm.
+
+    Only simple SI units take a prefix: "m", "N", "Pa", "N/m" (the prefix belongs to the first), "m^2" (squared with it).
+    """
+    power = 2 if unit.endswith("^2") else 1
+    if not math.isfinite(largest) or largest == 0:
+        return 1.0, unit
+    # The tolerance keeps 1e-6 m from reading 1000 nm when its logarithm rounds down.
+    exponent = 3 * math.floor(math.log10(abs(largest)) / (3 * power) + 1e-9)
+    exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
+    return 10.0 ** (-exponent * power), PREFIXES[exponent] + unit
+
+
+def text(value: float, unit: str) -> str:
+    """Return a value as people read it: 1.2e-06, "m" gives "1.2 µm"."""
+    factor, prefixed = readable(value, unit)
+    return f"{value * factor:.4g} {prefixed}".rstrip()
