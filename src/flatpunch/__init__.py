@@ -1,0 +1,43 @@
+"""Contact of layered and graded elastic bodies with round and non-round indenters.
+
+Press an ever larger flat punch step by step and any contact has been built: the rigid cylindrical flat punch on a medium is
+all that has to be known of that medium. Everything is in consistent units, SI recommended.
+"""
+
+from flatpunch._validation import FlatpunchWarning
+from flatpunch._version import __version__
+from flatpunch.compliance import compliance
+from flatpunch.contact import indent, pressure
+from flatpunch.indenters import (
+    Cone,
+    Cylinder,
+    EllipticParaboloid,
+    Paraboloid,
+    PowerLaw,
+    Pyramid,
+    RadialProfile,
+    Sphere,
+)
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.punch import flat_punch
+
+__all__ = [
+    "Cone",
+    "Cylinder",
+    "EllipticParaboloid",
+    "FlatpunchWarning",
+    "HalfSpace",
+    "Layer",
+    "Medium",
+    "Paraboloid",
+    "PowerLaw",
+    "Pyramid",
+    "RadialProfile",
+    "RigidBase",
+    "Sphere",
+    "__version__",
+    "compliance",
+    "flat_punch",
+    "indent",
+    "pressure",
+]

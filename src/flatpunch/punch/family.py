@@ -27,20 +27,22 @@ _SMALLEST = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class _Panel:
-    """Chebyshev coefficients over log(beta) on one interval; shape (_NODES, terms) each."""
+    """Chebyshev coefficients over log(beta) on one interval: flat, edge and slope side by side, (_NODES, 3 terms)."""
 
     low: float
     high: float
-    flat: Array
-    edge: Array
-    slope: Array
+    series: Array
     error: float
     lowest_pressure: float
 
-    def at(self, log_beta: Array) -> Answers:
+    @property
+    def terms(self) -> int:
+        return int(self.series.shape[1]) // 3
+
+    def at(self, log_beta: Array) -> Array:
+        """Flat, edge and slope answers, shape (n, 3, terms)."""
         x = (2 * log_beta - self.low - self.high) / (self.high - self.low)
-        rows = np.cos(np.arange(_NODES) * np.arccos(np.clip(x, -1, 1))[:, None])
-        return Answers(rows @ self.flat, rows @ self.edge, rows @ self.slope)
+        return (chebyshev.chebvander(x, _NODES - 1) @ self.series).reshape(x.size, 3, self.terms)
 
 
 @dataclass(eq=False)
@@ -74,22 +76,15 @@ class PunchFamily:
         ValueError
             If a radius is too large for the resolution of the thinnest layer.
         """
-        live = (beta > _SMALLEST) & (not self.kernel.homogeneous)
-        if not live.any():
-            return _half_space(beta.size, 1)
+        live = np.flatnonzero((beta > _SMALLEST) & (not self.kernel.homogeneous))
+        if not live.size:
+            return _answers(_half_space(beta.size, 1))
         logs = np.log(beta[live])
-        parts = [(panel, np.flatnonzero(inside)) for panel, inside in self._panels_over(logs)]
-        terms = max(panel.flat.shape[1] for panel, _ in parts)
-        result = _half_space(beta.size, terms)
-        rows = np.flatnonzero(live)
+        parts = self._panels_over(logs)
+        result = _half_space(beta.size, max(panel.terms for panel, _ in parts))
         for panel, inside in parts:
-            answers = panel.at(logs[inside])
-            n = panel.flat.shape[1]
-            for target, source in zip(
-                (result.flat, result.edge, result.slope), (answers.flat, answers.edge, answers.slope), strict=True
-            ):
-                target[rows[inside], :n] = source
-        return result
+            result[live[inside], :, : panel.terms] = panel.at(logs[inside])
+        return _answers(result)
 
     def error(self, beta: Array) -> float:
         """Relative interpolation error of the answers over the panels that hold `beta` (from the Chebyshev tail)."""
@@ -111,11 +106,15 @@ class PunchFamily:
         # below effective beta = 0.1 the answers are so smooth that one panel spans a decade
         coarse = effective_beta(self.kernel, 1.0) * np.exp((index + 1) * width) < 0.1
         result = []
-        for i, wide in sorted({(int(i - i % 2) if c else int(i), bool(c)) for i, c in zip(index, coarse, strict=True)}):
+        start = np.where(coarse, index - index % 2, index)
+        # the parity of the code tells wide panels from narrow ones
+        code = 2 * start + coarse
+        for key in np.unique(code):
+            i, wide = int(key) // 2, bool(key % 2)
             span = (i * width, (i + (2 if wide else 1)) * width)
             if span not in self._panels:
                 self._panels[span] = _build(self.kernel, *span)
-            inside = (coarse == wide) & ((index - index % 2 if wide else index) == i)
+            inside = code == key
             for panel in self._panels[span]:
                 chosen = inside & (logs >= panel.low) & ((logs < panel.high) | (panel.high == span[1]))
                 if chosen.any():
@@ -133,10 +132,15 @@ def check_resolution(kernel: Kernel, beta: float) -> None:
         )
 
 
-def _half_space(size: int, terms: int) -> Answers:
-    flat = np.zeros((size, terms))
-    flat[:, 0] = 1 / np.pi
-    return Answers(flat, np.zeros((size, terms)), np.zeros((size, terms)))
+def _half_space(size: int, terms: int) -> Array:
+    """Answers of the homogeneous half-space, shape (size, 3, terms)."""
+    values = np.zeros((size, 3, terms))
+    values[:, 0, 0] = 1 / np.pi
+    return values
+
+
+def _answers(values: Array) -> Answers:
+    return Answers(values[:, 0], values[:, 1], values[:, 2])
 
 
 def _build(kernel: Kernel, low: float, high: float) -> list[_Panel]:
@@ -147,12 +151,12 @@ def _build(kernel: Kernel, low: float, high: float) -> list[_Panel]:
     answers = solve_round(kernel, beta, terms)
     transform = chebyshev.chebvander(t, _NODES - 1).T * 2 / _NODES
     transform[0] /= 2
-    series = [transform @ values for values in (answers.flat, answers.edge, answers.slope)]
-    error = max(_tail(c) for c in series[:2])
+    parts = [transform @ values for values in (answers.flat, answers.edge, answers.slope)]
+    error = max(_tail(c) for c in parts[:2])
     if error > _TOLERANCE and high - low > _NARROWEST:
         middle = (low + high) / 2
         return _build(kernel, low, middle) + _build(kernel, middle, high)
-    return [_Panel(low, high, *series, error=error, lowest_pressure=_lowest_pressure(answers, terms))]
+    return [_Panel(low, high, np.hstack(parts), error, _lowest_pressure(answers, terms))]
 
 
 def _tail(series: Array) -> float:

@@ -1,0 +1,175 @@
+"""Round contact, exact for every medium (design 2.3; paper (P4)-(P7)).
+
+At the right depth the edge singularity of the pressure vanishes, which gives d(a) without derivative or root search:
+
+    d = S[A^-1 b[f]]/e,    F = 2 pi a E* (d b[1] - b[f]).c*,    a d'(a) = (d t[c*] - t[A^-1 b[f]])/e
+
+with b[f] the moments of the profile on the unit disc, c* the flat punch, e = S[c*] its edge strength, and S, t the edge
+functionals of `flatpunch.punch.basis`. Their half-space parts, slow in the number of terms for kinked profiles, are closed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.punch.basis import edge_rules, power_edge, power_moments, projection, regular_part
+from flatpunch.punch.family import punch_family
+from flatpunch.punch.matrix import Answers
+
+_TINY = 1e-300
+
+
+class RoundProfile(Protocol):
+    """A profile f(r) that turns itself into moments and edge functionals on discs of given radii."""
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Moments on discs of `radius`, shape (n,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moments:
+    """Profile on discs of n radii: b_l[f], shape (n, terms), [m]; S0[f] and S0[r f'], shape (n,), [m]."""
+
+    b: Array
+    edge: Array
+    edge_slope: Array
+
+
+@dataclass(frozen=True, slots=True)
+class PowerProfile:
+    """f = factor r^exponent: closed moments.
+
+    Parameters
+    ----------
+    exponent : float
+        n > 0.
+    factor : float
+        [m^(1-n)].
+    """
+
+    exponent: float
+    factor: float
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Closed forms: b_l by the Beta function, S0 = 1/B((n + 1)/2, 1/2)."""
+        height = self.factor * radius**self.exponent
+        edge = height * power_edge(self.exponent, 0)
+        return Moments(height[:, None] * power_moments(self.exponent, 0, terms), edge, self.exponent * edge)
+
+
+@dataclass(frozen=True, slots=True)
+class SampledProfile:
+    """Any f(r), by Gauss quadrature in theta with r = a cos(theta), cut at the radii where the slope jumps.
+
+    Parameters
+    ----------
+    height, slope : callable
+        r [m], any shape -> f [m] and df/dr [-].
+    rings : tuple of float
+        Radii at which the slope jumps [m].
+    """
+
+    height: object
+    slope: object
+    rings: tuple[float, ...] = ()
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Quadrature: exact to rounding for profiles smooth between the rings."""
+        rho, value, tangent, basis = self._rule(radius, terms)
+        r = radius[:, None] * rho
+        f, g = self.height(r), r * self.slope(r)  # type: ignore[operator]
+        g_edge = radius * self.slope(radius)  # type: ignore[operator]
+        b = np.einsum("...lj,nj->nl", basis, f) if basis.ndim == 2 else np.einsum("nlj,nj->nl", basis, f)
+        edge = np.sum(value * (f + g), axis=1) / np.pi
+        edge_slope = (g_edge - np.sum(tangent * (g - g_edge[:, None]), axis=1)) / np.pi
+        return Moments(b, edge, edge_slope)
+
+    def _rule(self, radius: Array, terms: int) -> tuple[Array, Array, Array, Array]:
+        """Radii on the unit disc, weights of b_0 and of the second edge functional, and the projection matrix."""
+        nodes = 2 * terms + 48
+        if not any(ring < radius.max() for ring in self.rings):
+            rho, matrix = projection(0, terms, nodes)
+            value, tangent, _ = edge_rules(0, nodes)
+            return rho, value, tangent, matrix
+        t, v = np.polynomial.legendre.leggauss(nodes)
+        cuts = np.array([0.0, *sorted(self.rings)])
+        theta = np.arccos(np.clip(cuts[None, :] / radius[:, None], 0, 1))
+        upper, lower = theta, np.concatenate([theta[:, 1:], np.zeros((radius.size, 1))], axis=1)
+        half = (upper - lower)[..., None] / 2
+        angle = ((upper + lower)[..., None] / 2 + half * t).reshape(radius.size, -1)
+        weight = (half * v).reshape(radius.size, -1)
+        rho = np.cos(angle)
+        basis = regular_part(0, terms, rho).swapaxes(0, 1) * (rho * weight)[:, None, :]
+        return rho, basis[:, 0], rho * weight / np.maximum(np.sin(angle) ** 2, _TINY), basis
+
+
+@dataclass(frozen=True, slots=True)
+class RoundContact:
+    """Round contacts of given radii, shape (n,) each.
+
+    Attributes
+    ----------
+    radius, depth, force : ndarray
+        a [m], d [m], F [N].
+    stiffness : ndarray
+        dF/dd = K(a) [N/m].
+    depth_slope : ndarray
+        a dd/da [m]; not positive where the contact cannot grow steadily.
+    answers : Answers
+        Punch solutions at these radii.
+    moments : Moments
+        Moments of the profile.
+    """
+
+    radius: Array
+    depth: Array
+    force: Array
+    stiffness: Array
+    depth_slope: Array
+    answers: Answers
+    moments: Moments
+
+
+def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> RoundContact:
+    """Exact round contact on any medium.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    profile : RoundProfile
+        The axisymmetric indenter.
+    radius : ndarray, shape (n,)
+        Contact radii a [m], >= 0.
+
+    Returns
+    -------
+    RoundContact
+        Depth, force, stiffness and what they were made from.
+    """
+    answers = punch_family(kernel).at(radius / kernel.length)
+    moments = profile.moments(radius, answers.flat.shape[1])
+    strength = edge_strength(answers)
+    depth = (moments.edge + np.sum(moments.b * answers.edge, axis=1)) / strength
+    reaction = np.sum(moments.b * answers.flat, axis=1)
+    scale = 2 * np.pi * kernel.modulus * radius
+    tangent = -moments.edge_slope + np.sum(moments.b * answers.slope, axis=1)
+    return RoundContact(
+        radius=radius,
+        depth=depth,
+        force=scale * (depth * answers.flat[:, 0] - reaction),
+        stiffness=scale * answers.flat[:, 0],
+        depth_slope=(depth * answers.slope[:, 0] - tangent) / strength,
+        answers=answers,
+        moments=moments,
+    )
+
+
+def edge_strength(answers: Answers) -> Array:
+    """Edge coefficient e of the flat punches, unit disc; 1/pi on a half-space; shape (n,)."""
+    return np.asarray(1 / np.pi + answers.edge[:, 0])

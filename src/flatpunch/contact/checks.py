@@ -1,0 +1,52 @@
+"""Where round contact stops being a disc: negative pressure, or a depth that falls while the radius grows (design 2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.contact.curve import first_failure
+from flatpunch.contact.history import round_history, superpose
+from flatpunch.punch.family import punch_family
+
+_BEM_HINT = "The contact is no disc there; solve it with method='bem'."
+
+
+def soundness(
+    kernel: Kernel, evaluate: Callable[[Array], RoundContact], contact: RoundContact
+) -> tuple[Flags, tuple[str, ...]]:
+    """Which of the contacts are sound, and sentences about those that are not.
+
+    Returns
+    -------
+    valid : ndarray of bool, shape (n,)
+    notes : tuple of str
+    """
+    turning = (contact.depth_slope <= 0) & (contact.radius > 0)
+    notes = first_failure(
+        turning,
+        contact.depth,
+        f"the depth falls while the contact radius grows (a stiff film bends away). {_BEM_HINT}",
+    )
+    live = contact.radius[contact.radius > 0]
+    if kernel.homogeneous or not live.size or punch_family(kernel).lowest_pressure(live / kernel.length) >= 0:
+        return ~turning, notes
+    limit = _first_tension(kernel, evaluate, live)
+    pulling = contact.radius >= limit
+    notes += first_failure(pulling, contact.depth, f"the contact pressure is negative in part. {_BEM_HINT}")
+    return ~(turning | pulling), notes
+
+
+def _first_tension(kernel: Kernel, evaluate: Callable[[Array], RoundContact], radii: Array) -> float:
+    """Smallest contact radius within the range of `radii` with tension inside; infinite if there is none."""
+    grid = np.geomspace(radii.min(), radii.max(), 48) if radii.size > 1 else radii[:1]
+    rho = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
+    zero = np.zeros_like(rho)
+    for a in grid:
+        if superpose(kernel, round_history(evaluate, float(a)), a * rho, zero).min() < 0:
+            return float(a)
+    return float("inf")

@@ -1,0 +1,158 @@
+"""From a prescribed depth or force to the contact radius.
+
+Depth and force are explicit functions of the radius; here they are inverted: a coarse logarithmic grid finds, for each
+target, the first interval in which the curve reaches it (where a curve turns back, that is what monotone loading would
+find), then Newton's method with the analytic derivative ends at rounding, kept inside that interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from flatpunch._validation import Array, Indices
+from flatpunch.contact.axisymmetric import RoundContact
+
+Quantity = Literal["depth", "force"]
+
+_PER_DECADE = 12
+_MOST_DECADES = 40
+_NEWTON = 30
+
+
+def radius_for(
+    evaluate: Callable[[Array], RoundContact],
+    quantity: Quantity,
+    target: Array,
+    guess: float,
+    reach: float,
+) -> Array:
+    """Contact radii at which a round contact has the wanted depths or forces.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Radii, shape (n,) -> RoundContact.
+    quantity : "depth" or "force"
+        What `target` is.
+    target : ndarray, shape (n,)
+        Wanted values, >= 0; 0 gives radius 0.
+    guess : float
+        Radius of the right order of magnitude [m].
+    reach : float
+        Largest radius the indenter is defined for [m].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Radii [m].
+
+    Raises
+    ------
+    ValueError
+        If a target cannot be reached within the indenter's reach or the medium's resolution.
+    """
+    radius = np.zeros_like(target)
+    live = target > 0
+    if not live.any():
+        return radius
+    wanted = target[live]
+    nodes = _bracket(evaluate, quantity, wanted, min(guess, reach), reach)
+    radius[live] = _newton(evaluate, quantity, wanted, nodes)
+    return radius
+
+
+@dataclass(frozen=True, slots=True)
+class _Nodes:
+    """The curve on a grid: ln a, the quantity q, and dln q/dln a; shape (n,)."""
+
+    x: Array
+    value: Array
+    growth: Array
+
+    def joined(self, other: _Nodes) -> _Nodes:
+        """These nodes followed by the others."""
+        pairs = ((self.x, other.x), (self.value, other.value), (self.growth, other.growth))
+        return _Nodes(*(np.concatenate(pair) for pair in pairs))
+
+
+def _sample(evaluate: Callable[[Array], RoundContact], quantity: Quantity, radius: Array) -> _Nodes:
+    contact = evaluate(radius)
+    if quantity == "depth":
+        value, slope = contact.depth, contact.depth_slope
+    else:
+        value, slope = contact.force, contact.stiffness * contact.depth_slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _Nodes(np.log(radius), value, slope / value)
+
+
+def _bracket(
+    evaluate: Callable[[Array], RoundContact], quantity: Quantity, wanted: Array, guess: float, reach: float
+) -> _Nodes:
+    """The curve on log-spaced radii, from below all targets to above."""
+    step = 10 ** (1 / _PER_DECADE)
+    decade = step ** np.arange(_PER_DECADE)
+    grid = np.minimum(guess * decade / np.sqrt(10), reach)
+    nodes = _sample(evaluate, quantity, np.unique(grid))
+    for _ in range(_MOST_DECADES):
+        if nodes.value[0] <= wanted.min():
+            break
+        below = np.exp(nodes.x[0]) / (step * decade[::-1])
+        nodes = _sample(evaluate, quantity, below).joined(nodes)
+    for _ in range(4 * _MOST_DECADES):
+        if nodes.value.max() >= wanted.max():
+            break
+        last = float(np.exp(nodes.x[-1]))
+        if last >= reach * (1 - 1e-12):
+            raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
+        # no further than needed: the cost of a radius grows with it
+        above = np.unique(np.minimum(last * step ** np.arange(1, 4), reach))
+        nodes = nodes.joined(_sample(evaluate, quantity, above))
+    return nodes
+
+
+def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str:
+    unit = "m" if quantity == "depth" else "N"
+    return (
+        f"{quantity} = {wanted:.6g} {unit} is beyond this indenter: its shape ends at the radius {reach:.4g} m, where the "
+        f"{quantity} is {most:.6g} {unit}. Ask for less, or give the shape further out."
+    )
+
+
+def _newton(evaluate: Callable[[Array], RoundContact], quantity: Quantity, wanted: Array, nodes: _Nodes) -> Array:
+    """Newton's method for ln q over ln a, bisecting when a step leaves the bracket."""
+    upper = np.clip(np.searchsorted(np.maximum.accumulate(nodes.value), wanted), 1, nodes.x.size - 1)
+    lo, hi = nodes.x[upper - 1], nodes.x[upper]
+    x = _start(nodes, upper, np.log(wanted))
+    for _ in range(_NEWTON):
+        here = _sample(evaluate, quantity, np.exp(x))
+        miss = here.value - wanted
+        lo, hi = np.where(miss < 0, x, lo), np.where(miss >= 0, x, hi)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            trial = x - np.log(here.value / wanted) / here.growth
+        safe = (here.growth > 0) & (trial >= lo) & (trial <= hi)
+        close = np.abs(miss) <= 1e-12 * wanted
+        trial = np.where(safe, trial, np.where(close, x, (lo + hi) / 2))
+        moved = np.abs(trial - x).max()
+        x = trial
+        # Newton converges quadratically: a step this small leaves the next one below rounding
+        if moved < 1e-8:
+            break
+    return np.asarray(np.exp(x))
+
+
+def _start(nodes: _Nodes, upper: Indices, wanted: Array) -> Array:
+    """Inverse cubic Hermite interpolation of ln a over ln q between the grid points around each target."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q, slope = np.log(nodes.value), 1 / nodes.growth
+        x0, x1, q0, q1 = nodes.x[upper - 1], nodes.x[upper], q[upper - 1], q[upper]
+        t, width = (wanted - q0) / (q1 - q0), q1 - q0
+        cubic = (
+            x0 * (1 + 2 * t) * (1 - t) ** 2
+            + x1 * t**2 * (3 - 2 * t)
+            + width * (slope[upper - 1] * t * (1 - t) ** 2 - slope[upper] * t**2 * (1 - t))
+        )
+    return np.asarray(np.where((cubic >= x0) & (cubic <= x1), cubic, (x0 + x1) / 2))

@@ -1,0 +1,75 @@
+"""What every contact method takes and returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags, values
+from flatpunch.indenters.profile import Indenter
+
+ControlName = Literal["depth", "force", "radius"]
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """The quantity that is prescribed and its values, shape (n,), SI."""
+
+    name: ControlName
+    values: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A solved indentation: arrays of shape (n,), outline of shape (n, p), and sentences about its limits.
+
+    `valid` is False at steps where the theory does not hold (the notes say why); `extra` holds further arrays of a method,
+    each with its dimensions, unit and description.
+    """
+
+    depth: Array
+    force: Array
+    radius: Array
+    area: Array
+    stiffness: Array
+    contour: Array
+    valid: Flags
+    notes: tuple[str, ...] = ()
+    extra: dict[str, tuple[tuple[str, ...], Array, str, str]] = field(default_factory=dict)
+
+
+Method = Callable[..., Curve]
+
+
+def control_from(*, depth: object, force: object, radius: object) -> Control:
+    """Exactly one of depth, force and radius, checked."""
+    given = {name: v for name, v in (("depth", depth), ("force", force), ("radius", radius)) if v is not None}
+    if len(given) != 1:
+        what = "none" if not given else " and ".join(given)
+        raise ValueError(
+            f"Give exactly one of depth, force and radius; got {what}. The other two are part of the result."
+        )
+    ((name, value),) = given.items()
+    return Control(name, values(name, value))  # type: ignore[arg-type]
+
+
+def check_reach(indenter: Indenter, radius: Array) -> None:
+    """Refuse radii at which the indenter has no shape."""
+    if radius.size and radius.max() > indenter.reach * (1 + 1e-12):
+        i = int(np.argmax(radius))
+        raise ValueError(
+            f"radius[{i}] = {radius[i]:.6g} m is beyond this indenter, whose shape is defined up to {indenter.reach:.6g} m. "
+            "Ask for a smaller contact, or give the shape further out."
+        )
+
+
+def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
+    """One sentence that says from which depth on something fails, or nothing."""
+    if not bad.any():
+        return ()
+    failing = depth[bad]
+    start = failing[np.isfinite(failing)].min() if np.isfinite(failing).any() else float("nan")
+    return (f"From a depth of {start:.4g} m on: {sentence}",)

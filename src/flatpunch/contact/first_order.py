@@ -1,0 +1,116 @@
+"""The paper's method for slightly non-axisymmetric indenters.
+
+Force, depth and stiffness are those of the angular mean f0 of the profile (P18), (P19); the outline follows from the
+deviation f - f0 by (P17). The pressure is the superposition of (P9) over the history. Exact for round indenters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.interpolate import BSpline, RectBivariateSpline
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.contact.checks import soundness
+from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.history import History, log_radii, round_history, spline, superpose
+from flatpunch.contact.mean import Evaluate, mean_contact
+from flatpunch.contact.outline import area, growth_factor, outline
+from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.profile import Indenter
+
+Outline = Callable[[Array, Array], tuple[Array, Array]]
+
+_ANGLES = 720
+"""Angles of the outline spline for general shapes."""
+
+
+def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+    """A whole curve by the paper's method; exact for round indenters."""
+    evaluate, contact = mean_contact(kernel, indenter, control)
+    valid, notes = soundness(kernel, evaluate, contact)
+    contour = outline(kernel, indenter, contact, phi)
+    enclosed = area(kernel, indenter, contact)
+    lost = ~np.isfinite(enclosed)
+    notes += first_failure(
+        lost,
+        contact.depth,
+        "the first-order outline does not exist (the denominator of (P17) and (P23) has changed sign, or the outline would "
+        "pass through the axis): the contact responds too strongly to the asymmetry, as under stiff films. Force, depth "
+        "and stiffness are those of the mean profile.",
+    )
+    return Curve(
+        depth=contact.depth,
+        force=contact.force,
+        radius=contact.radius,
+        area=enclosed,
+        stiffness=contact.stiffness,
+        contour=contour,
+        valid=valid & ~lost,
+        notes=notes,
+    )
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]; its integral over the outline is the force."""
+    evaluate, contact = mean_contact(kernel, indenter, control)
+    if contact.radius[0] == 0:
+        return np.zeros_like(r)
+    history = round_history(evaluate, float(contact.radius[0]))
+    if not indenter.round:
+        history = _with_outline(kernel, indenter, evaluate, history)
+    return superpose(kernel, history, r, phi)
+
+
+def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
+    """The same history with the outline of (P17) at each radius."""
+    x = log_radii(history.radius)
+    contact = evaluate(np.exp(x))
+    angles, weights = angular_rule(indenter)
+    relative = outline(kernel, indenter, contact, angles) / contact.radius[:, None]
+    if not np.all(np.isfinite(relative)):
+        raise ValueError(
+            "The first-order outline does not exist along the whole history of this contact (stiff film), so its pressure "
+            "cannot be superposed. Choose method='bem'."
+        )
+    share = spline(x, 1 / (relative**2 @ weights))
+    if indenter.exponent is not None:
+        shape = _power_outline(indenter, spline(x, growth_factor(contact, indenter.exponent)))
+    else:
+        shape = _general_outline(kernel, indenter, contact, x)
+    return History(history.radius, history.rate, shape, share)
+
+
+def _power_outline(indenter: Indenter, growth: BSpline) -> Outline:
+    """s = 1 + q(x) (1 - psi/<psi>) with q of (P23)."""
+    angles, weights = angular_rule(indenter)
+    mean = float(weights @ indenter.height(np.ones_like(angles), angles))
+    slope = growth.derivative()
+
+    def shape(x: Array, phi: Array) -> tuple[Array, Array]:
+        deviation = 1 - indenter.height(np.ones_like(phi), phi) / mean
+        s = 1 + growth(x) * deviation
+        return s, slope(x) * deviation / s
+
+    return shape
+
+
+def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
+    """Spline of (P17) over ln a and the polar angle, periodic by overlap."""
+    phi = np.linspace(-np.pi, np.pi, _ANGLES + 1)
+    period = outline(kernel, indenter, contact, phi[:-1]) / contact.radius[:, None]
+    overlap = 8
+    wrapped = np.concatenate([period[:, -overlap:], period, period[:, : overlap + 1]], axis=1)
+    step = phi[1] - phi[0]
+    angles = -np.pi + step * np.arange(-overlap, _ANGLES + overlap + 1)
+    surface = RectBivariateSpline(x, angles, wrapped)
+
+    def shape(at: Array, angle: Array) -> tuple[Array, Array]:
+        turned = np.mod(angle + np.pi, 2 * np.pi) - np.pi
+        s = surface.ev(at, turned)
+        return s, surface.ev(at, turned, dx=1) / s
+
+    return shape

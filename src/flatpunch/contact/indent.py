@@ -1,0 +1,159 @@
+"""`indent` and `pressure`: one front for every medium, indenter and method."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._record import record
+from flatpunch._validation import Array, positive
+from flatpunch._version import __version__
+from flatpunch.compliance import compliance
+from flatpunch.contact import first_order, flat_end
+from flatpunch.contact.curve import Control, Curve, control_from
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+
+METHODS: dict[str, Any] = {"first-order": first_order}
+"""Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact)."""
+
+_VARIABLES = {
+    "depth": ("m", "indentation depth"),
+    "force": ("N", "normal force"),
+    "radius": ("m", "mean contact radius a0"),
+    "area": ("m^2", "contact area"),
+    "stiffness": ("N/m", "contact stiffness dF/dd"),
+}
+
+
+def indent(
+    medium: Any,
+    indenter: Indenter,
+    *,
+    depth: float | Array | None = None,
+    force: float | Array | None = None,
+    radius: float | Array | None = None,
+    method: str = "first-order",
+    angles: int = 360,
+    **options: Any,
+) -> xr.Dataset:
+    """Press an indenter into a medium: a whole curve in one call.
+
+    Parameters
+    ----------
+    medium : Medium, HalfSpace, ...
+        The elastic body, or two of them.
+    indenter : Indenter
+        The rigid indenter.
+    depth, force, radius : float or array, shape (n,)
+        Exactly one: indentation depth [m], normal force [N], or mean contact radius a0 [m].
+    method : str
+        "first-order": the paper's method; exact for round indenters.
+    angles : int
+        Number of polar angles of the outline, evenly spaced from 0.
+    **options
+        Further settings of the method.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `step`: depth [m], force [N], radius (a0) [m], area [m^2], stiffness dF/dd [N/m], valid (False where the
+        theory does not hold) and contour(step, phi) [m]. The attributes say what was solved, and in `notes` with which
+        limits.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, before any work.
+    """
+    control = control_from(depth=depth, force=force, radius=radius)
+    solver = _method(method, indenter)
+    phi = _angles(angles)
+    kernel = compliance(medium)
+    curve = solver.solve(kernel, indenter, control, phi, **options)
+    return _dataset(curve, phi, medium, indenter, control, method)
+
+
+def pressure(
+    medium: Any,
+    indenter: Indenter,
+    x: float | Array,
+    y: float | Array,
+    *,
+    depth: float | None = None,
+    force: float | None = None,
+    radius: float | None = None,
+    method: str = "first-order",
+    **options: Any,
+) -> Array:
+    """Contact pressure p(x, y) at one depth, force or mean radius.
+
+    Parameters
+    ----------
+    medium, indenter, method
+        As for `indent`.
+    x, y : float or array
+        Points on the surface [m] about the point of first touch, broadcast together.
+    depth, force, radius : float
+        Exactly one of them.
+
+    Returns
+    -------
+    ndarray
+        Pressure [Pa], zero outside the contact, in the broadcast shape of x and y.
+    """
+    control = control_from(depth=depth, force=force, radius=radius)
+    if control.values.size != 1:
+        raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
+    x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
+        raise ValueError("x and y must be finite: points on the surface in metres.")
+    solver = _method(method, indenter)
+    field = solver.pressure(
+        compliance(medium), indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options
+    )
+    return np.asarray(field).reshape(x.shape)
+
+
+def _method(method: str, indenter: Indenter) -> Any:
+    if not isinstance(indenter, Indenter):
+        raise TypeError(
+            f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
+        )
+    if method not in METHODS:
+        raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
+    return flat_end if isinstance(indenter, Cylinder) else METHODS[method]
+
+
+def _angles(angles: int) -> Array:
+    count = int(positive("angles", angles, "It is the number of polar angles of the outline."))
+    return np.asarray(np.arange(count) * (2 * np.pi / count))
+
+
+def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
+    data: dict[str, Any] = {
+        name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
+        for name, (unit, text) in _VARIABLES.items()
+    }
+    data["contour"] = (("step", "phi"), curve.contour, {"units": "m", "long_name": "contact outline a(phi)"})
+    data["valid"] = ("step", curve.valid, {"long_name": "whether the theory holds at this step"})
+    for name, (dims, array, unit, text) in curve.extra.items():
+        data[name] = (dims, array, {"units": unit, "long_name": text})
+    coordinates = {
+        "step": ("step", np.arange(curve.depth.size), {"long_name": "step of the curve"}),
+        "phi": ("phi", phi, {"units": "rad", "long_name": "polar angle"}),
+    }
+    attributes = {
+        "title": "Indentation computed by flatpunch",
+        "method": method,
+        "control": control.name,
+        "medium": json.dumps(record(medium)),
+        "indenter": json.dumps(record(indenter)),
+        "flatpunch_version": __version__,
+        "conventions": "SI units; pressure positive in compression; depth and gap as in the documentation",
+        "notes": "\n".join(curve.notes),
+    }
+    return xr.Dataset(data, coordinates, attributes)

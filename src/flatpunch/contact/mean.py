@@ -1,0 +1,66 @@
+"""Round contact of the angular mean of a profile: the ground on which every fast method stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import (
+    PowerProfile,
+    RoundContact,
+    RoundProfile,
+    SampledProfile,
+    round_contact,
+)
+from flatpunch.contact.control import radius_for
+from flatpunch.contact.curve import Control, check_reach
+from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.profile import Indenter
+
+Evaluate = Callable[[Array], RoundContact]
+
+
+def mean_profile(indenter: Indenter) -> RoundProfile:
+    """Angular mean f0(r) of an indenter."""
+    phi, weights = angular_rule(indenter)
+    if indenter.exponent is not None:
+        psi = np.asarray(indenter.height(np.ones_like(phi), phi))
+        return PowerProfile(indenter.exponent, float(weights @ psi))
+    if indenter.round:
+        zero = np.zeros(1)
+        return SampledProfile(lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings)
+    return SampledProfile(
+        lambda r: indenter.height(r[..., None], phi) @ weights,
+        lambda r: indenter.slope(r[..., None], phi) @ weights,
+        indenter.rings,
+    )
+
+
+def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Evaluate, RoundContact]:
+    """Contacts of the mean profile at the prescribed depths, forces or mean radii, and the function that makes them."""
+    profile = mean_profile(indenter)
+
+    def evaluate(radius: Array) -> RoundContact:
+        return round_contact(kernel, profile, radius)
+
+    if control.name == "radius":
+        check_reach(indenter, control.values)
+        return evaluate, evaluate(control.values)
+    guess = half_space_radius(kernel, profile, control, indenter.reach)
+    return evaluate, evaluate(radius_for(evaluate, control.name, control.values, guess, indenter.reach))
+
+
+def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:
+    """Contact radius on the half-space of the surface material for the largest target: where the search starts."""
+    target = control.values.max()
+    if target <= 0:
+        return 1.0
+    radius = np.geomspace(1e-15, min(1e6, reach), 160)
+    moments = profile.moments(radius, 1)
+    quantity = np.pi * moments.edge
+    if control.name == "force":
+        quantity = 2 * kernel.modulus * radius * (quantity - np.pi * moments.b[:, 0] / np.pi)
+    return float(radius[min(np.searchsorted(np.maximum.accumulate(quantity), target), radius.size - 1)])

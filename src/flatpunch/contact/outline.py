@@ -1,0 +1,128 @@
+"""Contact outline of the paper's first-order method: (P17), and (P23) for power-law shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.basis import projection
+from flatpunch.punch.family import punch_family
+
+_STENCIL = 2e-3
+"""Relative step of the five-point difference in log(radius): its error is 0.03 step^4 = 5e-13 of smooth profiles."""
+
+_CHUNK = 2_000_000
+"""Most profile values held at once while outlines of general shapes are computed."""
+
+
+def outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
+    """Contact outline a(phi) by (P17).
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    indenter : Indenter
+        The indenter.
+    contact : RoundContact
+        Contacts of its mean profile, n of them.
+    phi : ndarray, shape (p,)
+        Polar angles [rad].
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        a(phi) [m]; NaN where (P17) has no answer: the denominator 2d - 2 g0 - a g0' is not negative (stiff films), or the
+        outline would pass through the axis.
+    """
+    a = contact.radius
+    if indenter.round:
+        return np.repeat(a[:, None], phi.size, axis=1)
+    if indenter.exponent is not None:
+        psi = np.asarray(indenter.height(np.ones_like(phi), phi))
+        angles, weights = angular_rule(indenter)
+        mean = float(weights @ np.asarray(indenter.height(np.ones_like(angles), angles)))
+        shape = np.outer(a * growth_factor(contact, indenter.exponent), 1 - psi / mean)
+    else:
+        shape = _general(kernel, indenter, contact, phi)
+        shape *= a[:, None]
+    shape += a[:, None]
+    # NaN compares as False, so rows without an answer are lost as well
+    lost = ~((shape.min(axis=1) > 0) | (a == 0))
+    shape[lost] = np.nan
+    return shape
+
+
+def area(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Array:
+    """Contact area within the outline, shape (n,) [m^2]; NaN where there is no outline."""
+    a = contact.radius
+    if indenter.round:
+        return np.asarray(np.pi * a**2)
+    angles, weights = angular_rule(indenter)
+    if indenter.exponent is None:
+        return np.asarray(np.pi * outline(kernel, indenter, contact, angles) ** 2 @ weights)
+    psi = np.asarray(indenter.height(np.ones_like(angles), angles))
+    deviation = 1 - psi / (weights @ psi)
+    growth = growth_factor(contact, indenter.exponent)
+    gone = (growth * deviation.min() <= -1) | (growth * deviation.max() <= -1)
+    return np.where(gone, np.nan, np.pi * a**2 * (1 + growth**2 * (weights @ deviation**2)))
+
+
+def growth_factor(contact: RoundContact, exponent: float) -> Array:
+    """(n + 2)/((n + 1)(n + 2 - 2 d*)) of (P23), NaN where the denominator is not positive; shape (n,)."""
+    b, answers = contact.moments.b, contact.answers
+    moment = (exponent + 1) * np.sum(b * answers.flat, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        d_star = np.where(contact.radius > 0, contact.depth * answers.flat[:, 0] / moment, 1.0)
+    denominator = exponent + 2 - 2 * d_star
+    return np.where(
+        denominator > 0, (exponent + 2) / (exponent + 1) / np.where(denominator > 0, denominator, 1), np.nan
+    )
+
+
+def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
+    """Relative deviation of the outline for any profile, shape (n, p): (P17) with the radius as the unit."""
+    result = np.zeros((contact.radius.size, phi.size))
+    rows = np.flatnonzero(contact.radius > 0)
+    terms = contact.answers.flat.shape[1]
+    size = max(1, _CHUNK // ((2 * terms + 48) * phi.size))
+    for start in range(0, rows.size, size):
+        chosen = rows[start : start + size]
+        result[chosen] = _general_rows(kernel, indenter, contact.radius[chosen], contact.depth[chosen], phi)
+    return result
+
+
+def _general_rows(kernel: Kernel, indenter: Indenter, a: Array, depth: Array, phi: Array) -> Array:
+    flat = punch_family(kernel).at(a / kernel.length).flat
+    rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
+    weight = flat @ matrix
+    r = a[:, None] * rho
+    # notation: J0 = b[f].c*, J1 = b[r f'].c* per angle; a G = a^2 J0/c0, so G + a g = a (2 J0 + J1)/c0
+    height = np.asarray(indenter.height(r[..., None], phi))
+    slope = r[..., None] * np.asarray(indenter.slope(r[..., None], phi))
+    local = np.einsum("nj,njp->np", weight, 2 * height + slope)
+    mean = _mean_response(indenter, a, rho, weight)
+    second = _second_response(indenter, a, rho, weight)
+    denominator = 2 * depth * flat[:, 0] - second
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(denominator[:, None] < 0, (local - mean[:, None]) / denominator[:, None], np.nan)
+
+
+def _mean_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
+    """2 J0 + J1 of the mean profile on discs a, at fixed flat-punch pressure; shape (n,)."""
+    angles, weights = angular_rule(indenter)
+    r = (a[:, None] * rho)[..., None]
+    return np.asarray(
+        np.einsum("nj,nj->n", weight, (2 * indenter.height(r, angles) + r * indenter.slope(r, angles)) @ weights)
+    )
+
+
+def _second_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
+    """c0 (2 g0 + a g0') = (a^2 J0)''/... = (1 + a d/da)(2 J0 + J1), by a five-point difference in log a."""
+    value = [_mean_response(indenter, a * np.exp(j * _STENCIL), rho, weight) for j in (-2, -1, 1, 2)]
+    derivative = (value[0] - 8 * value[1] + 8 * value[2] - value[3]) / (12 * _STENCIL)
+    return np.asarray(_mean_response(indenter, a, rho, weight) + derivative)
