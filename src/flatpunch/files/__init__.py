@@ -1,7 +1,8 @@
 """Reading and writing: case files with units, result files. No mechanics here."""
 
 from flatpunch.files.cases import Case, read_case
+from flatpunch.files.describe import describe, shipped_cases
 from flatpunch.files.results import ResultError, load, save
 from flatpunch.files.tables import CaseError
 
-__all__ = ["Case", "CaseError", "ResultError", "load", "read_case", "save"]
+__all__ = ["Case", "CaseError", "ResultError", "describe", "load", "read_case", "save", "shipped_cases"]

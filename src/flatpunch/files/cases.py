@@ -16,6 +16,7 @@ from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables import CaseError, Count, Force, Length, Table, explain
 
+
 @dataclass(frozen=True)
 class Case:
     """What a case file asks for, in SI units.
@@ -87,7 +88,9 @@ def _kind_of_steps(value: Any) -> str:
 
 
 LengthSteps = Annotated[
-    Annotated[Length, Tag("a quantity")] | Annotated[list[Length], Tag("a list")] | Annotated[LengthRange, Tag("a range")],
+    Annotated[Length, Tag("a quantity")]
+    | Annotated[list[Length], Tag("a list")]
+    | Annotated[LengthRange, Tag("a range")],
     Discriminator(_kind_of_steps),
 ]
 ForceSteps = Annotated[
@@ -119,7 +122,7 @@ class CaseTable(Table):
     title: str = ""
     method: str = "first-order"
     angles: Count = 360
-    layers: list[LayerTable] = []
+    layers: list[LayerTable] = Field(default=[])
     base: BaseTable | None = None
     upper: BodyTable | None = None
     lower: BodyTable | None = None
@@ -131,7 +134,9 @@ class CaseTable(Table):
         if self.method not in METHODS:
             raise ValueError(f"method = {self.method!r} is unknown; it is one of {', '.join(map(repr, METHODS))}.")
         if self.angles < 8:
-            raise ValueError(f"angles = {self.angles} must be 8 or more: the outline is sampled at that many polar angles.")
+            raise ValueError(
+                f"angles = {self.angles} must be 8 or more: the outline is sampled at that many polar angles."
+            )
         control, steps = self.control.built
         medium = body(self.layers, self.base, self.upper, self.lower)
         return Case(self.title, medium, self.indenter.built, control, steps, self.method, self.angles)
@@ -159,7 +164,9 @@ def read_case(path: str | Path) -> Case:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise CaseError(f"{path}: not readable ({error.strerror or error}). Give the path of a case file in TOML.") from None
+        raise CaseError(
+            f"{path}: not readable ({error.strerror or error}). Give the path of a case file in TOML."
+        ) from None
     except UnicodeDecodeError:
         raise CaseError(f"{path}: not a text file. A case file is TOML in UTF-8.") from None
     except tomllib.TOMLDecodeError as error:

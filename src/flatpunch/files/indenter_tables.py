@@ -65,9 +65,11 @@ class EllipticTable(Table):
         """Return the indenter."""
         curvatures, radii = (self.A, self.B), (self.radius_x, self.radius_y)
         by_curvature, by_radius = None not in curvatures, None not in radii
-        if by_curvature == by_radius or any(v is not None for v in (radii if by_curvature else curvatures)):
-            raise ValueError("give either A and B (f = A x^2 + B y^2) or radius_x and radius_y, and only one of the two pairs.")
-        if by_curvature:
+        if by_curvature == by_radius or any(value is not None for value in (radii if by_curvature else curvatures)):
+            raise ValueError(
+                "give either A and B (f = A x^2 + B y^2) or radius_x and radius_y, and only one of the two pairs."
+            )
+        if self.A is not None and self.B is not None:
             return indenters.EllipticParaboloid(self.A, self.B)
         x, y = (positive(name, getattr(self, name), "The tip is convex.") for name in ("radius_x", "radius_y"))
         return indenters.EllipticParaboloid(0.5 / x, 0.5 / y)
@@ -82,7 +84,9 @@ class _Inclined(Table):
     def angle(self) -> float:
         """Inclination [rad]."""
         if (self.inclination is None) == (self.half_opening_angle is None):
-            raise ValueError("give either inclination (between the surface and a face) or half_opening_angle (between the axis and a face).")
+            raise ValueError(
+                "give either inclination (between the surface and a face) or half_opening_angle (between the axis and a face)."
+            )
         if self.inclination is not None:
             return self.inclination
         assert self.half_opening_angle is not None
@@ -124,7 +128,7 @@ class PowerLawTable(Table):
     height: Length
     angles: list[Angle] | None = None
     factors: list[Number] | None = None
-    corners: list[Angle] = []
+    corners: list[Angle] = Field(default=[])
 
     def build(self, folder: Path) -> Any:
         """Return the indenter."""
@@ -145,7 +149,7 @@ class ProfileTable(Table):
     kind: Literal["radial-profile"]
     r: list[Length] | None = None
     f: list[Length] | None = None
-    kinks: list[Length] = []
+    kinks: list[Length] = Field(default=[])
     file: str | None = None
 
     def build(self, folder: Path) -> Any:
@@ -165,17 +169,27 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise ValueError(f"file = {path.name!r} is not readable as text ({reason}). Give its path relative to the case file.") from None
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")]
+        raise ValueError(
+            f"file = {path.name!r} is not readable as text ({reason}). Give its path relative to the case file."
+        ) from None
+    lines = [
+        (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if len(lines) < 3:
-        raise ValueError(f"file = {path.name!r} has {len(lines)} lines that are no comments; a header and two or more points are needed.")
-    scales = [_column_scale(cell, name, path.name) for cell, name in zip(_cells(lines[0], path.name), "rf", strict=True)]
+        raise ValueError(
+            f"file = {path.name!r} has {len(lines)} lines that are no comments; a header and two or more points are needed."
+        )
+    scales = [
+        _column_scale(cell, name, path.name) for cell, name in zip(_cells(lines[0], path.name), "rf", strict=True)
+    ]
     r, f = [], []
     for line in lines[1:]:
         try:
             first, second = (float(cell) for cell in _cells(line, path.name))
         except ValueError:
-            raise ValueError(f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}.") from None
+            raise ValueError(
+                f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}."
+            ) from None
         r.append(first * scales[0])
         f.append(second * scales[1])
     return r, f
@@ -184,7 +198,9 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
 def _cells(line: tuple[int, str], name: str) -> list[str]:
     cells = [cell.strip() for cell in line[1].split(",")]
     if len(cells) != 2:
-        raise ValueError(f"file = {name!r} has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between.")
+        raise ValueError(
+            f"file = {name!r} has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between."
+        )
     return cells
 
 
@@ -192,7 +208,9 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
     """Length of one unit of a column [m], from a heading such as "r [um]"."""
     quantity, _, unit = cell.partition("[")
     if quantity.strip() != expected or not unit.endswith("]"):
-        raise ValueError(f"file = {name!r} has the column heading {cell!r}; the first line must read like 'r [um], f [nm]'.")
+        raise ValueError(
+            f"file = {name!r} has the column heading {cell!r}; the first line must read like 'r [um], f [nm]'."
+        )
     try:
         return units.to_si(f"1 {unit[:-1]}", units.LENGTH)
     except ValueError as error:
@@ -200,6 +218,13 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
 
 
 IndenterTable = Annotated[
-    ParaboloidTable | EllipticTable | SphereTable | ConeTable | PyramidTable | PowerLawTable | ProfileTable | CylinderTable,
+    ParaboloidTable
+    | EllipticTable
+    | SphereTable
+    | ConeTable
+    | PyramidTable
+    | PowerLawTable
+    | ProfileTable
+    | CylinderTable,
     Field(discriminator="kind", description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
 ]

@@ -114,10 +114,14 @@ Modulus = Annotated[
     | Annotated[ModulusTable, Tag("a table")]
     | Annotated[FormulaTable, Tag("a formula")],
     Discriminator(_kind_of_profile),
-    Field(description="a pressure such as '5 kPa', or a table such as { law = 'linear', top = '5 kPa', bottom = '9 kPa' }"),
+    Field(
+        description="a pressure such as '5 kPa', or a table such as { law = 'linear', top = '5 kPa', bottom = '9 kPa' }"
+    ),
 ]
 Poisson = Annotated[
-    Annotated[Number, Tag("one value")] | Annotated[PoissonTable, Tag("a table")] | Annotated[FormulaTable, Tag("a formula")],
+    Annotated[Number, Tag("one value")]
+    | Annotated[PoissonTable, Tag("a table")]
+    | Annotated[FormulaTable, Tag("a formula")],
     Discriminator(lambda value: "a table" if (kind := _kind_of_profile(value)) == "a law" else kind),
     Field(description="a number such as 0.3"),
 ]
@@ -133,12 +137,11 @@ class LayerTable(Table):
 
     def build(self, folder: Path) -> Layer | GradedLayer:
         """Return the layer."""
-        graded = [isinstance(value, _Profile) for value in (self.young, self.poisson)]
-        if not any(graded):
-            return Layer(self.young, self.poisson, self.thickness, self.bonded)
         young, poisson = (
             value.over(self.thickness) if isinstance(value, _Profile) else value for value in (self.young, self.poisson)
         )
+        if isinstance(young, float) and isinstance(poisson, float):
+            return Layer(young, poisson, self.thickness, self.bonded)
         return GradedLayer(young, poisson, self.thickness, self.bonded)
 
 
@@ -190,7 +193,7 @@ BaseTable = Annotated[
 class BodyTable(Table):
     """[upper] or [lower] of two bodies: layers on a base, each body from its own contact surface inwards."""
 
-    layers: list[LayerTable] = []
+    layers: list[LayerTable] = Field(default=[])
     base: BaseTable
 
     def build(self, folder: Path) -> Any:
@@ -200,7 +203,9 @@ class BodyTable(Table):
 
 def stack(layers: list[LayerTable], base: Any, *, allow_rigid: bool = False) -> Any:
     """Return layers on a base, or the base by itself where that is a body."""
-    if not layers and (isinstance(base, (HalfSpace, PowerLawHalfSpace)) or (allow_rigid and isinstance(base, RigidBase))):
+    if not layers and (
+        isinstance(base, (HalfSpace, PowerLawHalfSpace)) or (allow_rigid and isinstance(base, RigidBase))
+    ):
         return base
     if isinstance(base, PowerLawHalfSpace):
         raise ValueError("layers on a power-law half-space are not solved; give graded layers on a half-space instead.")

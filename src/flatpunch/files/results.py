@@ -74,11 +74,15 @@ def load(path: str | Path) -> xr.Dataset:
     if not path.is_file():
         raise ResultError(f"{path}: no such file.")
     try:
-        result = xr.load_dataset(path, engine="h5netcdf") if kind == ".nc" else from_csv(path.read_text(encoding="utf-8"))
+        result = (
+            xr.load_dataset(path, engine="h5netcdf") if kind == ".nc" else from_csv(path.read_text(encoding="utf-8"))
+        )
     except ResultError as error:
         raise ResultError(f"{path}: {error}") from None
     except (OSError, ValueError, KeyError, UnicodeDecodeError) as error:
-        raise ResultError(f"{path}: damaged, or no {'NetCDF' if kind == '.nc' else 'CSV'} file ({_first_line(error)}).") from None
+        raise ResultError(
+            f"{path}: damaged, or no {'NetCDF' if kind == '.nc' else 'CSV'} file ({_first_line(error)})."
+        ) from None
     if _STAMP not in result.attrs:
         raise ResultError(f"{path}: readable, but no flatpunch result (the attribute {_STAMP} is missing).")
     return result
@@ -91,7 +95,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists and is yours.") from None
+        raise ResultError(
+            f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists and is yours."
+        ) from None
     os.close(handle)
     temporary = Path(name)
     try:
@@ -114,7 +120,9 @@ def _with_usual_rights(path: Path) -> None:
 def _format(path: Path) -> str:
     kind = path.suffix.lower()
     if kind not in (".nc", ".csv"):
-        raise ResultError(f"{path}: results are kept as .nc (NetCDF) or .csv; the ending {kind or 'is missing and'!r} is neither.")
+        raise ResultError(
+            f"{path}: results are kept as .nc (NetCDF) or .csv; the ending {kind or 'is missing and'!r} is neither."
+        )
     return kind
 
 
@@ -141,9 +149,9 @@ def to_csv(result: xr.Dataset) -> str:
 
 def _preamble(result: xr.Dataset) -> Iterator[str]:
     yield f"# flatpunch result, version {result.attrs.get(_STAMP, 'unknown')}"
-    for name in ("method", "control", "medium", "indenter"):
-        if name in result.attrs:
-            yield f"# {name}: {result.attrs[name]}"
+    for key in ("method", "control", "medium", "indenter"):
+        if key in result.attrs:
+            yield f"# {key}: {result.attrs[key]}"
     for note in str(result.attrs.get("notes", "")).splitlines():
         yield f"# note: {note}"
     for name, variable in result.data_vars.items():
@@ -164,7 +172,10 @@ def _structure(result: xr.Dataset) -> dict[str, Any]:
 
 
 def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
-    return {str(key): value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value for key, value in attrs.items()}
+    return {
+        str(key): value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        for key, value in attrs.items()
+    }
 
 
 def _columns(result: xr.Dataset) -> Iterator[tuple[str, Any]]:
@@ -172,7 +183,9 @@ def _columns(result: xr.Dataset) -> Iterator[tuple[str, Any]]:
     yield "step", steps
     for name, variable in result.data_vars.items():
         if not variable.dims or variable.dims[0] != "step" or variable.ndim > 2:
-            raise ResultError(f"variable {name!r} over {variable.dims} has no place in a table of steps; save it as .nc instead.")
+            raise ResultError(
+                f"variable {name!r} over {variable.dims} has no place in a table of steps; save it as .nc instead."
+            )
         unit = variable.attrs.get("units", "-")
         if variable.ndim == 1:
             yield f"{name} [{unit}]", variable.values

@@ -101,7 +101,11 @@ def explain(details: Sequence[ErrorDetails], data: Any) -> str:
     return "\n".join(_sentence(entry, data) for entry in details)
 
 
-_SHAPES = {"list_type": "must be a list", "model_attributes_type": "must be one table", "model_type": "must be one table"}
+_SHAPES = {
+    "list_type": "must be a list",
+    "model_attributes_type": "must be one table",
+    "model_type": "must be one table",
+}
 
 
 def _sentence(entry: ErrorDetails, data: Any) -> str:
@@ -118,7 +122,8 @@ def _sentence(entry: ErrorDetails, data: Any) -> str:
     if kind == "union_tag_invalid":
         return f"{path}.kind = {context['tag']!r} is unknown; it is one of {context['expected_tags']}."
     if kind in _SHAPES:
-        return f"{path} {_SHAPES[kind]}: write {'[[' if kind == 'list_type' else '['}{path}{']]' if kind == 'list_type' else ']'}."
+        brackets = ("[[", "]]") if kind == "list_type" else ("[", "]")
+        return f"{path} {_SHAPES[kind]}: write {path.join(brackets)}."
     message = entry["msg"].replace("Input should be", "must be")
     return f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {value!r} {message}."
 

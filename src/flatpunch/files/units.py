@@ -88,7 +88,7 @@ def _scale(unit: str, dimension: Dimension, remedy: str) -> float:
         target = ureg.parse_units(dimension.unit)
         compatible = one.is_compatible_with(target)
     except Exception:
-        # pint raises a dozen unrelated types here (AttributeError, DefinitionSyntaxError, TokenError, ...): all mean "not a unit".
+        # pint raises a dozen unrelated types (AttributeError, DefinitionSyntaxError, TokenError, ...): all mean "not a unit".
         raise ValueError(f"has the unknown unit {unit!r}{_suggestion(unit, dimension)}; {remedy}.") from None
     # An angle has no dimension for pint, and a percentage or a plain ratio would pass for one.
     if compatible and dimension is ANGLE:

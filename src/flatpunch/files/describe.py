@@ -1,0 +1,91 @@
+"""A case in words: what `flatpunch check` prints, and where the shipped cases are."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from flatpunch.files.cases import Case
+from flatpunch.files.units import text
+from flatpunch.media import Medium, TwoBodies
+
+_UNITS = {
+    **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
+    **dict.fromkeys(("thickness", "radius", "depth"), "m"),
+    **dict.fromkeys(("A", "B"), "1/m"),
+}
+
+
+def shipped_cases() -> list[Path]:
+    """Return the case files that come with the package, in alphabetical order."""
+    here = Path(__file__).resolve()
+    # a wheel carries them inside the package, a source tree in its folder `examples`
+    for folder in (here.parents[1] / "examples", here.parents[3] / "examples"):
+        cases = sorted(folder.glob("*.toml"))
+        if cases:
+            return cases
+    raise ValueError("the shipped cases are missing from this installation; reinstall the package.")
+
+
+def describe(case: Case) -> Iterator[str]:
+    """Yield lines that say what a case would solve."""
+    yield f"Case      {case.title or '(no title)'}"
+    bodies = (
+        [("Upper", case.medium.upper), ("Lower", case.medium.lower)]
+        if isinstance(case.medium, TwoBodies)
+        else [("Body", case.medium)]
+    )
+    for name, body in bodies:
+        yield from _body(name, body)
+    yield f"Indenter  {_words(case.indenter)}"
+    yield f"Control   {_control(case)}"
+    yield f"Method    {case.method}, outline at {case.angles} polar angles"
+
+
+def _body(name: str, body: Any) -> Iterator[str]:
+    if not isinstance(body, Medium):
+        yield f"{name:<9} {_words(body)}"
+        return
+    for i, layer in enumerate(body.layers):
+        below = "bonded to" if layer.bonded else "sliding without friction on"
+        words = _words(layer, skip=("bonded",))
+        yield f"{name if i == 0 else '':<9} {words}, {below} {'the next layer' if i + 1 < len(body.layers) else 'the base'}"
+    yield f"{'Base':<9} {_words(body.base)}"
+
+
+def _words(thing: Any, skip: tuple[str, ...] = ()) -> str:
+    """Name a dataclass and its fields, with units where they have one: "Layer young 5 kPa, poisson 0.5"."""
+    parts = []
+    for field in dataclasses.fields(thing):
+        value = getattr(thing, field.name)
+        if field.name.startswith("_") or field.name in skip or value == ():
+            continue
+        parts.append(f"{field.name} {_value(field.name, value)}")
+    return f"{type(thing).__name__} {', '.join(parts)}".strip()
+
+
+def _value(name: str, value: Any) -> str:
+    if dataclasses.is_dataclass(value):
+        return f"({_words(value)})"
+    if isinstance(value, tuple):
+        return f"({len(value)} values)"
+    if isinstance(value, float):
+        if name == "inclination":
+            return f"{math.degrees(value):.4g} deg"
+        return (
+            text(value, _UNITS[name])
+            if _UNITS.get(name, "1/m") != "1/m"
+            else f"{value:.4g} {_UNITS.get(name, '')}".strip()
+        )
+    return str(value)
+
+
+def _control(case: Case) -> str:
+    unit = "N" if case.control == "force" else "m"
+    first, last = case.values[0], case.values[-1]
+    if case.values.size == 1:
+        return f"{case.control} {text(first, unit)}"
+    return f"{case.control}, {case.values.size} steps from {text(first, unit)} to {text(last, unit)}"

@@ -1,0 +1,221 @@
+"""Pictures of a result: force and stiffness over depth, the contact outline on the indenter, the pressure map.
+
+Each function draws into axes it is given and returns them; `figure` puts all three side by side. Figures are made without
+pyplot, so nothing depends on a display or on a global state. Units get the prefix that keeps numbers readable.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flatpunch._validation import Array
+from flatpunch.contact import pressure
+from flatpunch.files.results import whole_file
+from flatpunch.files.units import readable
+
+_FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c8c"
+_MAP_POINTS = 121
+_STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 10}
+
+
+def force_depth(result: xr.Dataset, axes: Axes) -> Axes:
+    """Draw force and stiffness over depth; steps at which the theory does not hold are grey.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    axes : matplotlib.axes.Axes
+        Where to draw; the stiffness gets a second axis on the right.
+    """
+    depth, depth_unit = _scaled(result["depth"].values, "m")
+    force, force_unit = _scaled(result["force"].values, "N")
+    stiffness, stiffness_unit = _scaled(result["stiffness"].values, "N/m")
+    valid = result["valid"].values.astype(bool)
+    marker = "o" if depth.size < 4 else ""
+    right = axes.twinx()
+    right.grid(visible=False)
+    for target, values, colour, line in ((axes, force, _FORCE, "-"), (right, stiffness, _STIFFNESS, "--")):
+        target.plot(depth, np.where(valid, values, np.nan), line, color=colour, marker=marker)
+        if not valid.all():
+            target.plot(depth, np.where(valid, np.nan, values), line, color=_INVALID, marker=marker)
+        target.set_ylim(bottom=0)
+    axes.set_xlim(left=0)
+    axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
+    axes.set_ylabel(f"normal force $F$ ({force_unit})", color=_FORCE)
+    right.set_ylabel(f"stiffness d$F$/d$d$ ({stiffness_unit})", color=_STIFFNESS)
+    axes.set_title("Force (solid) and stiffness (dashed)")
+    return axes
+
+
+def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None = None) -> Axes:
+    """Draw contact outlines over level lines of the indenter.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    indenter : object
+        The indenter it was solved for.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    step : int, optional
+        Which step; by default the last at which the theory holds, with three earlier ones thinner.
+    """
+    last = _last_valid(result) if step is None else step
+    phi, contour = result["phi"].values, result["contour"].values
+    half = 1.25 * float(np.max(contour[last]))
+    factor, unit = readable(half, "m")
+    _level_lines(indenter, half, factor, axes)
+    for i in _earlier(result, last) if step is None else []:
+        axes.plot(*_curve(contour[i], phi, factor), color=_OUTLINE, linewidth=0.8, alpha=0.45)
+    axes.plot(*_curve(contour[last], phi, factor), color=_OUTLINE, linewidth=1.8)
+    _frame(axes, half * factor, unit)
+    depth, depth_unit = _scaled(result["depth"].values[last : last + 1], "m")
+    axes.set_title(f"Contact outline (red) at $d$ = {depth[0]:.3g} {depth_unit}")
+    return axes
+
+
+def pressure_map(
+    result: xr.Dataset, medium: Any, indenter: Any, axes: Axes, *, step: int | None = None, points: int = _MAP_POINTS
+) -> Axes:
+    """Draw the contact pressure of one step as a map, with a colour bar.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    medium, indenter : object
+        What it was solved for.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    step : int, optional
+        Which step; by default the last at which the theory holds.
+    points : int
+        Number of points along either side of the map.
+    """
+    last = _last_valid(result) if step is None else step
+    half = 1.25 * float(np.max(result["contour"].values[last]))
+    x = np.linspace(-half, half, points)
+    radius = float(result["radius"].values[last])
+    field = pressure(medium, indenter, x[None, :], x[:, None], radius=radius, method=result.attrs["method"])
+    factor, unit = readable(half, "m")
+    values, pressure_unit = _scaled(field, "Pa", quantile=True)
+    _coloured(axes, x * factor, values, f"pressure $p$ ({pressure_unit})")
+    axes.plot(*_curve(result["contour"].values[last], result["phi"].values, factor), color=_OUTLINE, linewidth=1.0)
+    axes.grid(visible=False)
+    _frame(axes, half * factor, unit)
+    force, force_unit = _scaled(result["force"].values[last : last + 1], "N")
+    axes.set_title(f"Pressure at $F$ = {force[0]:.3g} {force_unit}")
+    return axes
+
+
+def _coloured(axes: Axes, x: Array, values: Array, label: str) -> None:
+    inside = values[values != 0]
+    largest = float(inside.max()) if inside.size else 1.0
+    # Pressure is infinite at the edge of a flat end and at a sharp apex: there, colours must not depend on how near a pixel
+    # comes to it. Elsewhere the largest pressure is at most a few per cent above this quantile.
+    quantile = float(np.quantile(inside, 0.995)) if inside.size else 1.0
+    top = largest if largest < 1.1 * quantile else quantile
+    shown = np.where(values == 0, np.nan, values)
+    bottom = min(0.0, float(values.min()))
+    mesh = axes.pcolormesh(x, x, shown, cmap="viridis", vmin=bottom, vmax=top, shading="nearest", rasterized=True)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="max" if top < largest else "neither")
+
+
+def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
+    """Return force-depth curve, outline and pressure map side by side.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    medium, indenter : object
+        What it was solved for.
+    title : str
+        Heading over all three.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with `save_figure`, or with its own `savefig`.
+    """
+    import matplotlib
+
+    with matplotlib.rc_context(_STYLE):
+        drawn = Figure(figsize=(13.2, 4.2), layout="constrained")
+        left, middle, right = drawn.subplots(1, 3, width_ratios=(1.15, 1, 1.15))
+        force_depth(result, left)
+        outline(result, indenter, middle)
+        pressure_map(result, medium, indenter, right)
+        if title:
+            drawn.suptitle(title, fontsize=12)
+    return drawn
+
+
+def save_figure(drawn: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG, PDF or SVG, by the ending; whole or not at all."""
+    path = Path(path)
+    known = sorted(drawn.canvas.get_supported_filetypes())
+    if path.suffix.lower().removeprefix(".") not in known:
+        raise ValueError(f"{path}: the ending must be one of {', '.join(known)}.")
+    with whole_file(path) as temporary:
+        drawn.savefig(temporary, dpi=200)
+    return path
+
+
+def _scaled(values: Array, unit: str, *, quantile: bool = False) -> tuple[Array, str]:
+    """Values in the unit that keeps the largest of them readable."""
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    if quantile and finite.any():
+        largest = float(np.quantile(finite[finite > 0], 0.9))
+    factor, prefixed = readable(largest, unit)
+    return values * factor, prefixed
+
+
+def _last_valid(result: xr.Dataset) -> int:
+    usable = result["valid"].values.astype(bool) & (result["radius"].values > 0)
+    if not usable.any():
+        raise ValueError("the theory holds at no step of this result, so there is no outline to draw; see its notes.")
+    return int(np.flatnonzero(usable)[-1])
+
+
+def _earlier(result: xr.Dataset, last: int) -> list[int]:
+    """Up to three steps before the last, at about a quarter, a half and three quarters of its radius."""
+    radius = result["radius"].values
+    wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in (0.25, 0.5, 0.75)]
+    return [i for i in sorted(set(wanted)) if i != last and radius[i] > 0 and bool(result["valid"].values[i])]
+
+
+def _curve(contour: Array, phi: Array, factor: float) -> tuple[Array, Array]:
+    closed, phi = np.append(contour, contour[0]) * factor, np.append(phi, phi[0])
+    return closed * np.cos(phi), closed * np.sin(phi)
+
+
+def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> None:
+    x = np.linspace(-half, half, 241)
+    r, phi = np.hypot(x[None, :], x[:, None]), np.arctan2(x[:, None], x[None, :])
+    inside = r <= indenter.reach
+    height = np.where(inside, indenter.height(np.minimum(r, indenter.reach), phi), np.nan)
+    if not np.nanmax(height) > 0:  # the flat end of a cylinder has no level lines
+        return
+    values, unit = _scaled(height, "m")
+    lines = axes.contour(x * factor, x * factor, values, levels=8, colors="#4a4a4a", linewidths=0.6)
+    axes.clabel(lines, fmt=lambda level: f"{level:g} {unit}", fontsize=6.5)
+
+
+def _frame(axes: Axes, half: float, unit: str) -> None:
+    axes.set_xlim(-half, half)
+    axes.set_ylim(-half, half)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"$x$ ({unit})")
+    axes.set_ylabel(f"$y$ ({unit})")
