@@ -130,10 +130,12 @@ def nodal_transform() -> Array:
     return np.asarray(transform)
 
 
-def nodal_derivative(low: float, high: float) -> Array:
-    """Matrix from values at the nodes of an interval to derivatives by log(beta) there."""
-    coefficients = chebyshev.chebder(nodal_transform()) * (2 / (high - low))
-    return np.asarray(chebyshev.chebvander(_unit_nodes(), NODES - 2) @ coefficients)
+def log_derivative(beta: Array) -> Array:
+    """Matrix from values at the nodes `beta` of a panel to derivatives by log(beta) there, shape (NODES, NODES)."""
+    t = _unit_nodes()
+    stretch = (t[0] - t[-1]) / np.log(beta[0] / beta[-1])
+    coefficients = chebyshev.chebder(nodal_transform()) * stretch
+    return np.asarray(chebyshev.chebvander(t, NODES - 2) @ coefficients)
 
 
 def _unit_nodes() -> Array:

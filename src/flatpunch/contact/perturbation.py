@@ -1,0 +1,270 @@
+"""Exact perturbation theory for power-law indenters f = r^n psi(phi), second and fourth order (design 2.5).
+
+With a reference mean C and a free exponent lam, u = ((psi/C)^lam - 1)/lam has zero mean (lam = 0: u = ln(psi/C)), and
+psi/C - 1 = u + c2 u^2 + c3 u^3 + c4 u^4. The round contact of C r^n is the base; the medium answers each harmonic of u with
+one function of beta,
+
+    outline   a(phi) = abar exp(w),  w = -R[u] + ...,       force   ln F = ln F_base + x2 + x3 + x4 + ...
+
+Everything here depends on beta = a/l alone once a^n is scaled out; it is sampled on panels of log(beta), where derivatives by
+ln a are exact. Angular fields live on one period of the outline; R and k act on their Fourier coefficients.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._validation import Array, Indices
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import edge_strength
+from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.basis import power_edge, power_moments
+from flatpunch.punch.family import SMALLEST, punch_family
+from flatpunch.punch.harmonics import Edges, solve_edges
+from flatpunch.punch.panels import Panels, log_derivative, tail
+
+_MOST_POINTS = 2048
+"""Points on one period of a kinked outline: its harmonics fall like 1/m^2, which leaves 1e-7 of the force."""
+_LEAST_POINTS = 128
+_MOST_FOLD = 24
+
+X2, X3, X4, STIFFENING, LOG_MEAN, LOG_SQUARE, SWING = range(7)
+"""Columns of `PowerPerturbation.at`: terms of ln F; sum of eta_m h_m^2; ln<e^w>; ln<e^2w>; largest |w|."""
+
+
+@dataclass(frozen=True, slots=True)
+class Angles:
+    """One period of a profile psi(phi) in the variable of the expansion.
+
+    Attributes
+    ----------
+    u : ndarray, shape (points,)
+        ((psi/C)^lam - 1)/lam at equal steps from `start` over one period.
+    orders : ndarray of int, shape (points/2,)
+        Harmonics m that its Fourier coefficients belong to.
+    start : float
+        First angle [rad].
+    mean : float
+        Reference C [m^(1-n)], for which <u> = 0.
+    c2, c3, c4 : float
+        Coefficients of psi/C - 1 = u + c2 u^2 + c3 u^3 + c4 u^4 + ...
+    """
+
+    u: Array
+    orders: Indices
+    start: float
+    mean: float
+    c2: float
+    c3: float
+    c4: float
+
+    def waves(self, phi: Array) -> Array:
+        """Harmonics of -u at angles phi, shape (orders, p): weighted by R they add up to w."""
+        spectrum = np.fft.rfft(self.u) / self.u.size
+        # the highest frequency of the grid has no partner
+        spectrum[1:-1] *= 2
+        return np.asarray(-np.real(spectrum[1:, None] * np.exp(1j * np.outer(self.orders, phi - self.start))))
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """Round contact of r^n over a^n on the unit disc, modulus 1; shape (nb, 1) each.
+
+    Attributes
+    ----------
+    depth, slope : ndarray
+        d and D1 = a d'.
+    force, excess : ndarray
+        F and G = K d - F.
+    edge, flat : ndarray
+        Edge strength e of the flat punch and its c_0: K = 2 pi c_0, a K' = 2 pi^2 e^2.
+    """
+
+    depth: Array
+    slope: Array
+    force: Array
+    excess: Array
+    edge: Array
+    flat: Array
+
+
+class PowerPerturbation:
+    """Second- and fourth-order answers of one power-law indenter on one medium.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        The medium.
+    indenter : Indenter
+        A power-law shape.
+    lam : float
+        Exponent of the expansion variable; 0 is the logarithm, 1/2 serves the fourth order.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, lam: float) -> None:
+        assert indenter.exponent is not None
+        self.kernel, self.exponent = kernel, indenter.exponent
+        self.angles = expand(indenter, lam)
+        self._panels = Panels(kernel, self._columns, _judge)
+        self._outlines: dict[bytes, Panels] = {}
+
+    def at(self, radius: Array) -> tuple[Array, Array]:
+        """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
+        beta = radius / self.kernel.length
+        live = (beta > SMALLEST) & (not self.kernel.homogeneous)
+        values = np.empty((radius.size, SWING + 1))
+        slopes = np.zeros_like(values)
+        if not live.all():
+            values[~live] = self._columns(np.zeros(1))
+        if live.any():
+            logs = np.log(beta[live])
+            values[live], slopes[live] = self._panels.at(logs), self._panels.slope(logs)
+        return values, slopes
+
+    def outline(self, radius: Array, phi: Array) -> Array:
+        """w(phi) at base radii, a(phi) = abar exp(w); shape (n, p)."""
+        key = phi.tobytes()
+        if key not in self._outlines:
+            waves = self.angles.waves(phi)
+            self._outlines[key] = Panels(self.kernel, lambda beta: self._response(beta)[0] @ waves)
+        beta = radius / self.kernel.length
+        live = (beta > SMALLEST) & (not self.kernel.homogeneous)
+        if live.all():
+            return self._outlines[key].at(np.log(beta))
+        w = np.repeat(self._response(np.zeros(1))[0] @ self.angles.waves(phi), radius.size, axis=0)
+        if live.any():
+            w[live] = self._outlines[key].at(np.log(beta[live]))
+        return w
+
+    def _response(self, beta: Array) -> tuple[Array, Edges, Base]:
+        """R_m at radii beta for the orders of the outline, shape (nb, orders), and what it came from."""
+        base = round_base(self.kernel, self.exponent, beta)
+        orders = self.angles.orders
+        edges = solve_edges(self.kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
+        return edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base
+
+    def _columns(self, beta: Array) -> Array:
+        response, edges, base = self._response(beta)
+        derivative = log_derivative(beta) if beta.all() else np.zeros((1, 1))
+        stiffening = edges.stiffening(self.angles.orders)
+        w = -act(response, self.angles.u)
+        # sum of eta_m h_m^2, eta_m = (1/2)(dlnK/dlna)(1 + k_m) with dlnK/dlna = pi e^2/c_0
+        gain = np.pi * (base.edge**2 / base.flat)[:, 0] * np.mean(w * (w + act(stiffening, w)), axis=1)
+        columns = [
+            *force_terms(self.angles, base, response, stiffening, derivative, self.exponent),
+            gain,
+            np.log(np.mean(np.exp(w), axis=1)),
+            np.log(np.mean(np.exp(2 * w), axis=1)),
+            np.abs(w).max(axis=1),
+        ]
+        return np.column_stack(columns)
+
+
+def force_terms(
+    angles: Angles, base: Base, response: Array, stiffening: Array, derivative: Array, exponent: float
+) -> tuple[Array, Array, Array]:
+    """Terms x2, x3, x4 of ln(F/F_base), shape (nb,) each.
+
+    Parameters
+    ----------
+    angles, base
+        The profile and the round contact under it.
+    response, stiffening : ndarray, shape (nb, orders)
+        R_m and k_m.
+    derivative : ndarray, shape (nb, nb)
+        Matrix of d/dln(beta) between the nb radii.
+    exponent : float
+        n of the profile.
+    """
+    u = angles.u
+    e2, d1 = base.edge**2, base.slope
+    h = 2 * np.pi**2 * e2 * d1
+    # notation: k0 = (1/2) dln(K'/a)/dln a, ratio = D2/D1
+    k0 = derivative @ np.log(base.edge) - 0.5
+    ratio = exponent + derivative @ np.log(np.abs(d1))
+    w1, w2, w3 = -act(response, u), -angles.c2 * act(response, u**2), -angles.c3 * act(response, u**3)
+    wf = -angles.c2 * np.mean(u**2) * base.depth / d1
+    eta = (k0 + ratio) * w1 - act(derivative @ response, u)
+
+    def carried(y: Array) -> Array:
+        """T(y) = (1/D1) d/dln a (a K' D1^2 y/2), all of it growing like a^(2n + 1)."""
+        g = e2 * d1**2 * y
+        return np.asarray(np.pi**2 / d1 * ((2 * exponent + 1) * g + derivative @ g))
+
+    excess = stiffening - k0
+    q = _mean(w1**4) * (1 - ratio / 2 - k0) / 6 + _mean(w1**3 * eta) / 3 + wf * _mean(w1**2)
+    q += _mean(w1**2 * act(excess, w1**2)) / 4 - _mean(w1**3 * act(excess, w1)) / 3
+    x2 = (-base.excess * angles.c2 * np.mean(u**2) + h * _mean(w1**2) / 2) / base.force
+    x3 = -base.excess * angles.c3 * np.mean(u**3) + h * _mean(w1 * w2) + carried(_mean(w1**3) / 3)
+    x4 = -base.excess * angles.c4 * np.mean(u**4) + h * (_mean(w2**2 + 2 * w1 * w3) + wf**2) / 2
+    x4 += carried(_mean(w1**2 * w2) + q)
+    return x2[:, 0], (x3 / base.force)[:, 0], (x4 / base.force - x2**2 / 2)[:, 0]
+
+
+def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
+    """Round contact of r^n on discs beta, shape (nb,)."""
+    answers = punch_family(kernel).at(beta)
+    b = power_moments(exponent, 0, answers.flat.shape[1])
+    edge, closed = edge_strength(answers), power_edge(exponent, 0)
+    depth = (closed + answers.edge @ b) / edge
+    slope = (depth * answers.slope[:, 0] + exponent * closed - answers.slope @ b) / edge
+    excess = 2 * np.pi * answers.flat @ b
+    force = 2 * np.pi * depth * answers.flat[:, 0] - excess
+    return Base(*(value[:, None] for value in (depth, slope, force, excess, edge, answers.flat[:, 0])))
+
+
+def act(weights: Array, field: Array) -> Array:
+    """Multiply the harmonics m > 0 of angular fields by weights, shape (nb, orders); the mean goes to zero."""
+    spectrum = np.fft.rfft(field)
+    weighted = np.zeros((weights.shape[0], spectrum.shape[-1]), dtype=complex)
+    weighted[:, 1:] = weights * spectrum[..., 1:]
+    return np.asarray(np.fft.irfft(weighted, n=field.shape[-1], axis=-1))
+
+
+def expand(indenter: Indenter, lam: float) -> Angles:
+    """Profile psi(phi) of a power-law indenter as one period of the variable u."""
+    phi, weights = angular_rule(indenter)
+    psi = _angular(indenter, phi)
+    mean = float(np.exp(weights @ np.log(psi)) if lam == 0 else (weights @ psi**lam) ** (1 / lam))
+    fold = _fold(indenter)
+    start = indenter.corners[0] if indenter.corners else 0.0
+    points = _MOST_POINTS
+    while True:
+        grid = start + 2 * np.pi / fold * np.arange(points) / points
+        ratio = _angular(indenter, grid) / mean
+        u = np.log(ratio) if lam == 0 else (ratio**lam - 1) / lam
+        spectrum = np.abs(np.fft.rfft(u))
+        # products of four fields must fit on the grid
+        if points <= _LEAST_POINTS or spectrum[points // 16 :].max() > 1e-15 * max(spectrum.max(), 1e-15):
+            break
+        points //= 2
+    c2 = (1 - lam) / 2
+    c3 = c2 * (1 - 2 * lam) / 3
+    return Angles(u - u.mean(), fold * np.arange(1, points // 2 + 1), start, mean, c2, c3, c3 * (1 - 3 * lam) / 4)
+
+
+def _angular(indenter: Indenter, phi: Array) -> Array:
+    return np.asarray(indenter.height(np.ones_like(phi), phi))
+
+
+def _fold(indenter: Indenter) -> int:
+    """Largest rotational symmetry of the outline, up to 24-fold."""
+    phi = 0.1234 + 2 * np.pi * np.arange(97) / 97
+    psi = _angular(indenter, phi)
+    for fold in range(_MOST_FOLD, 1, -1):
+        turned = _angular(indenter, phi + 2 * np.pi / fold)
+        if np.allclose(turned, psi, rtol=1e-12, atol=0):
+            return fold
+    return 1
+
+
+def _mean(field: Array) -> Array:
+    return np.asarray(np.mean(field, axis=-1, keepdims=True))
+
+
+def _judge(series: Array) -> float:
+    """Tail of the force's second-order term and of the outline's mean; the higher terms are small and noisier."""
+    return max(tail(series[:, [X2]]), tail(series[:, [LOG_SQUARE]]))

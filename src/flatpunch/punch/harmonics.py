@@ -1,0 +1,112 @@
+"""Answers of the punch matrices of all angular harmonics at once.
+
+The matrices of one parity are trailing blocks of D + B (design 2.2). Turned end to end they are leading blocks, and one
+Cholesky factor holds the factors of all of them. Only the edge functionals are wanted: S[A_m^-1 b] = S0[b] + b.edge_m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaln
+
+from flatpunch._validation import Array, Indices
+from flatpunch.compliance import Kernel
+from flatpunch.punch.basis import edge_signs, half_space_diagonal, power_moments
+from flatpunch.punch.matrix import effective_beta, kernel_matrix, sufficient_terms
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """Edge functionals of harmonics m > 0 at nb radii.
+
+    Attributes
+    ----------
+    vectors : dict
+        m -> A_m^-1 s - D_m^-1 s, shape (nb, terms of that harmonic); harmonics that are missing feel the half-space only.
+    first : ndarray, shape (nb,)
+        s.(A_1^-1 - D_1^-1)s of the translation, m = 1.
+    """
+
+    vectors: dict[int, Array]
+    first: Array
+
+    def stiffening(self, orders: Indices) -> Array:
+        """k_m: relative gain of edge strength per root of the normal distance under the harmonic m of an outline.
+
+        Shape (nb, len(orders)); k_1 = 0 is a translation.
+        """
+        k = np.empty((self.first.size, orders.size))
+        for column, m in enumerate(orders):
+            vector = self.vectors.get(int(m))
+            own = 0.0 if vector is None else vector @ edge_signs(vector.shape[1])
+            k[:, column] = (m - 1) / 2 + np.pi * (own - self.first)
+        return k
+
+    def power_edge(self, exponent: float, orders: Indices) -> Array:
+        """S[A_m^-1 b[r^n]] for the displacement r^n cos(m phi), shape (nb, len(orders))."""
+        result = np.repeat(half_space_power_edge(exponent, orders)[None, :], self.first.size, axis=0)
+        for column, m in enumerate(orders):
+            vector = self.vectors.get(int(m))
+            if vector is not None:
+                result[:, column] += vector @ power_moments(exponent, int(m), vector.shape[1])
+        return result
+
+
+def half_space_power_edge(exponent: float, orders: Indices) -> Array:
+    """S0_m = 1/B((m + n + 1)/2, 1/2) for many orders, shape (len(orders),)."""
+    x = (np.asarray(orders, dtype=float) + exponent + 1) / 2
+    return np.asarray(np.exp(gammaln(x + 0.5) - gammaln(x)) / np.sqrt(np.pi))
+
+
+def harmonic_size(kernel: Kernel, beta: float) -> int:
+    """Terms of the common matrix: beyond order twice this, harmonics feel the half-space of the surface material only."""
+    return sufficient_terms(kernel, beta) + 8 + int(np.ceil(4 * effective_beta(kernel, beta)))
+
+
+def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
+    """Edge functionals of the wanted harmonics.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    beta : ndarray, shape (nb,)
+        Punch radii in units of the medium's length, > 0.
+    orders : ndarray of int
+        Harmonics m > 0.
+
+    Returns
+    -------
+    Edges
+    """
+    if kernel.homogeneous:
+        return Edges({}, np.zeros(beta.size))
+    size = harmonic_size(kernel, float(beta.max()))
+    wanted = {int(m) for m in orders} | {1}
+    vectors: dict[int, Array] = {}
+    for parity in (0, 1):
+        chosen = sorted(m for m in wanted if m % 2 == parity and m < 2 * size)
+        if chosen:
+            vectors |= _solve_parity(kernel, beta, size, parity, chosen)
+    first = vectors[1] @ edge_signs(size)
+    return Edges({m: v for m, v in vectors.items() if m in {int(m) for m in orders}}, first)
+
+
+def _solve_parity(kernel: Kernel, beta: Array, size: int, parity: int, orders: list[int]) -> dict[int, Array]:
+    block = kernel_matrix(kernel, beta, size, parity)
+    matrix = block.copy()
+    matrix[:, range(size), range(size)] += half_space_diagonal(parity, size)
+    inverse = np.linalg.inv(np.linalg.cholesky(matrix[:, ::-1, ::-1]))
+    vectors = {}
+    for m in orders:
+        start = (m - parity) // 2
+        n = size - start
+        s = edge_signs(n) / half_space_diagonal(m, n)
+        right = -(block[:, start:, start:] @ s)[:, ::-1]
+        half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right)
+        vectors[m] = np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
+    return vectors
+
+
