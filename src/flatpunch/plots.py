@@ -103,8 +103,9 @@ def pressure_map(
     last = _last_valid(result) if step is None else step
     half = 1.25 * float(np.max(result["contour"].values[last]))
     x = np.linspace(-half, half, points)
-    radius = float(result["radius"].values[last])
-    field = pressure(medium, indenter, x[None, :], x[:, None], radius=radius, method=result.attrs["method"])
+    # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
+    control = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    field = pressure(medium, indenter, x[None, :], x[:, None], method=result.attrs["method"], **control)
     factor, unit = readable(half, "m")
     values, pressure_unit = _scaled(field, "Pa", quantile=True)
     _coloured(axes, x * factor, values, f"pressure $p$ ({pressure_unit})")

@@ -184,12 +184,11 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
     ]
     r, f = [], []
     for line in lines[1:]:
+        cells = _cells(line, path.name)
         try:
-            first, second = (float(cell) for cell in _cells(line, path.name))
+            first, second = map(float, cells)
         except ValueError:
-            raise ValueError(
-                f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}."
-            ) from None
+            raise ValueError(f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}.") from None
         r.append(first * scales[0])
         f.append(second * scales[1])
     return r, f

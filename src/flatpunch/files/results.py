@@ -168,7 +168,7 @@ def _structure(result: xr.Dataset) -> dict[str, Any]:
         if name != "step":  # its values are the first column
             kept["values"] = result[name].values.tolist()
     variables = {str(name): described(variable) for name, variable in result.data_vars.items()}
-    return {"attrs": _plain(result.attrs), "coords": coords, "variables": variables}
+    return {"steps": result.sizes["step"], "attrs": _plain(result.attrs), "coords": coords, "variables": variables}
 
 
 def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
@@ -218,7 +218,7 @@ def from_csv(text: str) -> xr.Dataset:
         for name, kept in structure["coords"].items()
     }
     result = xr.Dataset(variables, coords, structure["attrs"])
-    if result.sizes["step"] != len(rows) - 1 or position != len(rows[0]):
+    if structure["steps"] != len(rows) - 1 or position != len(rows[0]):
         raise ResultError("damaged: the table is smaller or larger than its description.")
     return result
 

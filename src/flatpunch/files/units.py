@@ -11,6 +11,7 @@ import functools
 import math
 import re
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
@@ -45,7 +46,7 @@ def registry() -> Any:
     """Return the unit registry, made on first use: importing pint takes longer than solving a case."""
     import pint
 
-    return pint.UnitRegistry(cache_folder=None)
+    return pint.UnitRegistry(non_int_type=Decimal)
 
 
 def to_si(value: Any, dimension: Dimension) -> float:
@@ -71,20 +72,21 @@ def to_si(value: Any, dimension: Dimension) -> float:
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if match is None:
         raise ValueError(f"does not start with a number; {remedy}.")
-    number, unit = float(match[1]), match[2]
+    number, unit = match[1], match[2]
     if not unit:
         raise ValueError(f"has no unit; {remedy}.")
-    result = number * _scale(unit, dimension, remedy)
+    # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
+    result = float(Decimal(number) * _scale(unit, dimension, remedy))
     if not math.isfinite(result):
         raise ValueError(f"is not finite; {remedy}.")
     return result
 
 
-def _scale(unit: str, dimension: Dimension, remedy: str) -> float:
+def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
     """SI value of one `unit`."""
     ureg = registry()
     try:
-        one = ureg.Quantity(1.0, ureg.parse_units(unit))
+        one = ureg.Quantity(Decimal(1), ureg.parse_units(unit))
         target = ureg.parse_units(dimension.unit)
         compatible = one.is_compatible_with(target)
     except Exception:
@@ -95,7 +97,7 @@ def _scale(unit: str, dimension: Dimension, remedy: str) -> float:
         compatible = bool(re.search("radian|degree|arc|turn|grad", str(one.units)))
     if not compatible:
         raise ValueError(f"has {_dimension_name(one)}; {remedy}.")
-    return float(one.to(target).magnitude)
+    return Decimal(one.to(target).magnitude)
 
 
 def _suggestion(unit: str, dimension: Dimension) -> str:

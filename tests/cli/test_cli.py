@@ -1,0 +1,213 @@
+"""The command line as a user meets it: results, readable refusals, exit statuses, nothing half-written."""
+
+import re
+import signal
+import subprocess
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flatpunch as fp
+from flatpunch import cli
+from flatpunch.files import load, shipped_cases
+
+CASE = """
+title = "Gel"
+angles = 24
+layers = [{ young = "5 kPa", poisson = 0.5, thickness = "1.2 um" }]
+base = { kind = "rigid" }
+indenter = { kind = "pyramid", sides = 4, half_opening_angle = "35 deg" }
+control = { depth = { start = "10 nm", stop = "400 nm", points = 12 } }
+"""
+
+
+def run(*arguments):
+    # The width fixes the line breaks of tables and help.
+    return CliRunner().invoke(
+        cli.app, [str(argument) for argument in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"}
+    )
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "gel.toml"
+    path.write_text(CASE, encoding="utf-8")
+    return path
+
+
+def test_solve_writes_what_it_prints(case, tmp_path):
+    nc, csv, png = tmp_path / "gel.nc", tmp_path / "out.csv", tmp_path / "gel.png"
+    done = run("solve", case, "-o", nc, "--csv", csv, "--plot", png)
+    assert done.exit_code == 0, done.output
+    xr.testing.assert_identical(load(nc), load(csv))
+    direct = fp.indent(
+        fp.Medium([fp.Layer(5e3, 0.5, 1.2e-6)], base=fp.RigidBase()),
+        fp.Pyramid(sides=4, inclination=np.radians(55)),
+        depth=np.linspace(1e-8, 4e-7, 12),
+        angles=24,
+    )
+    # the same calculation up to the last digit of the angle
+    np.testing.assert_allclose(load(nc)["force"], direct["force"], rtol=1e-13)
+    assert f"{float(direct['force'][-1]) * 1e12:.4g}" in done.output  # the column is in pN
+    assert "10 of 12 steps, method first-order" in done.output
+    height, width, _ = matplotlib.image.imread(png).shape
+    assert width > height > 500
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["gel.nc", "gel.png", "gel.toml", "out.csv"]
+
+
+def test_solve_alone_prints_only(case, tmp_path):
+    done = run("solve", case)
+    assert done.exit_code == 0
+    assert "stiffness" in done.output
+    assert "Written" not in done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
+
+
+def test_notes_of_a_result_are_printed(case):
+    """A film 30 times stiffer than its base: the first-order outline does not exist there, and the user is told."""
+    stiff = CASE.replace('"5 kPa"', '"3 GPa"').replace(
+        'kind = "rigid"', 'kind = "half-space", young = "0.1 GPa", poisson = 0.3'
+    )
+    case.write_text(stiff.replace('"400 nm"', '"4 um"'), encoding="utf-8")
+    done = run("solve", case)
+    assert done.exit_code == 0, done.output
+    assert "Note: " in done.output
+    assert re.search(r"theory", done.output)
+
+
+def test_check_says_what_would_be_solved(case, tmp_path):
+    done = run("check", case)
+    assert done.exit_code == 0
+    assert "Layer young 5 kPa, poisson 0.5, thickness 1.2 µm, bonded to the base" in done.output
+    assert "depth, 12 steps from 10 nm to 400 nm" in done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
+
+
+def test_demo_solves_every_shipped_case(tmp_path):
+    done = run("demo", "-o", tmp_path / "results")
+    assert done.exit_code == 0, done.output
+    for source in shipped_cases():
+        target = tmp_path / "results" / source.name
+        assert target.read_text() == source.read_text()
+        assert load(target.with_suffix(".nc"))["valid"].all()
+        assert target.with_suffix(".png").stat().st_size > 10_000
+
+
+def test_demo_keeps_what_the_user_changed(tmp_path, monkeypatch):
+    monkeypatch.setattr("flatpunch.files.shipped_cases", lambda: shipped_cases()[:1])
+    mine = tmp_path / shipped_cases()[0].name
+    mine.write_text(CASE, encoding="utf-8")
+    done = run("demo", "-o", tmp_path)
+    assert done.exit_code == 0
+    assert "is kept and solved as it is" in done.output
+    assert mine.read_text(encoding="utf-8") == CASE
+    assert load(mine.with_suffix(".nc")).sizes["step"] == 12
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "message"),
+    [
+        (
+            ('"1.2 um"', '"5 kPa"'),
+            [],
+            "layers[0].thickness = '5 kPa' has the dimension of a pressure; a length such as '1.2 um'",
+        ),
+        (("poisson", "poison"), [], "layers[0].poison is no known field; did you mean 'poisson'?"),
+        (("[{ young", "[{ young"), ["-o", "gel.txt"], "--output gel.txt: the ending must be .nc or .csv"),
+        (("[{ young", "[{ young"), ["-o", "none/gel.nc"], "--output none/gel.nc: the folder none does not exist"),
+        (("[{ young", "[{ young"), ["--csv", "gel.nc"], "--csv gel.nc: the ending must be .csv"),
+        (("[{ young", "[{ young"), ["--plot", "gel.jpeg"], "--plot gel.jpeg: the ending must be .png or .pdf or .svg"),
+    ],
+)
+def test_bad_input_ends_with_status_2(case, monkeypatch, change, options, message):
+    """Refused before any work: `indent` must not even be called."""
+    monkeypatch.setattr(fp, "indent", lambda *_, **__: pytest.fail("solved before the input was checked"))
+    case.write_text(CASE.replace(*change), encoding="utf-8")
+    done = run("solve", case, *options)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.output
+    assert done.stderr.startswith("Error: ")
+
+
+def test_bad_command_lines_end_with_status_2(tmp_path):
+    for arguments in (
+        ["solve"],
+        ["solve", tmp_path / "none.toml"],
+        ["solve", tmp_path],
+        ["press"],
+        ["solve", "a", "--colour"],
+    ):
+        done = run(*arguments)
+        assert done.exit_code == 2, arguments
+        assert "Traceback" not in done.output
+
+
+def test_unreachable_target_is_readable(case):
+    """A sphere cannot be pressed in deeper than its own radius allows: the refusal comes from the contact theory."""
+    sphere = CASE.replace(
+        'kind = "pyramid", sides = 4, half_opening_angle = "35 deg"', 'kind = "sphere", radius = "1 um"'
+    )
+    case.write_text(sphere.replace('"400 nm"', '"40 mm"'), encoding="utf-8")
+    done = run("solve", case)
+    assert done.exit_code == 2
+    assert "Error: " in done.stderr
+    assert "Traceback" not in done.output
+
+
+@pytest.mark.parametrize("where", ["flatpunch.indent", "flatpunch.files.save", "flatpunch.plots.figure"])
+def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    (tmp_path / "gel.nc").write_bytes(b"older")
+    monkeypatch.setattr(where, interrupt)
+    done = run("solve", case, "-o", tmp_path / "gel.nc", "--plot", tmp_path / "gel.png")
+    assert done.exit_code == 130
+    assert done.stderr.strip() == "Interrupted. No file was left half-written."
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["gel.nc", "gel.toml"]
+    assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.figure")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is no signal that a test could send there")
+def test_a_real_interrupt(case, tmp_path):
+    """The signal itself, in a process of its own, while the solver is at work."""
+    script = (
+        "import sys, time, flatpunch as fp\n"
+        "from flatpunch import cli\n"
+        "fp.indent = lambda *a, **k: (print('solving', flush=True), time.sleep(60))\n"
+        f"sys.argv = ['flatpunch', 'solve', {str(case)!r}, '-o', {str(tmp_path / 'gel.nc')!r}]\n"
+        "cli.main()\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "solving\n"
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert errors.strip() == "Interrupted. No file was left half-written."
+    assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
+
+
+def test_mistakes_of_the_package_keep_their_traceback(case, monkeypatch):
+    def broken(*_, **__):
+        raise AssertionError("a bug")
+
+    monkeypatch.setattr(fp, "indent", broken)
+    done = run("solve", case)
+    assert isinstance(done.exception, AssertionError)
+
+
+def test_help_teaches():
+    assert "flatpunch demo" in run("--help").output
+    assert "flatpunch solve gel.toml -o gel.nc" in run("solve", "--help").output
+    assert "CASE.toml" in run("check", "--help").output
+    assert run("--version").output.strip() == f"flatpunch {fp.__version__}"
+    # without arguments the help is shown; older typer ends that with status 0, newer with 2
+    assert "Usage" in run().output

@@ -1,0 +1,95 @@
+"""Pictures: what is drawn is what the result says, in readable units, for every kind of indenter."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import flatpunch as fp
+from flatpunch import plots
+
+GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1.2e-6)], base=fp.RigidBase())
+TIP = fp.Pyramid(sides=4, inclination=0.9)
+INDENTERS = [
+    TIP,
+    fp.Paraboloid(2e-6),
+    fp.EllipticParaboloid(2e5, 4e5),
+    fp.Sphere(2e-6),
+    fp.Cone(0.5),
+    fp.Cylinder(5e-7),
+    fp.RadialProfile([0, 2e-7, 4e-7, 8e-7], [0, 1e-8, 5e-8, 3e-7]),
+]
+
+
+@pytest.fixture(scope="module")
+def result():
+    return fp.indent(GEL, TIP, depth=np.linspace(1e-8, 4e-7, 20), angles=48)
+
+
+@pytest.fixture
+def axes():
+    return Figure().subplots()
+
+
+def test_force_depth_draws_the_numbers(result, axes):
+    plots.force_depth(result, axes)
+    right = next(other for other in axes.figure.axes if other is not axes)
+    depth, force = axes.lines[0].get_data()
+    np.testing.assert_allclose(depth, result["depth"] * 1e9)  # nm
+    np.testing.assert_allclose(force, result["force"] * 1e12)  # pN: the largest is below 1 nN
+    np.testing.assert_allclose(right.lines[0].get_ydata(), result["stiffness"] * 1e3)  # mN/m
+    assert "nm" in axes.get_xlabel()
+    assert "pN" in axes.get_ylabel()
+    assert "mN/m" in right.get_ylabel()
+
+
+def test_steps_where_the_theory_fails_are_drawn_apart(result, axes):
+    broken = result.copy(deep=True)
+    broken["valid"][15:] = False
+    plots.force_depth(broken, axes)
+    sound, grey = (line.get_ydata() for line in axes.lines)
+    assert np.isfinite(sound).sum() == 15
+    assert np.isfinite(grey).sum() == 5
+
+
+def test_outline_is_closed_and_of_the_last_valid_step(result, axes):
+    broken = result.copy(deep=True)
+    broken["valid"][15:] = False
+    plots.outline(broken, TIP, axes)
+    x, y = axes.lines[-1].get_data()
+    assert (x[0], y[0]) == pytest.approx((x[-1], y[-1]))
+    # polar radii of the drawn curve are the contour of step 14, in nm
+    np.testing.assert_allclose(np.hypot(x, y)[:-1], result["contour"][14] * 1e9, rtol=1e-12)
+    assert axes.get_aspect() == 1
+
+
+def test_pressure_map_integrates_to_the_force(result, axes):
+    plots.pressure_map(result, GEL, TIP, axes, points=161)
+    mesh = axes.collections[0]
+    field = np.nan_to_num(np.asarray(mesh.get_array().filled(np.nan)))
+    cell = (np.diff(axes.get_xlim())[0] / 160 * 1e-9) ** 2
+    # kPa on a grid of 160 cells a side: the edge of the contact and the apex leave about a per cent
+    assert field.sum() * 1e3 * cell == pytest.approx(float(result["force"][-1]), rel=0.02)
+
+
+@pytest.mark.parametrize("indenter", INDENTERS, ids=lambda indenter: type(indenter).__name__)
+def test_figure_of_every_indenter(indenter, tmp_path):
+    result = fp.indent(GEL, indenter, depth=[1e-8, 3e-8, 5e-8], angles=48)
+    drawn = plots.figure(result, GEL, indenter, title="A title")
+    assert plots.save_figure(drawn, tmp_path / "figure.png").stat().st_size > 10_000
+    assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
+
+
+def test_single_step(tmp_path):
+    result = fp.indent(GEL, TIP, depth=1e-7, angles=48)
+    plots.save_figure(plots.figure(result, GEL, TIP), tmp_path / "one.svg")
+    assert (tmp_path / "one.svg").read_text(encoding="utf-8").lstrip().startswith("<?xml")
+
+
+def test_refusals(result, tmp_path):
+    with pytest.raises(ValueError, match="the ending must be one of"):
+        plots.save_figure(Figure(), tmp_path / "figure.docx")
+    nowhere = result.copy(deep=True)
+    nowhere["valid"][:] = False
+    with pytest.raises(ValueError, match="the theory holds at no step"):
+        plots.figure(nowhere, GEL, TIP)
+    assert not list(tmp_path.iterdir())
