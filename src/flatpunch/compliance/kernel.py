@@ -2,7 +2,10 @@
 
 C(k) = 2 L(k l)/(E* k) with E* the plane-strain modulus at the surface, l the medium's own length and L -> 1 for short waves.
 Solvers work with the remainder L - 1, which vanishes at short waves: exponentially under homogeneous layers, like
-tail/(k l) where the modulus varies at the surface itself.
+tail/(k l) where the modulus varies at the surface itself. A power-law half-space is the one exception: L = c (k l)^exponent.
+
+Two bodies pressed together: at every point of the contact the gap is closed by the sum of both surface displacements, and
+both carry the same pressure, so the compliances add, C = C_1 + C_2, and nothing that is built on C knows the difference.
 """
 
 from __future__ import annotations
@@ -14,8 +17,11 @@ from functools import lru_cache
 import numpy as np
 
 from flatpunch._validation import Array, values
+from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
+from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
-from flatpunch.media import HalfSpace, Medium
+from flatpunch.compliance.power_law import power_law_constant
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, TwoBodies
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +42,10 @@ class Kernel:
         kappa above which L - 1 - tail/kappa is below rounding.
     floor : float
         kappa below which L is smooth on the scale of kappa itself.
+    exponent : float
+        L ~ kappa^exponent at short waves; not 0 only for power-law half-spaces.
+    series : SmoothResponse or None
+        Under a graded surface layer: L - 1 as series, with derivatives, precise at all wavenumbers.
     """
 
     modulus: float
@@ -44,6 +54,8 @@ class Kernel:
     tail: float = 0.0
     cutoff: float = SATURATION
     floor: float = 1e-3
+    exponent: float = 0.0
+    series: SmoothResponse | None = None
     cache: dict[object, object] = field(default_factory=dict, repr=False)
 
     @property
@@ -51,8 +63,15 @@ class Kernel:
         """Whether the medium is a homogeneous half-space, with no length of its own."""
         return not np.isfinite(self.length)
 
+    @property
+    def graded(self) -> bool:
+        """Whether the modulus varies at the surface itself, so that L - 1 decays like a power of kappa."""
+        return self.series is not None
+
     def remainder(self, kappa: Array) -> Array:
         """L - 1 at kappa = k l."""
+        if self.series is not None:
+            return np.asarray(self.series.derivatives(kappa, 0)[0])
         return self.response(kappa) - 1.0
 
     def __call__(self, k: float | Array) -> Array:
@@ -74,12 +93,12 @@ class Kernel:
 
 
 @lru_cache(maxsize=256)
-def compliance(medium: HalfSpace | Medium) -> Kernel:
+def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
     """Surface compliance of a medium.
 
     Parameters
     ----------
-    medium : HalfSpace or Medium
+    medium : HalfSpace, Medium, PowerLawHalfSpace or TwoBodies
         The body; equal media share one kernel and with it every solution already computed.
 
     Returns
@@ -90,8 +109,14 @@ def compliance(medium: HalfSpace | Medium) -> Kernel:
     if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and not medium.layers):
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
     if isinstance(medium, Medium):
+        if any(isinstance(layer, GradedLayer) for layer in medium.layers):
+            return _graded_stack(medium)
         return _stack(medium)
-    raise TypeError(f"medium = {medium!r} must be a Medium or a HalfSpace.")
+    if isinstance(medium, TwoBodies):
+        return _pair(medium)
+    if isinstance(medium, PowerLawHalfSpace):
+        return _power_law(medium)
+    raise TypeError(f"medium = {medium!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies.")
 
 
 def _stack(medium: Medium) -> Kernel:
@@ -107,3 +132,88 @@ def _stack(medium: Medium) -> Kernel:
         response=lambda kappa: layered_response(medium, kappa / length),
         floor=floor,
     )
+
+
+def _graded_stack(medium: Medium) -> Kernel:
+    length = medium.length
+    smallest, largest = smallest_and_largest_modulus(medium)
+    start = 0.1 * (length / medium.thickness) * float(np.sqrt(smallest / largest))
+    surface_graded = isinstance(medium.layers[0], GradedLayer)
+    series = interpolate(
+        lambda kappa: graded_response(medium, kappa / length),
+        start,
+        long_wave_power(medium),
+        vanishing=not surface_graded,
+    )
+    return Kernel(
+        modulus=medium.surface_modulus,
+        length=length,
+        response=series,
+        tail=series.tail if surface_graded else 0.0,
+        cutoff=_tail_begins(series) if surface_graded else SATURATION,
+        floor=series.floor,
+        series=series if surface_graded else None,
+    )
+
+
+def _tail_begins(series: SmoothResponse) -> float:
+    """Kappa above which L - 1 is tail/kappa to rounding."""
+    kappa = np.geomspace(series.cutoff, 1e10, 400)
+    rest = np.abs(series.derivatives(kappa, 0)[0] - series.tail / kappa)
+    return float(kappa[min(int(np.flatnonzero(rest > 1e-14).max(initial=-1)) + 1, kappa.size - 1)])
+
+
+def _power_law(medium: PowerLawHalfSpace) -> Kernel:
+    constant, exponent = power_law_constant(medium.exponent, medium.poisson), medium.exponent
+    return Kernel(
+        modulus=medium.surface_modulus,
+        length=medium.depth,
+        response=lambda kappa: constant * kappa**exponent,
+        exponent=exponent,
+        cutoff=float("inf"),
+        floor=0.0,
+    )
+
+
+def _pair(pair: TwoBodies) -> Kernel:
+    kernels = [compliance(body) for body in pair.elastic]
+    if len(kernels) == 1:
+        return kernels[0]
+    modulus, length = pair.surface_modulus, pair.length
+    shares = [modulus / kernel.modulus for kernel in kernels]
+    if all(kernel.homogeneous for kernel in kernels):
+        return Kernel(modulus=modulus, length=length, response=np.ones_like)
+    # notation: kappa_i = k l_i = stretch_i * kappa; a homogeneous body has L = 1 and no length
+    parts = [
+        (share, kernel.length / length, kernel)
+        for share, kernel in zip(shares, kernels, strict=True)
+        if not kernel.homogeneous
+    ]
+    constant = 1.0 - sum(share for share, _, _ in parts)
+
+    def response(kappa: Array) -> Array:
+        return np.asarray(constant + sum(share * kernel.response(stretch * kappa) for share, stretch, kernel in parts))
+
+    series = None
+    if any(kernel.graded for _, _, kernel in parts):
+        series = Combined(tuple((share, stretch, _series(kernel)) for share, stretch, kernel in parts))
+    return Kernel(
+        modulus=modulus,
+        length=length,
+        response=response,
+        tail=sum(share * kernel.tail / stretch for share, stretch, kernel in parts),
+        cutoff=max(kernel.cutoff / stretch for _, stretch, kernel in parts),
+        floor=min(kernel.floor / stretch for _, stretch, kernel in parts),
+        series=series,
+    )
+
+
+def _series(kernel: Kernel) -> SmoothResponse:
+    """Response of one body of a pair as series, also under homogeneous layers."""
+    if kernel.series is not None:
+        return kernel.series
+    if isinstance(kernel.response, Interpolant):
+        return kernel.response
+    lowest = 10 * kernel.floor
+    power = round(float(np.diff(np.log(kernel.response(np.array([1.0, 2.0]) * 0.01 * kernel.floor)))[0] / np.log(2)))
+    return interpolate(kernel.response, lowest, power, vanishing=True)

@@ -39,7 +39,7 @@ def layered_response(medium: Medium, k: Array) -> Array:
     """
     if not medium.layers:
         return np.ones_like(k)
-    top = medium.layers[0]
+    top = homogeneous_layers(medium)[0]
     response = np.ones_like(k)
     inside = k * top.thickness < SATURATION
     if inside.any():
@@ -49,6 +49,14 @@ def layered_response(medium: Medium, k: Array) -> Array:
     return response
 
 
+def homogeneous_layers(medium: Medium) -> tuple[Layer, ...]:
+    """The layers, none of which may be graded."""
+    layers = tuple(layer for layer in medium.layers if isinstance(layer, Layer))
+    if len(layers) < len(medium.layers):
+        raise TypeError("A stack with graded layers has no closed form; its response comes from `graded_response`.")
+    return layers
+
+
 def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
     """Flexibility H of the stack at its surface, times the shear modulus `scale`; shape (2, 2, n)."""
     base = medium.base
@@ -56,7 +64,7 @@ def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
         flexibility = half_space_flexibility(base, scale, k.shape)
     else:
         flexibility = np.zeros((2, 2, *k.shape))
-    for layer in reversed(medium.layers):
+    for layer in reversed(homogeneous_layers(medium)):
         flexibility = carry_through(layer, flexibility, k, scale)
     return flexibility
 

@@ -52,9 +52,7 @@ class Layer:
         object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
         object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER))
         if not isinstance(self.bonded, bool):
-            raise TypeError(
-                f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction)."
-            )
+            raise TypeError(f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction).")
 
     @property
     def surface_modulus(self) -> float:

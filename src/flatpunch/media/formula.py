@@ -74,8 +74,7 @@ class Formula:
             raise TypeError(f"Formula.text = {self.text!r} must be a string, for example '1e9*exp(z/2e-6)'.")
         if len(self.text) > LONGEST:
             raise ValueError(
-                f"Formula.text has {len(self.text)} characters; at most {LONGEST} are read. "
-                "Give a table instead."
+                f"Formula.text has {len(self.text)} characters; at most {LONGEST} are read. Give a table instead."
             )
         object.__setattr__(self, "_tree", _Reader(self.text).read())
 
@@ -198,11 +197,7 @@ class _Reader:
         return arguments
 
     def _take(self, *signs: str) -> str | None:
-        if (
-            self.next < len(self.tokens)
-            and self.tokens[self.next][0] == "sign"
-            and self.tokens[self.next][1] in signs
-        ):
+        if self.next < len(self.tokens) and self.tokens[self.next][0] == "sign" and self.tokens[self.next][1] in signs:
             self.next += 1
             return self.tokens[self.next - 1][1]
         return None

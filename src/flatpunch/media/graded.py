@@ -54,8 +54,7 @@ class GradedLayer:
         object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness))
         if not isinstance(self.bonded, bool):
             raise TypeError(
-                f"GradedLayer.bonded = {self.bonded!r} must be True (sticks) or False "
-                "(slides without friction)."
+                f"GradedLayer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction)."
             )
         z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, _SAMPLES), self.breaks]))
         _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
@@ -117,13 +116,11 @@ def _evaluate(law: Law, z: Array) -> Array:
     """Value of a law at any shape of z; functions written for one depth only are called depth by depth."""
     z = np.asarray(z, dtype=float)
     flat = z.ravel()
-    with np.errstate(
-        all="ignore"
-    ):  # a value that is not finite is refused with its depth, by the check of the profile
+    with np.errstate(all="ignore"):  # a value that is not finite is refused with its depth, by the check of the profile
         try:
             result = np.asarray(law(flat), dtype=float)
         except (TypeError, ValueError):
-            result = np.array([float(law(depth)) for depth in flat])
+            result = _one_by_one(law, flat)
     if result.shape != flat.shape:
         result = np.broadcast_to(result, flat.shape).copy() if result.ndim == 0 else _one_by_one(law, flat)
     return result.reshape(z.shape)

@@ -64,9 +64,7 @@ class ExponentialModulus:
 
     def __call__(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m]."""
-        return np.asarray(
-            self.top * np.exp(np.log(self.bottom / self.top) * (np.asarray(z) / self.thickness))
-        )
+        return np.asarray(self.top * np.exp(np.log(self.bottom / self.top) * (np.asarray(z) / self.thickness)))
 
 
 @dataclass(frozen=True, slots=True)

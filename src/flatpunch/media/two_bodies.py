@@ -25,8 +25,7 @@ class TwoBodies:
             body = getattr(self, name)
             if not isinstance(body, (HalfSpace, Medium, RigidBase)):
                 raise TypeError(
-                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, or RigidBase() "
-                    "for a rigid body."
+                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, or RigidBase() for a rigid body."
                 )
         if isinstance(self.upper, RigidBase) and isinstance(self.lower, RigidBase):
             raise ValueError("TwoBodies.upper and TwoBodies.lower are both rigid, so nothing can deform.")

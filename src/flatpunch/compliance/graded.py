@@ -1,0 +1,274 @@
+"""Surface compliance of stacks that contain graded layers.
+
+What lies below a depth enters through its flexibility H, (u_r, u_z) = H (s_rz, s_zz)/k (see `layered`). In a graded
+layer H obeys a Riccati equation in the height t = k z upwards, here written for H = [[a, b], [b, c]], or, where the lower
+face slides or is much softer (a is large or infinite there), for (s_rz, u_z) = [[p, r], [-r, w]] (u_r, s_zz):
+
+    a' = m a^2 - 2 b - 1/mu,        b' = a (nu/(1 - nu) + m b) - c,     c' = b (2 nu/(1 - nu) + m b) - g
+    p' = p^2/mu - 2 p r - m,        r' = p (r/mu + w) - r^2 - nu/(1 - nu),      w' = -r^2/mu - 2 r w - g
+
+with m = 2 mu/(1 - nu), g = (1 - 2 nu)/(2 mu (1 - nu)): finite at nu = 1/2, no pole, errors decay upwards like
+exp(-2 k z). Runge-Kutta steps of order 8 (Dormand and Prince), each wavenumber with its own step and error control: the
+deeper, the looser, and nothing below k z = 25 is touched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from flatpunch._validation import Array
+from flatpunch.compliance.layered import SATURATION, carry_through, half_space_flexibility
+from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
+
+TOLERANCE = 1e-12
+"""Estimated relative error of one step, as it arrives at the surface."""
+
+_MOST_STEPS = 20000
+_SOFT = 3.0
+_STAGES = 12
+_A, _B, _C = DOP853.A[:_STAGES, :_STAGES], DOP853.B, DOP853.C[:_STAGES]
+_E3, _E5 = DOP853.E3, DOP853.E5
+
+Rates = Callable[[Array, "Constants"], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Constants:
+    """Coefficients of the field equations at one depth per wavenumber; mu is in units of the scale of the stresses.
+
+    Attributes
+    ----------
+    ratio : nu/(1 - nu);  compliance : 1/mu;  oedometric : (1 - 2 nu)/(2 mu (1 - nu));  stiffness : 2 mu/(1 - nu).
+    """
+
+    ratio: Array
+    compliance: Array
+    oedometric: Array
+    stiffness: Array
+
+    def __getitem__(self, stage: int) -> Constants:
+        return Constants(self.ratio[stage], self.compliance[stage], self.oedometric[stage], self.stiffness[stage])
+
+
+def graded_response(medium: Medium, k: Array) -> Array:
+    """Dimensionless response L(k) = E* k C(k)/2 of a stack with graded layers.
+
+    Parameters
+    ----------
+    medium : Medium
+        Homogeneous and graded layers on a HalfSpace or RigidBase.
+    k : ndarray, shape (n,)
+        Wavenumbers [1/m], > 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        L(k) [-].
+
+    Raises
+    ------
+    ValueError
+        If the modulus or the Poisson ratio leaves its range between the depths at which the layer was checked.
+    """
+    top = medium.layers[0]
+    zero = np.zeros(1)
+    if isinstance(top, GradedLayer):
+        young, poisson = float(top.young_at(zero)[0]), float(top.poisson_at(zero)[0])
+    else:
+        young, poisson = top.young, top.poisson
+    scale = young / (2 * (1 + poisson))
+    base = medium.base
+    if isinstance(base, HalfSpace):
+        flexibility = half_space_flexibility(base, scale, k.shape)
+    else:
+        flexibility = np.zeros((2, 2, *k.shape))
+    for layer in reversed(medium.layers):
+        if isinstance(layer, GradedLayer):
+            flexibility = carry_through_graded(layer, flexibility, k, scale)
+        else:
+            flexibility = carry_through(layer, flexibility, k, scale)
+    return np.asarray(-flexibility[1, 1] / (1 - poisson))
+
+
+def long_wave_power(medium: Medium) -> int:
+    """p of L ~ k^p at long waves: 0 on an elastic base, 3 if all is incompressible and sticks to a rigid one, else 1."""
+    if isinstance(medium.base, HalfSpace):
+        return 0
+    return 3 if all(layer.bonded and _incompressible(layer) for layer in medium.layers) else 1
+
+
+def _incompressible(layer: Layer | GradedLayer) -> bool:
+    if isinstance(layer, Layer):
+        return layer.poisson == 0.5
+    return bool(np.all(layer.poisson_at(np.linspace(0, layer.thickness, 65)) == 0.5))
+
+
+def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
+    """Range of the plane-strain modulus over all layers and the base [Pa]."""
+    found = []
+    for layer in medium.layers:
+        if isinstance(layer, GradedLayer):
+            z = np.linspace(0, layer.thickness, 65)
+            moduli = layer.young_at(z) / (1 - layer.poisson_at(z) ** 2)
+            found += [float(moduli.min()), float(moduli.max())]
+        else:
+            found.append(layer.surface_modulus)
+    if isinstance(medium.base, HalfSpace):
+        found.append(medium.base.surface_modulus)
+    return min(found), max(found)
+
+
+def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: float) -> Array:
+    """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
+    depth = np.minimum(layer.thickness, SATURATION / k)
+    start = below.copy()
+    hidden = depth < layer.thickness
+    if hidden.any():
+        start[:, :, hidden] = _local_flexibility(layer, depth[hidden], scale)
+    bottom = _constants(layer, np.array([layer.thickness]), scale)
+    mixed = ~hidden & (np.abs(below[0, 0]) > _SOFT * bottom.compliance)
+    if not layer.bonded:
+        mixed = ~hidden
+    above = np.empty_like(below)
+    for chosen, enter, rates, leave in (
+        (~mixed, _enter_flexibility, _flexibility_rates, _leave_flexibility),
+        (mixed, _enter_mixed, _mixed_rates, _leave_mixed),
+    ):
+        if chosen.any():
+            state = enter(start[:, :, chosen], layer.bonded)
+            above[:, :, chosen] = leave(_integrate(layer, rates, state, k[chosen], depth[chosen], scale))
+    return above
+
+
+def _integrate(layer: GradedLayer, rates: Rates, state: Array, k: Array, depth: Array, scale: float) -> Array:
+    """State (3, n) at the upper face from the state at `depth`."""
+    breaks = np.array([0.0, *layer.breaks])
+    result = state.copy()
+    step = np.minimum(depth, 0.25 / k)
+    active = np.flatnonzero(depth > 0)
+    depth = depth.copy()
+    for _ in range(_MOST_STEPS):
+        if active.size == 0:
+            return result
+        z, q, wanted = depth[active], k[active], step[active]
+        floor = breaks[np.searchsorted(breaks, z * (1 - 1e-12)) - 1]
+        left = z - floor
+        # what is less than two steps is halved, so that no sliver is left before the next break
+        d = np.where(wanted >= left, left, np.where(wanted > left / 2, left / 2, wanted))
+        y, error = _runge_kutta(layer, rates, result[:, active], q, z, d, scale)
+        shallow = q * (z - d)
+        allowed = TOLERANCE * np.exp(np.minimum(2 * shallow, 18.0)) / (1 + shallow) ** 2
+        good = error <= allowed
+        growth = 0.9 * (allowed / np.maximum(error, 1e-300)) ** 0.125
+        step[active] = d * np.clip(growth, 0.2, 5.0)
+        moved = active[good]
+        depth[moved] = np.where(d[good] == left[good], floor[good], (z - d)[good])
+        result[:, moved] = y[:, good]
+        _check_step(layer, z[~good], d[~good])
+        active = active[depth[active] > 0]
+    raise ValueError("The grading of a layer needs more steps than are allowed: its law oscillates too fast in depth.")
+
+
+def _check_step(layer: GradedLayer, z: Array, d: Array) -> None:
+    tiny = d < 1e-11 * z
+    if tiny.any():
+        raise ValueError(
+            f"The grading of a layer cannot be resolved near its depth z = {float(z[tiny][0]):.6g} m "
+            f"(thickness {layer.thickness:g} m): it jumps there. Split the layer at the jump."
+        )
+
+
+def _runge_kutta(
+    layer: GradedLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
+) -> tuple[Array, Array]:
+    """One step of order 8 from z to z - d, and its relative error."""
+    constants = _constants(layer, z - _C[:, None] * d, scale)
+    t = k * d
+    slopes = np.empty((_STAGES + 1, *y.shape))
+    flat = slopes.reshape(_STAGES + 1, -1)
+    # a step that is far too long overflows and is refused by its error
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        slopes[0] = rates(y, constants[0])
+        for stage in range(1, _STAGES):
+            increment = (_A[stage, :stage] @ flat[:stage]).reshape(y.shape)
+            slopes[stage] = rates(y + t * increment, constants[stage])
+        new = y + t * (_B @ flat[:_STAGES]).reshape(y.shape)
+        # the thirteenth slope is taken at the end of the step, like the twelfth
+        slopes[_STAGES] = rates(new, constants[_STAGES - 1])
+        fifth, third = (_E5 @ flat).reshape(y.shape), (_E3 @ flat).reshape(y.shape)
+        blend = fifth**2 / np.sqrt(fifth**2 + 0.01 * third**2)
+        error = t * np.where(fifth == 0, 0.0, np.abs(blend))
+        relative = np.maximum(error[0] / np.abs(new[0]), error[2] / np.abs(new[2]))
+        relative = np.maximum(relative, error[1] / np.maximum(np.abs(new[1]), np.sqrt(np.abs(new[0] * new[2]))))
+    return new, np.where(np.isfinite(relative), relative, np.inf)
+
+
+def _constants(layer: GradedLayer, z: Array, scale: float) -> Constants:
+    young, nu = layer.young_at(z), layer.poisson_at(z)
+    wrong = ~((young > 0) & np.isfinite(young) & (nu > -1) & (nu <= 0.5))
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise ValueError(
+            f"GradedLayer has young = {young.flat[i]:g}, poisson = {nu.flat[i]:g} at depth z = {z.flat[i]:.6g} m; "
+            "they must be > 0 and in (-1, 0.5] at every depth."
+        )
+    compliance = 2 * (1 + nu) * scale / young
+    return Constants(
+        ratio=nu / (1 - nu),
+        compliance=compliance,
+        oedometric=(1 - 2 * nu) / (2 * (1 - nu)) * compliance,
+        stiffness=2 / ((1 - nu) * compliance),
+    )
+
+
+def _local_flexibility(layer: GradedLayer, z: Array, scale: float) -> Array:
+    """Flexibility of a half-space with the constants at depth z."""
+    nu = layer.poisson_at(z)
+    compliance = 2 * (1 + nu) * scale / layer.young_at(z)
+    return np.asarray(compliance * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]]))
+
+
+def _flexibility_rates(y: Array, at: Constants) -> Array:
+    a, b, c = y
+    rates = np.empty_like(y)
+    mb = at.stiffness * b
+    coupled = at.ratio + mb
+    rates[0] = at.stiffness * a * a - 2 * b - at.compliance
+    rates[1] = a * coupled - c
+    rates[2] = b * (at.ratio + coupled) - at.oedometric
+    return rates
+
+
+def _mixed_rates(y: Array, at: Constants) -> Array:
+    p, r, w = y
+    rates = np.empty_like(y)
+    soft_p, twice_r = at.compliance * p, 2 * r
+    rates[0] = p * (soft_p - twice_r) - at.stiffness
+    rates[1] = soft_p * r + p * w - r * r - at.ratio
+    rates[2] = -twice_r * w - at.compliance * r * r - at.oedometric
+    return rates
+
+
+def _enter_flexibility(start: Array, bonded: bool) -> Array:
+    return np.stack([start[0, 0], start[0, 1], start[1, 1]])
+
+
+def _leave_flexibility(y: Array) -> Array:
+    return np.array([[y[0], y[1]], [y[1], y[2]]])
+
+
+def _enter_mixed(start: Array, bonded: bool) -> Array:
+    if not bonded:
+        zero = np.zeros_like(start[1, 1])
+        return np.stack([zero, zero, start[1, 1]])
+    a, b, c = start[0, 0], start[0, 1], start[1, 1]
+    return np.stack([1 / a, -b / a, c - b * b / a])
+
+
+def _leave_mixed(y: Array) -> Array:
+    p, r, w = y
+    return np.array([[1 / p, -r / p], [-r / p, w + r * r / p]])
