@@ -81,5 +81,5 @@ def values(name: str, value: Any, *, minimum: float = 0.0, strict: bool = False)
     if bad.any():
         i = int(np.argmax(bad))
         label = name if np.ndim(value) == 0 else f"{name}[{i}]"
-        raise ValueError(f"{label} = {array[i]!r} must be finite and {'>' if strict else '>='} {minimum:g}.")
+        raise ValueError(f"{label} = {float(array[i])!r} must be finite and {'>' if strict else '>='} {minimum:g}.")
     return array

@@ -98,7 +98,7 @@ class SampledProfile:
             return rho, value, tangent, matrix
         t, v = np.polynomial.legendre.leggauss(nodes)
         cuts = np.array([0.0, *sorted(self.rings)])
-        theta = np.arccos(np.clip(cuts[None, :] / radius[:, None], 0, 1))
+        theta = np.arccos(np.clip(cuts[None, :] / np.where(radius > 0, radius, 1)[:, None], 0, 1))
         upper, lower = theta, np.concatenate([theta[:, 1:], np.zeros((radius.size, 1))], axis=1)
         half = (upper - lower)[..., None] / 2
         angle = ((upper + lower)[..., None] / 2 + half * t).reshape(radius.size, -1)

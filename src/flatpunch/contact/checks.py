@@ -26,7 +26,8 @@ def soundness(
     valid : ndarray of bool, shape (n,)
     notes : tuple of str
     """
-    turning = (contact.depth_slope <= 0) & (contact.radius > 0)
+    # within the flat face of a truncated tip the depth stays zero, which is no failure
+    turning = (contact.depth_slope <= 0) & (contact.depth != 0)
     notes = first_failure(
         turning,
         contact.depth,

@@ -20,7 +20,11 @@ Quantity = Literal["depth", "force"]
 
 _PER_DECADE = 12
 _MOST_DECADES = 40
-_NEWTON = 30
+_NEWTON = 12
+"""Newton steps before plain bisection takes over; smooth indenters need two or three."""
+_BISECTIONS = 60
+_ROUNDING = 1e-14
+"""Width of a bracket in ln a that counts as a point."""
 
 
 def radius_for(
@@ -29,6 +33,7 @@ def radius_for(
     target: Array,
     guess: float,
     reach: float,
+    resolved: float = float("inf"),
 ) -> Array:
     """Contact radii at which a round contact has the wanted depths or forces.
 
@@ -44,6 +49,8 @@ def radius_for(
         Radius of the right order of magnitude [m].
     reach : float
         Largest radius the indenter is defined for [m].
+    resolved : float
+        Largest radius that `evaluate` accepts [m].
 
     Returns
     -------
@@ -59,8 +66,9 @@ def radius_for(
     live = target > 0
     if not live.any():
         return radius
-    wanted = target[live]
-    nodes = _bracket(evaluate, quantity, wanted, min(guess, reach), reach)
+    nodes = _bracket(evaluate, quantity, target[live], min(guess, reach), reach, resolved)
+    # a target that exceeds the last one within reach by rounding is that one
+    wanted = np.minimum(target[live], nodes.value.max())
     radius[live] = _newton(evaluate, quantity, wanted, nodes)
     return radius
 
@@ -90,28 +98,43 @@ def _sample(evaluate: Callable[[Array], RoundContact], quantity: Quantity, radiu
 
 
 def _bracket(
-    evaluate: Callable[[Array], RoundContact], quantity: Quantity, wanted: Array, guess: float, reach: float
+    evaluate: Callable[[Array], RoundContact],
+    quantity: Quantity,
+    wanted: Array,
+    guess: float,
+    reach: float,
+    resolved: float,
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
     step = 10 ** (1 / _PER_DECADE)
     decade = step ** np.arange(_PER_DECADE)
-    grid = np.minimum(guess * decade / np.sqrt(10), reach)
-    nodes = _sample(evaluate, quantity, np.unique(grid))
+    nodes = _sample(evaluate, quantity, guess / decade[::-1])
     for _ in range(_MOST_DECADES):
         if nodes.value[0] <= wanted.min():
             break
         below = np.exp(nodes.x[0]) / (step * decade[::-1])
         nodes = _sample(evaluate, quantity, below).joined(nodes)
+    else:
+        raise ValueError(_out_of_range(quantity, float(wanted.min()), "small"))
     for _ in range(4 * _MOST_DECADES):
-        if nodes.value.max() >= wanted.max():
-            break
+        if nodes.value.max() >= wanted.max() * (1 - 1e-12):
+            return nodes
         last = float(np.exp(nodes.x[-1]))
         if last >= reach * (1 - 1e-12):
             raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
-        # no further than needed: the cost of a radius grows with it
-        above = np.unique(np.minimum(last * step ** np.arange(1, 4), reach))
+        # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
+        most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
+        above = np.unique(np.minimum(last * step ** np.arange(1, 4), most))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
-    return nodes
+    raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
+
+
+def _out_of_range(quantity: Quantity, wanted: float, size: str) -> str:
+    unit = "m" if quantity == "depth" else "N"
+    return (
+        f"{quantity} = {wanted:.6g} {unit} is too {size}: no contact radius within {_MOST_DECADES} decades of the expected one "
+        "belongs to it. Check the units, or prescribe the radius instead."
+    )
 
 
 def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str:
@@ -123,23 +146,25 @@ def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str
 
 
 def _newton(evaluate: Callable[[Array], RoundContact], quantity: Quantity, wanted: Array, nodes: _Nodes) -> Array:
-    """Newton's method for ln q over ln a, bisecting when a step leaves the bracket."""
+    """Newton's method for ln q over ln a, bisecting when a step leaves the bracket or the steps do not settle."""
     upper = np.clip(np.searchsorted(np.maximum.accumulate(nodes.value), wanted), 1, nodes.x.size - 1)
     lo, hi = nodes.x[upper - 1], nodes.x[upper]
     x = _start(nodes, upper, np.log(wanted))
-    for _ in range(_NEWTON):
-        here = _sample(evaluate, quantity, np.exp(x))
-        miss = here.value - wanted
-        lo, hi = np.where(miss < 0, x, lo), np.where(miss >= 0, x, hi)
+    left = np.arange(wanted.size)
+    for count in range(_NEWTON + _BISECTIONS):
+        here, goal, at = _sample(evaluate, quantity, np.exp(x[left])), wanted[left], x[left]
+        miss = here.value - goal
+        lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
         with np.errstate(divide="ignore", invalid="ignore"):
-            trial = x - np.log(here.value / wanted) / here.growth
-        safe = (here.growth > 0) & (trial >= lo) & (trial <= hi)
-        close = np.abs(miss) <= 1e-12 * wanted
-        trial = np.where(safe, trial, np.where(close, x, (lo + hi) / 2))
-        moved = np.abs(trial - x).max()
-        x = trial
+            trial = at - np.log(here.value / goal) / here.growth
+        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < _NEWTON)
+        close = np.abs(miss) <= 1e-13 * goal
+        middle = (lo[left] + hi[left]) / 2
+        x[left] = np.where(safe, trial, np.where(close, at, middle))
         # Newton converges quadratically: a step this small leaves the next one below rounding
-        if moved < 1e-8:
+        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < _ROUNDING)
+        left = left[~settled]
+        if not left.size:
             break
     return np.asarray(np.exp(x))
 

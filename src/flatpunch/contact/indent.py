@@ -119,17 +119,20 @@ def pressure(
 
 
 def _method(method: str, indenter: Indenter) -> Any:
-    if not isinstance(indenter, Indenter):
+    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
             f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
         )
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
     return flat_end if isinstance(indenter, Cylinder) else METHODS[method]
 
 
 def _angles(angles: int) -> Array:
-    count = int(positive("angles", angles, "It is the number of polar angles of the outline."))
+    hint = "It is the number of polar angles of the outline."
+    count = positive("angles", angles, hint)
+    if count != int(count):
+        raise ValueError(f"angles = {angles!r} must be a whole number. {hint}")
     return np.asarray(np.arange(count) * (2 * np.pi / count))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from flatpunch.contact.control import radius_for
 from flatpunch.contact.curve import Control, check_reach
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.matrix import LARGEST, effective_beta
 
 Evaluate = Callable[[Array], RoundContact]
 
@@ -50,11 +52,31 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
         check_reach(indenter, control.values)
         return evaluate, evaluate(control.values)
     guess = half_space_radius(kernel, profile, control, indenter.reach)
-    return evaluate, evaluate(radius_for(evaluate, control.name, control.values, guess, indenter.reach))
+    resolved = LARGEST * kernel.length / effective_beta(kernel, 1.0)
+    radius = radius_for(evaluate, control.name, control.values, guess, indenter.reach, resolved)
+    return evaluate, _on_target(evaluate(radius), control)
+
+
+def _on_target(contact: RoundContact, control: Control) -> RoundContact:
+    """The contact at exactly the prescribed depth or force.
+
+    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that what rounding leaves of the
+    radius enters squared. It matters where the radius barely moves: a truncated tip begins as a flat punch.
+    """
+    if control.name == "depth":
+        rest = control.values - contact.depth
+        return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
+    touching = contact.stiffness > 0
+    rest = (control.values - contact.force) / np.where(touching, contact.stiffness, 1)
+    return replace(contact, force=control.values, depth=contact.depth + np.where(touching, rest, 0))
 
 
 def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:
-    """Contact radius on the half-space of the surface material for the largest target: where the search starts."""
+    """Radius at which the search starts.
+
+    It is that on the half-space of the surface material for the largest target, but at most the shortest length of the
+    medium: far beyond it the half-space says little, and large radii cost most.
+    """
     target = control.values.max()
     if target <= 0:
         return 1.0
@@ -63,4 +85,5 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     quantity = np.pi * moments.edge
     if control.name == "force":
         quantity = 2 * kernel.modulus * radius * (quantity - np.pi * moments.b[:, 0] / np.pi)
-    return float(radius[min(np.searchsorted(np.maximum.accumulate(quantity), target), radius.size - 1)])
+    guess = radius[min(np.searchsorted(np.maximum.accumulate(quantity), target), radius.size - 1)]
+    return float(min(guess, kernel.length / effective_beta(kernel, 1.0)))

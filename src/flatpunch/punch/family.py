@@ -16,8 +16,8 @@ from flatpunch.punch.basis import regular_part
 from flatpunch.punch.matrix import LARGEST, Answers, effective_beta, solve_round, sufficient_terms
 from flatpunch.punch.panels import Panel, Panels, tail
 
-SMALLEST = 1e-12
-"""beta below which every medium is its own surface's half-space to rounding."""
+SMALLEST = 1e-16
+"""beta below which every medium is its own surface's half-space: Kbar differs from 1 by 6e-14 on a base 1e4 times softer."""
 
 
 class PunchFamily:
@@ -31,7 +31,7 @@ class PunchFamily:
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
-        self._panels = Panels(kernel, self._sample, _judge)
+        self._panels = Panels(kernel, self._sample, _judge, _rounding)
         self._lowest: dict[tuple[float, float], float] = {}
 
     def at(self, beta: Array) -> Answers:
@@ -112,6 +112,11 @@ def _judge(series: Array) -> float:
     """Tails of the flat and the edge answers, each over its own size."""
     terms = series.shape[1] // 3
     return max(tail(series[:, :terms]), tail(series[:, terms : 2 * terms]))
+
+
+def _rounding(series: Array) -> float:
+    """L - 1 is known to eps, and the smallest eigenvalue of A is about 1/Kbar (thin incompressible layers)."""
+    return float(20 * np.finfo(float).eps * np.pi * np.abs(series[0, 0]))
 
 
 @lru_cache(maxsize=128)

@@ -67,11 +67,14 @@ class Panels:
         Computes the function at the nodes of one panel.
     judge : callable
         Chebyshev coefficients, shape (NODES, outputs) -> relative size of their tail, which decides on halving.
+    floor : callable
+        The same -> tail that is rounding, which no halving removes.
     """
 
     kernel: Kernel
     sample: Sampler
     judge: Callable[[Array], float] = tail
+    floor: Callable[[Array], float] = lambda series: 0.0
     _panels: dict[tuple[float, float], list[Panel]] = field(default_factory=dict)
 
     def over(self, logs: Array) -> Iterator[tuple[Panel, Flags]]:
@@ -112,7 +115,7 @@ class Panels:
     def _build(self, low: float, high: float) -> list[Panel]:
         series = nodal_transform() @ self.sample(nodes(low, high))
         error = self.judge(series)
-        if error > _TOLERANCE and high - low > _NARROWEST:
+        if error > max(_TOLERANCE, self.floor(series)) and high - low > _NARROWEST:
             middle = (low + high) / 2
             return self._build(low, middle) + self._build(middle, high)
         return [Panel(low, high, series, error)]
