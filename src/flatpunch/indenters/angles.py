@@ -21,9 +21,7 @@ _STILL = 2e-14
 _MOST = 8192
 
 
-def angular_rule(
-    indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None
-) -> tuple[Array, Array]:
+def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None) -> tuple[Array, Array]:
     """Angles and weights for means over the polar angle.
 
     Parameters
@@ -52,11 +50,7 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
     size = _first_size(breaks, order)
     phi, weights = _nodes(breaks, size)
     if not indenter.round:
-        radii = (
-            np.array([1.0])
-            if indenter.exponent is not None
-            else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
-        )
+        radii = np.array([1.0]) if indenter.exponent is not None else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
         means, scale = _means(indenter, radii, phi, weights)
         while phi.size < _MOST:
             finer = _nodes(breaks, 2 * size if not breaks else size + 8)
@@ -75,8 +69,10 @@ def _first_size(breaks: list[float], order: int) -> int:
     if not breaks:
         return max(64, 4 * (order // 2 + 1) * 2)
     widest = float(np.diff([*breaks, breaks[0] + FULL_TURN]).max())
-    # n Gauss nodes integrate cos(q t) over a panel of width w at rounding from n = q w/4 + 10 on
-    return int(np.ceil(2 * order * widest / 4)) + 10 if len(breaks) <= 64 else 8
+    # Gauss nodes that integrate cos(z t) over |t| < 1 at rounding: half of z, and a transition that widens
+    # like its cube root
+    z = order * widest
+    return int(np.ceil(z / 2 + 5 * np.cbrt(z) + 4)) if len(breaks) <= 64 else 8
 
 
 def _nodes(breaks: list[float], size: int) -> tuple[Array, Array]:

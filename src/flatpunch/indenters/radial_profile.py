@@ -130,9 +130,7 @@ def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tu
         "falls: smooth the measured profile until it rises with the radius.",
     )
     if heights[-1] == 0:
-        raise ValueError(
-            "RadialProfile.f is zero throughout and does not rise; a flat end is Cylinder(radius)."
-        )
+        raise ValueError("RadialProfile.f is zero throughout and does not rise; a flat end is Cylinder(radius).")
     return radii, heights
 
 
@@ -163,9 +161,7 @@ def _curve(radii: Array, heights: Array, cuts: list[int]) -> PPoly:
         r, f = radii[i : j + 1], heights[i : j + 1]
         m = _limited_slopes(r, f)
         h, chord = np.diff(r), np.diff(f) / np.diff(r)
-        parts.append(
-            [(m[:-1] + m[1:] - 2 * chord) / h**2, (3 * chord - 2 * m[:-1] - m[1:]) / h, m[:-1], f[:-1]]
-        )
+        parts.append([(m[:-1] + m[1:] - 2 * chord) / h**2, (3 * chord - 2 * m[:-1] - m[1:]) / h, m[:-1], f[:-1]])
     return PPoly(np.hstack([np.array(part) for part in parts]), radii)
 
 

@@ -15,9 +15,7 @@ from flatpunch.reference.power_law import power_law
 Array = NDArray[np.float64]
 
 
-def jkr_paraboloid(
-    radius: float | Array, curvature_radius: float, modulus: float, work: float
-) -> tuple[Array, Array]:
+def jkr_paraboloid(radius: float | Array, curvature_radius: float, modulus: float, work: float) -> tuple[Array, Array]:
     """Depth [m] and force [N] at contact radius a.
 
     d = a^2/R - sqrt(2 pi a w/E*),      F = 4 E* a^3/(3 R) - sqrt(8 pi w E* a^3)

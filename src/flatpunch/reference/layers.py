@@ -47,9 +47,7 @@ def bonded_on_rigid(kappa: Array, poisson: float) -> Array:
     return np.asarray(above / below)
 
 
-def bonded_on_half_space(
-    kappa: Array, young: float, poisson: float, base_young: float, base_poisson: float
-) -> Array:
+def bonded_on_half_space(kappa: Array, young: float, poisson: float, base_young: float, base_poisson: float) -> Array:
     """Layer bonded to an elastic half-space (Burmister 1945).
 
     L = (1 + 4 kappa K e - l K e^2)/(1 - (l + K + 4 K kappa^2) e + l K e^2),      e = exp(-2 kappa)
@@ -127,8 +125,6 @@ def thin_flat_punch(radius: float, thickness: float, young: float, poisson: floa
     return float(np.pi * a**2 * young * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson)) / h)
 
 
-def thin_incompressible_paraboloid(
-    depth: float, curvature_radius: float, thickness: float, young: float
-) -> float:
+def thin_incompressible_paraboloid(depth: float, curvature_radius: float, thickness: float, young: float) -> float:
     """Force [N] of a paraboloid on a thin bonded incompressible layer, 2 pi G R^2 d^3/h^3; a^2 = 4 R d."""
     return float(2 * np.pi * young / 3 * curvature_radius**2 * depth**3 / thickness**3)

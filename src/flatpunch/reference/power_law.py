@@ -85,6 +85,4 @@ def power_law(
     a, k = np.asarray(radius, float), exponent
     depth = coefficient * power / 2 * beta_function(power / 2, (1 + k) / 2) * a**power
     stiffness = 2 * constant * a ** (1 + k) / (1 + k)
-    return RoundContact(
-        a, np.asarray(depth), np.asarray(stiffness * power / (power + 1 + k) * depth), stiffness
-    )
+    return RoundContact(a, np.asarray(depth), np.asarray(stiffness * power / (power + 1 + k) * depth), stiffness)
