@@ -102,11 +102,13 @@ class PowerPerturbation:
         A power-law shape.
     lam : float
         Exponent of the expansion variable; 0 is the logarithm, 1/2 serves the fourth order.
+    fourth : bool
+        Whether x3 and x4 are wanted; otherwise their columns are zero.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, lam: float) -> None:
+    def __init__(self, kernel: Kernel, indenter: Indenter, lam: float, *, fourth: bool) -> None:
         assert indenter.exponent is not None
-        self.kernel, self.exponent = kernel, indenter.exponent
+        self.kernel, self.exponent, self.fourth = kernel, indenter.exponent, fourth
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
         self._outlines: dict[bytes, Panels] = {}
@@ -153,20 +155,24 @@ class PowerPerturbation:
         w = -act(response, self.angles.u)
         # sum of eta_m h_m^2, eta_m = (1/2)(dlnK/dlna)(1 + k_m) with dlnK/dlna = pi e^2/c_0
         gain = np.pi * (base.edge**2 / base.flat)[:, 0] * np.mean(w * (w + act(stiffening, w)), axis=1)
-        columns = [
-            *force_terms(self.angles, base, response, stiffening, derivative, self.exponent),
-            gain,
-            np.log(np.mean(np.exp(w), axis=1)),
-            np.log(np.mean(np.exp(2 * w), axis=1)),
-            np.abs(w).max(axis=1),
-        ]
-        return np.column_stack(columns)
+        higher: tuple[Array, ...] = (np.zeros_like(base.edge), np.zeros_like(base.edge))
+        if self.fourth:
+            higher = higher_force(self.angles, base, response, stiffening, derivative, self.exponent)
+        outline = np.exp(w)
+        means = [np.log(_mean(outline)), np.log(_mean(outline * outline)), np.abs(w).max(axis=1, keepdims=True)]
+        return np.hstack([second_order_force(self.angles, base, w), *higher, gain[:, None], *means])
 
 
-def force_terms(
+def second_order_force(angles: Angles, base: Base, w1: Array) -> Array:
+    """Term x2 of ln(F/F_base), shape (nb, 1): X2 = -G c2 <u^2> + H <w1^2>/2 with H = a K' D1."""
+    h = 2 * np.pi**2 * base.edge**2 * base.slope
+    return np.asarray((-base.excess * angles.c2 * np.mean(angles.u**2) + h * _mean(w1 * w1) / 2) / base.force)
+
+
+def higher_force(
     angles: Angles, base: Base, response: Array, stiffening: Array, derivative: Array, exponent: float
-) -> tuple[Array, Array, Array]:
-    """Terms x2, x3, x4 of ln(F/F_base), shape (nb,) each.
+) -> tuple[Array, Array]:
+    """Terms x3 and x4 of ln(F/F_base), shape (nb, 1) each.
 
     Parameters
     ----------
@@ -179,29 +185,31 @@ def force_terms(
     exponent : float
         n of the profile.
     """
-    u = angles.u
+    u, c2, c3, c4 = angles.u, angles.c2, angles.c3, angles.c4
     e2, d1 = base.edge**2, base.slope
     h = 2 * np.pi**2 * e2 * d1
     # notation: k0 = (1/2) dln(K'/a)/dln a, ratio = D2/D1
     k0 = derivative @ np.log(base.edge) - 0.5
     ratio = exponent + derivative @ np.log(np.abs(d1))
-    w1, w2, w3 = -act(response, u), -angles.c2 * act(response, u**2), -angles.c3 * act(response, u**3)
-    wf = -angles.c2 * np.mean(u**2) * base.depth / d1
+    w1, w2 = -act(response, u), -c2 * act(response, u * u)
+    w3 = -c3 * act(response, u**3) if c3 else np.zeros_like(w1)
+    wf = -c2 * np.mean(u * u) * base.depth / d1
     eta = (k0 + ratio) * w1 - act(derivative @ response, u)
 
     def carried(y: Array) -> Array:
         """T(y) = (1/D1) d/dln a (a K' D1^2 y/2), all of it growing like a^(2n + 1)."""
-        g = e2 * d1**2 * y
+        g = e2 * d1 * d1 * y
         return np.asarray(np.pi**2 / d1 * ((2 * exponent + 1) * g + derivative @ g))
 
+    square = w1 * w1
+    cube, mean_square = square * w1, _mean(square)
     excess = stiffening - k0
-    q = _mean(w1**4) * (1 - ratio / 2 - k0) / 6 + _mean(w1**3 * eta) / 3 + wf * _mean(w1**2)
-    q += _mean(w1**2 * act(excess, w1**2)) / 4 - _mean(w1**3 * act(excess, w1)) / 3
-    x2 = (-base.excess * angles.c2 * np.mean(u**2) + h * _mean(w1**2) / 2) / base.force
-    x3 = -base.excess * angles.c3 * np.mean(u**3) + h * _mean(w1 * w2) + carried(_mean(w1**3) / 3)
-    x4 = -base.excess * angles.c4 * np.mean(u**4) + h * (_mean(w2**2 + 2 * w1 * w3) + wf**2) / 2
-    x4 += carried(_mean(w1**2 * w2) + q)
-    return x2[:, 0], (x3 / base.force)[:, 0], (x4 / base.force - x2**2 / 2)[:, 0]
+    q = _mean(square * square) * (1 - ratio / 2 - k0) / 6 + _mean(cube * eta) / 3 + wf * mean_square
+    q += _mean(square * act(excess, square)) / 4 - _mean(cube * act(excess, w1)) / 3
+    x3 = -base.excess * c3 * np.mean(u**3) + h * _mean(w1 * w2) + carried(_mean(cube) / 3)
+    x4 = -base.excess * c4 * np.mean(u**4) + h * (_mean(w2 * w2 + 2 * w1 * w3) + wf**2) / 2
+    x4 += carried(_mean(square * w2) + q)
+    return x3 / base.force, x4 / base.force - second_order_force(angles, base, w1) ** 2 / 2
 
 
 def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:

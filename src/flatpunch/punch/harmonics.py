@@ -37,21 +37,22 @@ class Edges:
 
         Shape (nb, len(orders)); k_1 = 0 is a translation.
         """
-        k = np.empty((self.first.size, orders.size))
-        for column, m in enumerate(orders):
-            vector = self.vectors.get(int(m))
-            own = 0.0 if vector is None else vector @ edge_signs(vector.shape[1])
-            k[:, column] = (m - 1) / 2 + np.pi * (own - self.first)
+        k = np.broadcast_to((orders - 1) / 2, (self.first.size, orders.size)) - np.pi * self.first[:, None]
+        for column, vector in self._among(orders):
+            k[:, column] += np.pi * (vector @ edge_signs(vector.shape[1]))
         return k
 
     def power_edge(self, exponent: float, orders: Indices) -> Array:
         """S[A_m^-1 b[r^n]] for the displacement r^n cos(m phi), shape (nb, len(orders))."""
         result = np.repeat(half_space_power_edge(exponent, orders)[None, :], self.first.size, axis=0)
-        for column, m in enumerate(orders):
-            vector = self.vectors.get(int(m))
-            if vector is not None:
-                result[:, column] += vector @ power_moments(exponent, int(m), vector.shape[1])
+        for column, vector in self._among(orders):
+            result[:, column] += vector @ power_moments(exponent, int(orders[column]), vector.shape[1])
         return result
+
+    def _among(self, orders: Indices) -> list[tuple[int, Array]]:
+        """Columns of `orders` in which the medium is felt, with their vectors."""
+        column = {int(m): i for i, m in enumerate(orders)}
+        return [(column[m], vector) for m, vector in self.vectors.items() if m in column]
 
 
 def half_space_power_edge(exponent: float, orders: Indices) -> Array:
@@ -84,14 +85,13 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
     if kernel.homogeneous:
         return Edges({}, np.zeros(beta.size))
     size = harmonic_size(kernel, float(beta.max()))
-    wanted = {int(m) for m in orders} | {1}
+    wanted = {1, *orders[orders < 2 * size].tolist()}
     vectors: dict[int, Array] = {}
     for parity in (0, 1):
-        chosen = sorted(m for m in wanted if m % 2 == parity and m < 2 * size)
+        chosen = sorted(m for m in wanted if m % 2 == parity)
         if chosen:
             vectors |= _solve_parity(kernel, beta, size, parity, chosen)
-    first = vectors[1] @ edge_signs(size)
-    return Edges({m: v for m, v in vectors.items() if m in {int(m) for m in orders}}, first)
+    return Edges(vectors, vectors[1] @ edge_signs(size))
 
 
 def _solve_parity(kernel: Kernel, beta: Array, size: int, parity: int, orders: list[int]) -> dict[int, Array]:
