@@ -1,0 +1,17 @@
+"""Rigorous reference: boundary elements in free space for any medium and indenter."""
+
+from flatpunch.bem.extent import ContactTouchesEdge
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.outline import Outline, trace_outline
+from flatpunch.bem.solution import Solution, required_bytes, solve, solve_punch
+
+__all__ = [
+    "ContactTouchesEdge",
+    "Grid",
+    "Outline",
+    "Solution",
+    "required_bytes",
+    "solve",
+    "solve_punch",
+    "trace_outline",
+]

@@ -1,0 +1,115 @@
+"""Grid of square cells on which pressure and gap are sampled.
+
+Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) spacing, y alike with i: arrays are indexed [y, x]. With even
+numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._validation import Array, positive, real
+
+_SMALLEST = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Rectangle of square cells.
+
+    Parameters
+    ----------
+    nx, ny : int
+        Number of cells along x and y, at least 8.
+    spacing : float
+        Side of a cell [m], > 0.
+    center : (float, float)
+        Coordinates of the grid's centre [m]; the indenter first touches at the origin.
+    """
+
+    nx: int
+    ny: int
+    spacing: float
+    center: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("nx", "ny"):
+            cells = getattr(self, name)
+            if int(cells) != cells or cells < _SMALLEST:
+                raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {_SMALLEST} cells.")
+            object.__setattr__(self, name, int(cells))
+        object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
+        cx, cy = self.center
+        object.__setattr__(self, "center", (real("Grid.center[0]", cx), real("Grid.center[1]", cy)))
+
+    @classmethod
+    def around(
+        cls,
+        half_widths: tuple[float, float],
+        cells: int = 256,
+        *,
+        margin: float = 0.25,
+        center: tuple[float, float] = (0.0, 0.0),
+    ) -> Grid:
+        """Grid around a contact of the given half-widths.
+
+        Parameters
+        ----------
+        half_widths : (float, float)
+            Half-widths of the contact's bounding box along x and y [m].
+        cells : int
+            About the square root of the number of cells: a contact of 4:1 gets 2 cells x cells/2.
+        margin : float
+            Free rim on each side, in units of the half-width, and at least three cells.
+        center : (float, float)
+            Centre of the bounding box [m].
+        """
+        wx, wy = (positive(f"half_widths[{i}]", w) for i, w in enumerate(half_widths))
+        wx, wy = wx * (1 + margin), wy * (1 + margin)
+        spacing = 2 * np.sqrt(wx * wy) / cells
+        nx, ny = (max(_even(2 * w / spacing), _even(2 * w / ((1 + margin) * spacing) + 6)) for w in (wx, wy))
+        return cls(max(nx, _SMALLEST), max(ny, _SMALLEST), spacing, center)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(ny, nx), the shape of arrays on the grid."""
+        return self.ny, self.nx
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a cell [m^2]."""
+        return self.spacing**2
+
+    @property
+    def x(self) -> Array:
+        """Cell centres along x [m], shape (nx,)."""
+        return np.asarray(self.center[0] + (np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing)
+
+    @property
+    def y(self) -> Array:
+        """Cell centres along y [m], shape (ny,)."""
+        return np.asarray(self.center[1] + (np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing)
+
+    @property
+    def polar(self) -> tuple[Array, Array]:
+        """Radii [m] and polar angles in [0, 2 pi) of the cell centres, shape (ny, nx)."""
+        x, y = self.x[None, :], self.y[:, None]
+        return np.hypot(x, y), np.mod(np.arctan2(y, x), 2 * np.pi)
+
+    def coarser(self) -> Grid | None:
+        """Grid of cells twice as wide that covers this one, about the same centre; None when it would be too small."""
+        nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (self.nx, self.ny))
+        if min(nx, ny) < 2 * _SMALLEST:
+            return None
+        return Grid(nx, ny, 2 * self.spacing, self.center)
+
+    def scaled(self, factor: float) -> Grid:
+        """The same grid with all lengths multiplied by `factor`."""
+        cx, cy = self.center
+        return Grid(self.nx, self.ny, self.spacing * factor, (cx * factor, cy * factor))
+
+
+def _even(number: float) -> int:
+    return 2 * int(np.ceil(number / 2 - 1e-9))

@@ -1,0 +1,163 @@
+"""Influence coefficients: displacement at a cell's centre per uniform pressure on another cell.
+
+    u_i = sum_j g(x_i - x_j) p_j,      g(x) = int_cell G(|x - s|) d^2 s
+
+The half-space part 1/(pi E* r) has Love's closed form. The rest R of G is a smooth function of distance on the scale of the
+layers: far from the origin its cell average is a function of r too, up to (h/r)^5 cos 4 phi, and is read from a table that
+contains the averaging; near it, and where cells are wider than the layer, it is integrated cell by cell, the cell split
+towards the origin until every part is small against its distance or the layer. Power-law half-spaces have
+G ~ r^-(1 + exponent) throughout and take the same two roads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.special import gamma
+
+from flatpunch._validation import Array
+from flatpunch.bem.radial import RadialTable, remainder_table
+from flatpunch.compliance import Kernel
+
+_NEAR = 24.0
+"""Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
+
+_NODES = 8
+
+Radial = Callable[[Array], Array]
+
+
+def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
+    """Coefficients g at offsets of (i, j) cells.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    spacing : float
+        Side of a cell [m].
+    shape : (int, int)
+        Number of offsets (rows, columns), from zero on.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns)
+        g [m/Pa]; absolute error below 1e-8 g[0, 0] of a half-space of the same modulus.
+    """
+    exponent = power_exponent(kernel)
+    if exponent != 0.0:
+        return power_law_coefficients(kernel, exponent, spacing, shape)
+    g = love_coefficients(shape)
+    g *= spacing / (np.pi * kernel.modulus)
+    if not kernel.homogeneous:
+        add_remainder(g, kernel, spacing)
+    return g
+
+
+def power_exponent(kernel: Kernel) -> float:
+    """Exponent k of C ~ wavenumber^(k - 1); zero for every medium that is homogeneous at its surface."""
+    return float(getattr(kernel, "exponent", 0.0))
+
+
+def love_coefficients(shape: tuple[int, int]) -> Array:
+    """int 1/r over the unit square around (j, i); shape (rows, columns)."""
+    y = np.arange(-1, shape[0])[:, None] + 0.5
+    x = np.arange(-1, shape[1])[None, :] + 0.5
+    r = np.hypot(x, y)
+    # y asinh(x/y) + x asinh(y/x) with asinh(x/y) = ln((x + r)/y); corners at negative x, y by antisymmetry
+    corner = np.abs(y) * np.log((np.abs(x) + r) / np.abs(y)) + np.abs(x) * np.log((np.abs(y) + r) / np.abs(x))
+    corner *= np.sign(x) * np.sign(y)
+    return np.asarray(corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1])
+
+
+def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
+    """Add the part of the coefficients that the medium's L - 1 brings, in place."""
+    factor = spacing**2 / (np.pi * kernel.modulus)
+    farthest = spacing * float(np.hypot(*g.shape))
+    near = near_cells(kernel, spacing)
+    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
+    closest = max(near, 1e-4) * spacing
+    add_far(g, factor, remainder_table(kernel, closest, max(farthest, 2 * closest), spacing), spacing, near)
+    if near > 0:
+        table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
+        add_near(g, factor, table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
+
+
+def near_cells(kernel: Kernel, spacing: float) -> float:
+    """Distance in cells within which the remainder is integrated cell by cell; -1 when it is smooth everywhere."""
+    smooth = 2 * kernel.length * 25.0 / max(kernel.cutoff, 25.0)
+    return -1.0 if kernel.tail == 0.0 and smooth > _NEAR * spacing else _NEAR
+
+
+def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float) -> None:
+    """Add cell averages that depend on distance alone, row by row, beyond `near` cells."""
+    x = np.arange(g.shape[1], dtype=float)
+    for first in range(0, g.shape[0], 64):
+        y = np.arange(first, min(first + 64, g.shape[0]), dtype=float)[:, None]
+        r = np.hypot(x, y)
+        g[first : first + y.size] += np.where(r > near, factor * radial(np.maximum(r, near) * spacing), 0.0)
+
+
+def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: float, smooth: float) -> None:
+    """Add cell averages by quadrature up to `near` cells; `smooth` [m] is the scale below which the function is analytic."""
+    size = int(near) + 1
+    block = np.zeros((size, size))
+    for i in range(size):
+        for j in range(i, size):
+            if np.hypot(i, j) <= near:
+                block[i, j] = block[j, i] = cell_average(radial, spacing, i, j, smooth)
+    rows, columns = min(size, g.shape[0]), min(size, g.shape[1])
+    g[:rows, :columns] += factor * block[:rows, :columns]
+
+
+def cell_average(radial: Radial, spacing: float, row: int, column: int, smooth: float) -> float:
+    """Average of a radial function over the cell at (row, column), split towards the origin as far as needed."""
+    t, v = np.polynomial.legendre.leggauss(_NODES)
+    # by symmetry the central cell is four quarters
+    if row == column == 0:
+        squares = [(0.0, 0.0, 0.5)]
+    else:
+        squares = [(column - 0.5, row - 0.5, 1.0)]
+    total, area = 0.0, sum(side**2 for _, _, side in squares)
+    xs, ys, ws = [], [], []
+    while squares:
+        x0, y0, side = squares.pop()
+        distance = np.hypot(max(x0, -x0 - side, 0.0), max(y0, -y0 - side, 0.0))
+        if side > max(distance, smooth / spacing) and side > 1e-6:
+            half = side / 2
+            squares += [(x0 + a * half, y0 + b * half, half) for a in (0, 1) for b in (0, 1)]
+            continue
+        xs.append(np.broadcast_to(x0 + side * (t + 1) / 2, (_NODES, _NODES)))
+        ys.append(np.broadcast_to((y0 + side * (t + 1) / 2)[:, None], (_NODES, _NODES)))
+        ws.append(side**2 / 4 * v[:, None] * v)
+    r = spacing * np.hypot(np.array(xs), np.array(ys))
+    total = float((np.array(ws) * radial(r)).sum())
+    return total / area
+
+
+def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shape: tuple[int, int]) -> Array:
+    """Coefficients of C ~ wavenumber^(k - 1), whose Green's function is a power: G = A r^-(1 + k)."""
+    e = exponent
+    wavenumber = 1.0 / spacing
+    scale = float(np.atleast_1d(kernel(np.array([wavenumber])))[0]) * wavenumber ** (1 - e)
+    amplitude = scale / (2 * np.pi) * 2**e * gamma((1 + e) / 2) / gamma((1 - e) / 2)
+    g = np.zeros(shape)
+
+    def averaged(r: Array) -> Array:
+        # r^-(1+e) and the isotropic part of h^2/24 lap + h^4 (3/7680 + 1/4608) lap lap, r in cells
+        second, fourth = (1 + e) ** 2, (1 + e) ** 2 * (3 + e) ** 2
+        return np.asarray(r ** -(1 + e) * (1 + second / (24 * r**2) + fourth * (1 / 2560 + 1 / 4608) / r**4))
+
+    add_far(g, 1.0, averaged, 1.0, _NEAR)
+    add_near(g, 1.0, lambda r: np.asarray(r ** -(1 + e)), 1.0, _NEAR, 0.0)
+    # the central cell in polar coordinates: eight triangles
+    t, v = np.polynomial.legendre.leggauss(24)
+    angle = np.pi / 8 * (t + 1)
+    g[0, 0] = 8 / (1 - e) * float(v @ (0.5 / np.cos(angle)) ** (1 - e)) * np.pi / 8
+    return g * (amplitude * spacing ** (1 - e))
+
+
+def table_of(kernel: Kernel, r_low: float, r_high: float) -> RadialTable:
+    """Table of R(r) without averaging, for displacements outside a grid."""
+    return remainder_table(kernel, r_low, r_high)

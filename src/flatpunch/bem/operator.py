@@ -1,0 +1,159 @@
+"""Displacement of the surface from the pressure on a grid, u = G * p in free space, and an approximate inverse.
+
+The convolution is done by FFT on the doubled grid, so that nothing is periodic. Only half of that grid's rows carry
+pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
+blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
+transform is real and a quarter of it is kept (a cosine transform).
+
+Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
+
+The approximate inverse divides by the symbol C(|k|) on the grid itself, without padding. It is positive by construction, unlike
+the transform of the truncated coefficients, whose lowest entries can be negative under stiff films.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+from flatpunch._validation import Array
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.influence import influence_coefficients
+from flatpunch.compliance import Kernel
+
+BYTES_PER_CELL = 200
+"""Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
+
+_BLOCK = 64
+
+
+def workers() -> int:
+    """Threads for the transforms: all cores this process may use, or OMP_NUM_THREADS."""
+    limit = os.environ.get("OMP_NUM_THREADS", "")
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    return min(available, int(limit)) if limit.isdigit() and int(limit) > 0 else available
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """Free-space convolution with the influence coefficients of a medium, on one grid.
+
+    Attributes
+    ----------
+    grid : Grid
+        The grid.
+    spectrum : array, shape (my/2 + 1, mx/2 + 1)
+        Transform of the coefficients on the padded grid of my x mx cells; real, one quarter.
+    inverse : array, shape (qy, qx/2 + 1)
+        1/C(|k|) on the periodic grid of the preconditioner.
+    padded, periodic : (int, int)
+        Shapes (my, mx) and (qy, qx).
+    xp : module
+        Array namespace of the work; NumPy unless another was asked for.
+    threads : int
+        Threads of the transforms (NumPy only).
+    """
+
+    grid: Grid
+    spectrum: Any
+    inverse: Any
+    padded: tuple[int, int]
+    periodic: tuple[int, int]
+    xp: Any
+    threads: int
+
+    def apply(self, pressure: Any) -> Any:
+        """Displacement [cells] of a pressure [E*], shape (ny, nx)."""
+        if self.xp is np:
+            return self._apply_numpy(pressure)
+        return self._apply_standard(pressure)
+
+    def precondition(self, gap: Any) -> Any:
+        """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
+        ny, nx = self.grid.shape
+        if self.xp is np:
+            spectrum = scipy.fft.rfft2(gap, self.periodic, workers=self.threads)
+            spectrum *= self.inverse
+            return scipy.fft.irfft2(spectrum, self.periodic, workers=self.threads, overwrite_x=True)[:ny, :nx]
+        fft = self.xp.fft
+        spectrum = fft.rfftn(gap, s=self.periodic, axes=(0, 1)) * self.inverse
+        return fft.irfftn(spectrum, s=self.periodic, axes=(0, 1))[:ny, :nx]
+
+    def single(self) -> Operator:
+        """The same operator in single precision."""
+        xp = self.xp
+        spectrum, inverse = (xp.astype(part, xp.float32) for part in (self.spectrum, self.inverse))
+        return replace(self, spectrum=spectrum, inverse=inverse)
+
+    def asarray(self, values: Any) -> Any:
+        """NumPy values as an array of this operator's namespace and precision."""
+        return self.xp.asarray(np.asarray(values), dtype=self.spectrum.dtype)
+
+    def _apply_numpy(self, pressure: Array) -> Array:
+        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
+        half, rows = self.spectrum, scipy.fft.rfft(pressure, mx, axis=1, workers=threads)
+        mirror = slice(my - half.shape[0], 0, -1)
+        for first in range(0, rows.shape[1], _BLOCK):
+            columns = slice(first, first + _BLOCK)
+            block = scipy.fft.fft(rows[:, columns], my, axis=0, workers=threads)
+            block[: half.shape[0]] *= half[:, columns]
+            block[half.shape[0] :] *= half[mirror, columns]
+            rows[:, columns] = scipy.fft.ifft(block, axis=0, workers=threads, overwrite_x=True)[:ny]
+        u: Array = scipy.fft.irfft(rows, mx, axis=1, workers=threads, overwrite_x=True)[:, :nx]
+        return u
+
+    def _apply_standard(self, pressure: Any) -> Any:
+        (my, mx), (ny, nx), xp = self.padded, self.grid.shape, self.xp
+        half = self.spectrum
+        rows = xp.fft.fft(xp.fft.rfft(pressure, n=mx, axis=1), n=my, axis=0)
+        full = xp.concat([half, xp.flip(half[1 : my - half.shape[0] + 1, :], axis=0)], axis=0)
+        u = xp.fft.ifft(rows * full, axis=0)[:ny, :]
+        return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
+
+
+def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np) -> Operator:
+    """Transform of the influence coefficients and of the approximate inverse on a grid.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    grid : Grid
+        The grid.
+    xp : module
+        Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
+    """
+    (ny, nx), threads = grid.shape, workers()
+    my, mx = (2 * scipy.fft.next_fast_len(n, real=True) for n in (ny, nx))
+    periodic = (my // 2, mx // 2)
+    unit = kernel.modulus / grid.spacing
+    g = influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1))
+    g *= unit
+    spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
+    inverse = inverse_symbol(kernel, grid.spacing, periodic)
+    inverse /= unit
+    if xp is not np:
+        spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
+    return Operator(grid, spectrum, inverse, (my, mx), periodic, xp, threads)
+
+
+def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
+    """1/C(|k|) on the half plane of wavenumbers of a periodic grid; shape (ny, nx/2 + 1)."""
+    ny, nx = shape
+    ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
+    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, spacing)
+    k = np.hypot(kx, ky[:, None])
+    k[0, 0] = 0.5 * max(k[0, 1], k[1, 0])
+    upper = 1 / compliance_values(kernel, k)
+    return np.concatenate([upper, upper[(ny - 1) // 2 : 0 : -1]])
+
+
+def compliance_values(kernel: Kernel, k: Array) -> Array:
+    """C(k) for many wavenumbers, interpolated in ln k where that is cheaper than the kernel itself."""
+    table = np.exp(np.linspace(np.log(k.min()), np.log(k.max()), 400))
+    values = np.log(np.asarray(kernel(table)))
+    return np.asarray(np.exp(np.interp(np.log(k), np.log(table), values)))

@@ -1,0 +1,153 @@
+"""Outline of a contact to a fraction of a cell.
+
+Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a power-law
+half-space), so p^2 is linear there. Along every ray from the point of first touch it is fitted from one and a half cells inside
+the rim on, where the staircase of cells is no longer felt, and followed to zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import label, map_coordinates
+
+from flatpunch._validation import Array
+from flatpunch.bem.grid import Grid
+
+_DEPTHS = np.array([1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5])
+"""Distances from the rim, in cells, at which the pressure is read."""
+
+_FEWEST = 6.0
+"""Cells from the centre to the rim below which no line is fitted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Contact outline a(phi) about the point of first touch.
+
+    Attributes
+    ----------
+    phi : ndarray, shape (n,)
+        Polar angles [rad], equally spaced over the full turn.
+    contour : ndarray, shape (n,)
+        a(phi) [m]; NaN when the contact has no single-valued outline.
+    radius : float
+        Mean radius a0, the mean of a over the polar angle [m].
+    area : float
+        Area inside the outline [m^2], or of the cells in contact where there is no outline.
+    half_axes : (float, float)
+        Half-axes of the ellipse with the same second moments, the longer first [m].
+    eccentricity : float
+        sqrt(1 - (b/a)^2) of these half-axes.
+    note : str
+        Why there is no outline, or why it is only good to a cell; empty otherwise.
+    """
+
+    phi: Array
+    contour: Array
+    radius: float
+    area: float
+    half_axes: tuple[float, float]
+    eccentricity: float
+    note: str = ""
+
+
+def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float = 0.5, sharp: bool = False) -> Outline:
+    """Outline from the pressure on a grid.
+
+    Parameters
+    ----------
+    grid : Grid
+        The grid.
+    pressure : ndarray, shape (ny, nx)
+        Pressure; positive in contact, zero elsewhere.
+    angles : int
+        Number of polar angles.
+    rim : float
+        Power of the distance with which the pressure falls to zero at the rim.
+    sharp : bool
+        Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
+    """
+    phi = 2 * np.pi * np.arange(angles) / angles
+    contact = pressure > 0
+    cells = float(contact.sum()) * grid.cell_area
+    note = _why_none(grid, contact)
+    if note:
+        return Outline(phi, np.full(angles, np.nan), float("nan"), cells, (float("nan"),) * 2, float("nan"), note)
+    contour = _cell_outline(grid, contact, phi)
+    if contour.min() < _FEWEST * grid.spacing:
+        note = (
+            f"the contact is only {2 * contour.min() / grid.spacing:.0f} cells across at its narrowest: its outline is good "
+            "to about a cell. Use more cells."
+        )
+    elif not sharp:
+        contour = _follow_to_zero(grid, pressure, phi, contour, rim)
+    axes = _half_axes(phi, contour)
+    eccentricity = float(np.sqrt(max(0.0, 1 - (axes[1] / axes[0]) ** 2)))
+    area = cells if sharp else float(np.pi * np.mean(contour**2))
+    return Outline(phi, contour, float(contour.mean()), area, axes, eccentricity, note)
+
+
+def _why_none(grid: Grid, contact: Array) -> str:
+    """Reason why the contact has no outline a(phi); empty if it has one."""
+    if not contact.any():
+        return "there is no contact"
+    x, y = -grid.x[0] / grid.spacing, -grid.y[0] / grid.spacing
+    inside = 0 <= x <= grid.nx - 1 and 0 <= y <= grid.ny - 1
+    # the origin may lie on the corner of four cells
+    around = (
+        contact[int(np.floor(y)) : int(np.ceil(y)) + 1, int(np.floor(x)) : int(np.ceil(x)) + 1]
+        if inside
+        else contact[:0]
+    )
+    if not around.all() or around.size == 0:
+        return "the point of first touch is not in contact, so the contact has no outline a(phi) about it; area counts cells"
+    if label(contact, np.ones((3, 3)))[1] > 1 or label(~contact)[1] > 1:
+        return "the contact has several parts or holes, so it has no outline a(phi); area counts cells"
+    return ""
+
+
+def _cell_outline(grid: Grid, contact: Array, phi: Array) -> Array:
+    """Largest radius in contact along each ray, where the indicator of contact, interpolated, falls through one half."""
+    h = grid.spacing
+    reach = np.hypot(grid.nx, grid.ny)
+    steps = np.arange(0.0, reach, 0.25)
+    inside = _sample(grid, contact.astype(float), phi[:, None], h * steps[None, :], order=1) >= 0.5
+    last = inside.shape[1] - 1 - np.argmax(inside[:, ::-1], axis=1)
+    return np.asarray(h * (steps[last] + 0.125))
+
+
+def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, rim: float) -> Array:
+    """Zero of a parabola through p^(1/rim) just inside the rough outline."""
+    h = grid.spacing
+    r = rough[:, None] - h * _DEPTHS[None, :]
+    values = _sample(grid, pressure ** (1 / rim), phi[:, None], r, order=1)
+    # p^(1/rim) = c0 + c1 s + c2 s^2, s in cells from the rough rim inwards
+    basis = np.vander(_DEPTHS, 3, increasing=True)
+    c0, c1, c2 = np.linalg.lstsq(basis, values.T, rcond=None)[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))
+        s = -2 * c0 / (c1 + root)
+    # at corners of the outline the fit may fail; the cells themselves know it to about one cell
+    s = np.where(np.isfinite(s) & (np.abs(s) < 2), s, 0.0)
+    return np.asarray(rough - h * s)
+
+
+def _sample(grid: Grid, values: Array, phi: Array, r: Array, order: int) -> Array:
+    x = (r * np.cos(phi) - grid.x[0]) / grid.spacing
+    y = (r * np.sin(phi) - grid.y[0]) / grid.spacing
+    return np.asarray(map_coordinates(values, [y, x], order=order, mode="constant"))
+
+
+def _half_axes(phi: Array, contour: Array) -> tuple[float, float]:
+    """Half-axes of the ellipse with the outline's second moments, the longer first."""
+    weight = contour**2 / 2
+    area = weight.mean()
+    centre = np.array([(contour**3 * np.cos(phi)).mean(), (contour**3 * np.sin(phi)).mean()]) / (3 * area)
+    fourth = contour**4 / (4 * area)
+    xx = (fourth * np.cos(phi) ** 2).mean() - centre[0] ** 2
+    yy = (fourth * np.sin(phi) ** 2).mean() - centre[1] ** 2
+    xy = (fourth * np.cos(phi) * np.sin(phi)).mean() - centre[0] * centre[1]
+    small, large = np.linalg.eigvalsh([[xx, xy], [xy, yy]])
+    return 2 * float(np.sqrt(large)), 2 * float(np.sqrt(small))

@@ -1,0 +1,260 @@
+"""Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
+
+Two loops. The outer one guesses the contact (cells that carry pressure or overlap the indenter), the inner one removes
+the gap error on it by preconditioned conjugate gradients; then pressures that came out negative are dropped and the guess
+is made anew. The inner loop is a linear problem and stops at a fraction of the error it began with: conjugacy survives
+the many small changes of the contact that stop the classical one-loop method (Polonsky & Keer 1999) under stiff films,
+and since it yields a correction only, single precision suffices there whatever the tolerance. The outer loop works in
+the operator's own precision, and the residual it reports is that of the pressure it returns. Its full steps are those of a
+semismooth Newton method, which could cycle; when the error stops falling, only steps that lower the energy
+sum p (u/2 + f - d) are taken.
+
+Lengths in cells, pressures in E*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch.bem.operator import Operator
+
+DROP = 0.03
+"""Reduction asked of the inner loop: best or equal over half-spaces, soft layers and films up to 1000 times stiffer."""
+
+_PATIENCE = 10
+"""Outer steps without progress after which only steps that lower the energy are taken."""
+
+_HALVINGS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A solution as far as it got.
+
+    Attributes
+    ----------
+    pressure, displacement : array, shape (ny, nx)
+        Pressure [E*] and the displacement it causes [cells].
+    contact : array of bool, shape (ny, nx)
+        Where the pressure is positive.
+    depth, force : float
+        Depth [cells], force [E* cells^2].
+    gap_error : float
+        Largest |gap| in contact over the depth.
+    penetration : float
+        Largest penetration outside contact over the depth.
+    iterations, convolutions : int
+        Inner iterations, and free-space convolutions in all.
+    converged : bool
+        Whether both errors are within the tolerance.
+    """
+
+    pressure: Any
+    displacement: Any
+    contact: Any
+    depth: float
+    force: float
+    gap_error: float
+    penetration: float
+    iterations: int
+    convolutions: int
+    converged: bool
+
+
+@dataclass(slots=True)
+class _Trial:
+    """A pressure with its displacement and energy at one depth."""
+
+    pressure: Any
+    displacement: Any
+    gap: Any
+    energy: float
+    gap_error: float
+    penetration: float
+
+
+def solve_contact(
+    operator: Operator,
+    height: Any,
+    depth: float,
+    *,
+    start: Any = None,
+    inner: Operator | None = None,
+    tolerance: float = 1e-8,
+    limit: int = 1000,
+) -> State:
+    """Contact of one indenter at one depth.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure.
+    height : array, shape (ny, nx)
+        Gap at first touch [cells]; infinite where the indenter has no surface.
+    depth : float
+        Indentation depth [cells], > 0.
+    start : array, shape (ny, nx), optional
+        Pressure to begin with.
+    inner : Operator, optional
+        The operator in single precision; by default made here.
+    tolerance : float
+        Largest gap error in contact and largest penetration outside, relative to depth.
+    limit : int
+        Largest number of inner iterations.
+    """
+    xp = operator.xp
+    inner = operator.single() if inner is None else inner
+    iterations, convolutions, best, waited = 0, 1, np.inf, 0
+    now = _trial(operator, height, depth, xp.zeros_like(height) if start is None else start)
+    while True:
+        error = max(now.gap_error, now.penetration)
+        if error <= tolerance or iterations >= limit:
+            break
+        best, waited = (error, 0) if error < best else (best, waited + 1)
+        contact = (now.pressure > 0) | (now.gap < 0)
+        gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
+        change, count = remove_gap(inner, contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        now, tried = _advance(operator, height, depth, now, change, waited >= _PATIENCE)
+        iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
+    return State(
+        pressure=now.pressure,
+        displacement=now.displacement,
+        contact=now.pressure > 0,
+        depth=depth,
+        force=float(xp.sum(now.pressure)),
+        gap_error=now.gap_error,
+        penetration=now.penetration,
+        iterations=iterations,
+        convolutions=convolutions,
+        converged=error <= tolerance,
+    )
+
+
+def _advance(
+    operator: Operator, height: Any, depth: float, now: _Trial, change: Any, careful: bool
+) -> tuple[_Trial, int]:
+    """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
+    xp = operator.xp
+    change = xp.astype(change, now.pressure.dtype)
+    # differences of energy are only known to the rounding of its sum
+    rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(now.energy)
+    for tried in range(_HALVINGS if careful else 1):
+        p = now.pressure + 0.5**tried * change
+        later = _trial(operator, height, depth, xp.where(p > 0, p, xp.zeros_like(p)))
+        if later.energy <= now.energy + rounding:
+            break
+    return later, tried + 1
+
+
+def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
+    xp = operator.xp
+    u = operator.apply(pressure)
+    gap = u + (height - depth)
+    loaded = pressure > 0
+    zero = xp.zeros_like(gap)
+    inside = xp.where(loaded, gap, zero)
+    # u/2 + f - d = gap - u/2, where the indenter has a surface
+    energy = dot(xp, pressure, inside - 0.5 * u)
+    gap_error = float(xp.max(xp.abs(inside))) / depth
+    penetration = max(-float(xp.min(xp.where(loaded, zero, gap))) / depth, 0.0)
+    return _Trial(pressure, u, gap, energy, gap_error, penetration)
+
+
+def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
+    """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure, of any precision.
+    contact : array of bool, shape (ny, nx)
+        Cells that take part.
+    gap : array, shape (ny, nx)
+        Gap to be closed [cells]; zero outside `contact`.
+    drop : float
+        Wanted reduction of the largest gap.
+    limit : int
+        Largest number of iterations.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        Change of pressure [E*], in the operator's precision.
+    iterations : int
+        Iterations taken.
+    """
+    xp, dtype = operator.xp, operator.spectrum.dtype
+    scale = float(xp.max(xp.abs(gap)))
+    if scale == 0.0:
+        return xp.astype(gap, dtype), 0
+    mask = xp.astype(contact, dtype)
+    r = xp.astype(gap / scale, dtype)
+    p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
+    for n in range(limit):
+        z = operator.precondition(r)
+        z = z * mask
+        rz = dot(xp, r, z)
+        t *= rz / rz_old
+        t += z
+        q = operator.apply(t)
+        curvature = dot(xp, t, q)
+        if not (rz > 0 and curvature > 0):
+            return p * scale, n
+        step = rz / curvature
+        p -= step * t
+        r -= step * (q * mask)
+        rz_old = rz
+        if float(xp.max(xp.abs(r))) <= drop:
+            return p * scale, n + 1
+    return p * scale, limit
+
+
+def punch_stiffness(
+    operator: Operator, contact: Any, tolerance: float = 1e-2, limit: int = 400
+) -> tuple[Any, float, float, int]:
+    """Flat punch of the planform `contact` pressed in by one cell.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure.
+    contact : array of bool, shape (ny, nx)
+        Planform.
+    tolerance : float
+        Largest deviation of the displacement from 1 on the planform.
+    limit : int
+        Largest number of iterations.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        Pressure per depth [E*/cell].
+    stiffness : float
+        Its sum, dF/dd [E* cells].
+    error : float
+        Deviation reached.
+    iterations : int
+        Iterations taken.
+    """
+    xp, dtype = operator.xp, operator.spectrum.dtype
+    one = xp.astype(contact, dtype)
+    p, error, iterations = xp.zeros_like(one), 1.0, 0
+    gap, inner = -one, operator.single()
+    while error > tolerance and iterations < limit:
+        change, count = remove_gap(inner, contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        p = p + xp.astype(change, dtype)
+        gap = operator.apply(p) * one - one
+        latest = float(xp.max(xp.abs(gap)))
+        iterations += max(count, 1)
+        if latest >= error and count == 0:
+            break
+        error = latest
+    return p, float(xp.sum(p)), error, iterations
+
+
+def dot(xp: Any, a: Any, b: Any) -> float:
+    """Sum of a b over the grid."""
+    return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))
