@@ -8,6 +8,7 @@ from flatpunch._validation import FlatpunchWarning
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import indent, pressure
+from flatpunch.files import load, read_case, save
 from flatpunch.indenters import (
     Cone,
     Cylinder,
@@ -39,5 +40,8 @@ __all__ = [
     "compliance",
     "flat_punch",
     "indent",
+    "load",
     "pressure",
+    "read_case",
+    "save",
 ]

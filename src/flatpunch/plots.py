@@ -50,7 +50,7 @@ def force_depth(result: xr.Dataset, axes: Axes) -> Axes:
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})", color=_FORCE)
     right.set_ylabel(f"stiffness d$F$/d$d$ ({stiffness_unit})", color=_STIFFNESS)
-    axes.set_title("Force (solid) and stiffness (dashed)")
+    axes.set_title("Force (solid) and stiffness (dashed)" + ("" if valid.all() else ", grey where the theory fails"))
     return axes
 
 
@@ -156,7 +156,11 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
         left, middle, right = drawn.subplots(1, 3, width_ratios=(1.15, 1, 1.15))
         force_depth(result, left)
         outline(result, indenter, middle)
-        pressure_map(result, medium, indenter, right)
+        try:
+            pressure_map(result, medium, indenter, right)
+        except ValueError as error:  # some steps have a force and an outline, but a history that gives no pressure
+            right.set_axis_off()
+            right.text(0.5, 0.5, f"No pressure map:\n{error}", ha="center", va="center", wrap=True)
         if title:
             drawn.suptitle(title, fontsize=12)
     return drawn
@@ -184,10 +188,16 @@ def _scaled(values: Array, unit: str, *, quantile: bool = False) -> tuple[Array,
 
 
 def _last_valid(result: xr.Dataset) -> int:
-    usable = result["valid"].values.astype(bool) & (result["radius"].values > 0)
+    """Last step before the theory first fails; if it fails from the start, the last step at which it holds.
+
+    A pressure field belongs to the whole history of the contact, so steps beyond a gap are second choice.
+    """
+    valid = result["valid"].values.astype(bool)
+    usable = valid & (result["radius"].values > 0)
     if not usable.any():
         raise ValueError("the theory holds at no step of this result, so there is no outline to draw; see its notes.")
-    return int(np.flatnonzero(usable)[-1])
+    leading = usable & np.logical_and.accumulate(valid)
+    return int(np.flatnonzero(leading if leading.any() else usable)[-1])
 
 
 def _earlier(result: xr.Dataset, last: int) -> list[int]:

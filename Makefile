@@ -1,0 +1,69 @@
+# `make demo` and `make test` work in a fresh clone. The environment is made once; a stamp file remembers that.
+# Python 3.11 or newer; another interpreter: make PYTHON=python3.12 test
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+# Measured in .ci/run: tests spread over two processes, each with one BLAS thread, beat one process with two.
+WORKERS ?= 0
+
+# Small matrices: a second BLAS thread costs more than it brings, and two test processes would fight over the cores.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+export MKL_NUM_THREADS ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo test slow benchmarks format format-check lint types docs-check picture clean
+
+help:  ## Show this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "Python 3.11 or newer is needed; try: make PYTHON=python3.12 ..." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed-test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@ $(VENV)/.installed-test
+
+install: $(VENV)/.installed-test  ## Make the environment and install the package into it
+
+demo: $(VENV)/.installed-test  ## Solve the shipped cases: tables here, results and pictures in demo-results/
+	$(BIN)/flatpunch demo --output demo-results
+
+test: $(VENV)/.installed-test  ## Run the whole test suite
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+slow: $(VENV)/.installed-test  ## Run the large validations too
+	$(BIN)/python -m pytest -m 'slow or not slow'
+
+benchmarks: $(VENV)/.installed-test  ## Measure the speed targets
+	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-columns=min,median,rounds
+
+format: $(VENV)/.installed-dev  ## Bring the code into shape
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+format-check: $(VENV)/.installed-dev
+	$(BIN)/ruff format --check .
+
+lint: $(VENV)/.installed-dev  ## Look for mistakes
+	$(BIN)/ruff check .
+
+types: $(VENV)/.installed-dev  ## Check the types
+	$(BIN)/mypy
+
+docs-check: $(VENV)/.installed-test  ## Run the examples in README and docs, and follow their links
+	$(BIN)/python -m pytest -q tests/test_readme.py
+
+picture: $(VENV)/.installed-test  ## Draw the picture of the README again
+	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
+
+clean:  ## Remove what was made, the environment included
+	rm -rf $(VENV) build dist demo-results .mypy_cache .ruff_cache .pytest_cache .benchmarks .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
