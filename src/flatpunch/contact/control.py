@@ -9,14 +9,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from flatpunch._validation import Array, Indices
-from flatpunch.contact.axisymmetric import RoundContact
 
 Quantity = Literal["depth", "force"]
+
+
+class Loading(Protocol):
+    """Contacts along a path over the radius a: depth, force, dF/dd and a d'(a), shape (n,) each."""
+
+    @property
+    def depth(self) -> Array: ...  # noqa: D102
+
+    @property
+    def force(self) -> Array: ...  # noqa: D102
+
+    @property
+    def stiffness(self) -> Array: ...  # noqa: D102
+
+    @property
+    def depth_slope(self) -> Array: ...  # noqa: D102
+
 
 _PER_DECADE = 12
 _MOST_DECADES = 40
@@ -28,7 +44,7 @@ _ROUNDING = 1e-14
 
 
 def radius_for(
-    evaluate: Callable[[Array], RoundContact],
+    evaluate: Callable[[Array], Loading],
     quantity: Quantity,
     target: Array,
     guess: float,
@@ -40,7 +56,7 @@ def radius_for(
     Parameters
     ----------
     evaluate : callable
-        Radii, shape (n,) -> RoundContact.
+        Radii, shape (n,) -> contacts.
     quantity : "depth" or "force"
         What `target` is.
     target : ndarray, shape (n,)
@@ -87,7 +103,7 @@ class _Nodes:
         return _Nodes(*(np.concatenate(pair) for pair in pairs))
 
 
-def _sample(evaluate: Callable[[Array], RoundContact], quantity: Quantity, radius: Array) -> _Nodes:
+def _sample(evaluate: Callable[[Array], Loading], quantity: Quantity, radius: Array) -> _Nodes:
     contact = evaluate(radius)
     if quantity == "depth":
         value, slope = contact.depth, contact.depth_slope
@@ -98,7 +114,7 @@ def _sample(evaluate: Callable[[Array], RoundContact], quantity: Quantity, radiu
 
 
 def _bracket(
-    evaluate: Callable[[Array], RoundContact],
+    evaluate: Callable[[Array], Loading],
     quantity: Quantity,
     wanted: Array,
     guess: float,
@@ -145,7 +161,7 @@ def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str
     )
 
 
-def _newton(evaluate: Callable[[Array], RoundContact], quantity: Quantity, wanted: Array, nodes: _Nodes) -> Array:
+def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Array, nodes: _Nodes) -> Array:
     """Newton's method for ln q over ln a, bisecting when a step leaves the bracket or the steps do not settle."""
     upper = np.clip(np.searchsorted(np.maximum.accumulate(nodes.value), wanted), 1, nodes.x.size - 1)
     lo, hi = nodes.x[upper - 1], nodes.x[upper]

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import BSpline, RectBivariateSpline
+from scipy.interpolate import BSpline
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.contact.checks import soundness
 from flatpunch.contact.curve import Control, Curve, first_failure
-from flatpunch.contact.history import History, log_radii, round_history, spline, superpose
+from flatpunch.contact.history import History, log_radii, round_history, spline, spline_outline, superpose
 from flatpunch.contact.mean import Evaluate, mean_contact
 from flatpunch.contact.outline import area, growth_factor, outline
 from flatpunch.indenters.angles import angular_rule
@@ -99,18 +99,6 @@ def _power_outline(indenter: Indenter, growth: BSpline) -> Outline:
 
 
 def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
-    """Spline of (P17) over ln a and the polar angle, periodic by overlap."""
-    phi = np.linspace(-np.pi, np.pi, _ANGLES + 1)
-    period = outline(kernel, indenter, contact, phi[:-1]) / contact.radius[:, None]
-    overlap = 8
-    wrapped = np.concatenate([period[:, -overlap:], period, period[:, : overlap + 1]], axis=1)
-    step = phi[1] - phi[0]
-    angles = -np.pi + step * np.arange(-overlap, _ANGLES + overlap + 1)
-    surface = RectBivariateSpline(x, angles, wrapped)
-
-    def shape(at: Array, angle: Array) -> tuple[Array, Array]:
-        turned = np.mod(angle + np.pi, 2 * np.pi) - np.pi
-        s = surface.ev(at, turned)
-        return s, surface.ev(at, turned, dx=1) / s
-
-    return shape
+    """Spline of (P17) over ln a and the polar angle."""
+    angles = np.linspace(-np.pi, np.pi, _ANGLES, endpoint=False)
+    return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

@@ -52,8 +52,7 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
         check_reach(indenter, control.values)
         return evaluate, evaluate(control.values)
     guess = half_space_radius(kernel, profile, control, indenter.reach)
-    resolved = LARGEST * kernel.length / effective_beta(kernel, 1.0)
-    radius = radius_for(evaluate, control.name, control.values, guess, indenter.reach, resolved)
+    radius = radius_for(evaluate, control.name, control.values, guess, indenter.reach, resolved_radius(kernel))
     return evaluate, _on_target(evaluate(radius), control)
 
 
@@ -69,6 +68,11 @@ def _on_target(contact: RoundContact, control: Control) -> RoundContact:
     touching = contact.stiffness > 0
     rest = (control.values - contact.force) / np.where(touching, contact.stiffness, 1)
     return replace(contact, force=control.values, depth=contact.depth + np.where(touching, rest, 0))
+
+
+def resolved_radius(kernel: Kernel) -> float:
+    """Largest contact radius at which the thinnest layer is resolved [m]."""
+    return LARGEST * kernel.length / effective_beta(kernel, 1.0)
 
 
 def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:

@@ -112,6 +112,7 @@ class PowerPerturbation:
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
         self._outlines: dict[bytes, Panels] = {}
+        self._known: dict[bytes, tuple[Array, Edges, Base]] = {}
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
@@ -143,10 +144,13 @@ class PowerPerturbation:
 
     def _response(self, beta: Array) -> tuple[Array, Edges, Base]:
         """R_m at radii beta for the orders of the outline, shape (nb, orders), and what it came from."""
-        base = round_base(self.kernel, self.exponent, beta)
-        orders = self.angles.orders
-        edges = solve_edges(self.kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
-        return edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base
+        key = beta.tobytes()
+        if key not in self._known:
+            base = round_base(self.kernel, self.exponent, beta)
+            orders = self.angles.orders
+            edges = solve_edges(self.kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
+            self._known[key] = (edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base)
+        return self._known[key]
 
     def _columns(self, beta: Array) -> Array:
         response, edges, base = self._response(beta)

@@ -52,16 +52,25 @@ class PunchFamily:
         ValueError
             If a radius is too large for the resolution of the thinnest layer.
         """
+        values = self._gather(beta, 3)
+        return Answers(values[:, 0], values[:, 1], values[:, 2])
+
+    def flat(self, beta: Array) -> Array:
+        """Coefficients c* of the flat punch alone, shape (n, terms)."""
+        return self._gather(beta, 1)[:, 0]
+
+    def _gather(self, beta: Array, kinds: int) -> Array:
+        """The first `kinds` answers (flat, edge, slope), shape (n, kinds, terms)."""
         live = self._live(beta)
         parts = self._parts(beta[live])
         terms = max((_terms(panel) for panel, _ in parts), default=1)
-        values = np.zeros((beta.size, 3, terms))
+        values = np.zeros((beta.size, kinds, terms))
         values[:, 0, 0] = 1 / np.pi
         for panel, inside in parts:
-            values[live[inside], :, : _terms(panel)] = panel.at(np.log(beta[live[inside]])).reshape(
-                -1, 3, _terms(panel)
-            )
-        return Answers(values[:, 0], values[:, 1], values[:, 2])
+            n = _terms(panel)
+            found = panel.at(np.log(beta[live[inside]]), kinds * n)
+            values[live[inside], :, :n] = found.reshape(-1, kinds, n)
+        return values
 
     def error(self, beta: Array) -> float:
         """Relative interpolation error of the answers over the panels that hold `beta` (from the Chebyshev tail)."""

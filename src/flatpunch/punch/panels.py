@@ -42,9 +42,9 @@ class Panel:
     series: Array
     error: float
 
-    def at(self, log_beta: Array) -> Array:
-        """Values, shape (n, outputs)."""
-        return np.asarray(chebyshev.chebvander(self._unit(log_beta), NODES - 1) @ self.series)
+    def at(self, log_beta: Array, outputs: int | None = None) -> Array:
+        """Values of the first `outputs` columns (all by default), shape (n, outputs)."""
+        return np.asarray(chebyshev.chebvander(self._unit(log_beta), NODES - 1) @ self.series[:, :outputs])
 
     def slope(self, log_beta: Array) -> Array:
         """Derivatives by log(beta), shape (n, outputs)."""

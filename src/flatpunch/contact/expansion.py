@@ -1,0 +1,176 @@
+"""Contacts of power-law indenters from the perturbation series, as functions of the base radius.
+
+The base radius a is that of the round contact of C r^n at the same depth. The force is F_base exp(X); its exact derivative
+by the depth is the stiffness, and the radius abar of the cylindrical punch that is as stiff, the outline's harmonics taken
+into account, sets the size of the outline abar exp(w).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import PowerProfile, round_contact
+from flatpunch.contact.perturbation import (
+    LOG_MEAN,
+    LOG_SQUARE,
+    STIFFENING,
+    SWING,
+    X2,
+    X3,
+    X4,
+    PowerPerturbation,
+)
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import punch_family
+
+Order = Literal["second", "fourth"]
+
+_LARGEST_X4 = 0.1
+"""|x4|/x2 up to which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbedContact:
+    """Contacts of a non-round indenter at n base radii; shape (n,) each.
+
+    Attributes
+    ----------
+    radius : ndarray
+        Base radius a [m].
+    depth, force, stiffness : ndarray
+        d [m], F [N], dF/dd [N/m].
+    depth_slope : ndarray
+        a d'(a) of the base contact [m].
+    size : ndarray
+        abar [m]: the outline is abar exp(w).
+    mean_radius, area : ndarray
+        a0 [m] and contact area [m^2].
+    swing : ndarray
+        Largest |w|.
+    terms : ndarray, shape (n, 3)
+        x2, x3, x4 of ln F.
+    sound : ndarray of bool
+        Whether the series holds at the order asked for.
+    """
+
+    radius: Array
+    depth: Array
+    force: Array
+    stiffness: Array
+    depth_slope: Array
+    size: Array
+    mean_radius: Array
+    area: Array
+    swing: Array
+    terms: Array
+    sound: Flags
+
+
+@dataclass(frozen=True, slots=True)
+class PathPoint:
+    """Points of a loading path: d [m], F [N], dF/dd [N/m] and a d'(a) [m], shape (n,) each."""
+
+    depth: Array
+    force: Array
+    stiffness: Array
+    depth_slope: Array
+
+
+class PowerExpansion:
+    """Perturbation series of one power-law indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and power-law indenter.
+    order : "second" or "fourth"
+        Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, order: Order) -> None:
+        assert indenter.exponent is not None
+        self.kernel, self.order = kernel, order
+        self.series = PowerPerturbation(kernel, indenter, 0.0 if order == "second" else 0.5, fourth=True)
+        self.base = PowerProfile(indenter.exponent, self.series.angles.mean)
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""
+        return self._loading(radius, *self.series.at(radius))[0]
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,), >= 0 [m]."""
+        values, slopes = self.series.at(radius)
+        path, sound = self._loading(radius, values, slopes)
+        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-values[:, STIFFENING]), radius)
+        return PerturbedContact(
+            radius=radius,
+            depth=path.depth,
+            force=path.force,
+            stiffness=path.stiffness,
+            depth_slope=path.depth_slope,
+            size=size,
+            mean_radius=size * np.exp(values[:, LOG_MEAN]),
+            area=np.pi * size**2 * np.exp(values[:, LOG_SQUARE]),
+            swing=values[:, SWING],
+            terms=values[:, [X2, X3, X4]],
+            sound=sound,
+        )
+
+    def _loading(self, radius: Array, values: Array, slopes: Array) -> tuple[PathPoint, Flags]:
+        base = round_contact(self.kernel, self.base, radius)
+        logarithm, growth, sound = self._force(values, slopes)
+        # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
+        slope = np.where(radius > 0, base.depth_slope, 1.0)
+        stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
+        return PathPoint(base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Contact outline a(phi), shape (n, p) [m]."""
+        outline = np.exp(self.series.outline(contact.radius, phi))
+        outline *= contact.size[:, None]
+        return outline
+
+    def _force(self, values: Array, slopes: Array) -> tuple[Array, Array, Flags]:
+        """ln(F/F_base), its derivative by ln a, and whether the series holds."""
+        x2, x3, x4 = values[:, X2], values[:, X3], values[:, X4]
+        if self.order == "second":
+            return x2, slopes[:, X2], np.isfinite(x2)
+        flat = x2 == 0
+        safe = np.where(flat, 1.0, x2)
+        # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
+        denominator = safe - x3 + x3**2 / safe - x4
+        bottom = slopes[:, X2] - slopes[:, X3] - slopes[:, X4]
+        bottom += 2 * x3 * slopes[:, X3] / safe - x3**2 * slopes[:, X2] / safe**2
+        pade = x2**2 / denominator
+        growth = 2 * x2 * slopes[:, X2] / denominator - pade * bottom / denominator
+        sound = (np.abs(x4) < _LARGEST_X4 * np.abs(x2)) | flat
+        return np.where(flat, 0.0, pade), np.where(flat, 0.0, growth), sound
+
+
+@lru_cache(maxsize=64)
+def power_expansion(kernel: Kernel, indenter: Indenter, order: Order) -> PowerExpansion:
+    """The series of a medium and an indenter; what is already computed is shared."""
+    return PowerExpansion(kernel, indenter, order)
+
+
+def radius_of_stiffness(kernel: Kernel, stiffness: Array, guess: Array) -> Array:
+    """Radius of the cylindrical flat punch with the given stiffness, by Newton in ln a; shape (n,)."""
+    live = (stiffness > 0) & (guess > 0)
+    radius = guess.copy()
+    x, wanted = np.log(guess[live]), np.log(stiffness[live])
+    for _ in range(20):
+        answers = punch_family(kernel).at(np.exp(x) / kernel.length)
+        flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]
+        # dln K/dln a = pi e^2/c_0, positive for every medium (Krein)
+        step = (wanted - x - np.log(2 * np.pi * kernel.modulus * flat)) * flat / (np.pi * edge**2)
+        x = x + np.clip(step, -1, 1)
+        if not step.size or np.abs(step).max() < 1e-9:
+            break
+    radius[live] = np.exp(x)
+    return radius

@@ -1,0 +1,66 @@
+"""Fourth-order perturbation theory for power-law indenters, in its Pade form (design 2.5)."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags
+from flatpunch.compliance import Kernel
+from flatpunch.contact import first_order, second_order
+from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.expansion import power_expansion
+from flatpunch.contact.perturbed import controlled, solve_expansion, superpose_expansion
+from flatpunch.indenters.profile import Indenter
+
+
+def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+    """A whole curve; steps at which the series is not sound fall back to second order, and a note says from where on."""
+    if indenter.round:
+        return first_order.solve(kernel, indenter, control, phi)
+    _check(indenter)
+    curve, contact = solve_expansion(kernel, indenter, power_expansion(kernel, indenter, "fourth"), control, phi)
+    if contact.sound.all():
+        return curve
+    note = first_failure(
+        ~contact.sound,
+        curve.depth,
+        "the fourth-order term exceeds a tenth of the second-order one (strong asymmetry or a stiff film); these steps are "
+        "second order.",
+    )
+    return _merged(curve, second_order.solve(kernel, indenter, control, phi), contact.sound, note)
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
+    if indenter.round:
+        return first_order.pressure(kernel, indenter, control, r, phi)
+    _check(indenter)
+    expansion = power_expansion(kernel, indenter, "fourth")
+    if not controlled(kernel, indenter, expansion, control).sound.all():
+        return second_order.pressure(kernel, indenter, control, r, phi)
+    return superpose_expansion(kernel, indenter, expansion, control, r, phi)
+
+
+def _check(indenter: Indenter) -> None:
+    if indenter.exponent is None:
+        raise ValueError(
+            f"method = 'fourth-order' needs a power-law shape f = r^n psi(phi); {type(indenter).__name__} is none. "
+            "Choose 'second-order', 'refined' or 'bem'."
+        )
+
+
+def _merged(curve: Curve, fallback: Curve, keep: Flags, note: tuple[str, ...]) -> Curve:
+    """`curve` where `keep` holds, `fallback` elsewhere."""
+    arrays = {
+        f.name: np.where(
+            keep if getattr(curve, f.name).ndim == 1 else keep[:, None],
+            getattr(curve, f.name),
+            getattr(fallback, f.name),
+        )
+        for f in fields(curve)
+        if isinstance(getattr(curve, f.name), np.ndarray)
+    }
+    notes = tuple(dict.fromkeys((*curve.notes, *fallback.notes, *note)))
+    return replace(curve, **arrays, notes=notes)

@@ -1,0 +1,31 @@
+"""Exact second-order perturbation theory for slightly non-axisymmetric indenters on any medium (design 2.5)."""
+
+from __future__ import annotations
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact import first_order
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.expansion import power_expansion
+from flatpunch.contact.perturbed import Expansion, solve_expansion, superpose_expansion
+from flatpunch.indenters.profile import Indenter
+
+
+def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+    """A whole curve; round indenters are solved exactly."""
+    if indenter.round:
+        return first_order.solve(kernel, indenter, control, phi)
+    curve, _ = solve_expansion(kernel, indenter, expansion_of(kernel, indenter), control, phi)
+    return curve
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
+    if indenter.round:
+        return first_order.pressure(kernel, indenter, control, r, phi)
+    return superpose_expansion(kernel, indenter, expansion_of(kernel, indenter), control, r, phi)
+
+
+def expansion_of(kernel: Kernel, indenter: Indenter) -> Expansion:
+    """The second-order series of an indenter on a medium."""
+    return power_expansion(kernel, indenter, "second")
