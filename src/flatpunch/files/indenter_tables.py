@@ -188,7 +188,9 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
         try:
             first, second = map(float, cells)
         except ValueError:
-            raise ValueError(f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}.") from None
+            raise ValueError(
+                f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}."
+            ) from None
         r.append(first * scales[0])
         f.append(second * scales[1])
     return r, f
