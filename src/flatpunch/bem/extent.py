@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._validation import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.levels import Levels, solve_depth, solve_force
 from flatpunch.bem.shape import Height
 from flatpunch.compliance import Kernel
@@ -44,7 +43,7 @@ class ContactTouchesEdge(ValueError):
     """The contact does not fit on the grid; the message says how large the grid must be."""
 
 
-def bounding_box(grid: Grid, contact: Array) -> Extent:
+def bounding_box(grid: Grid, contact: Mask) -> Extent:
     """Bounding box of the cells in contact."""
     rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
     h = grid.spacing
@@ -55,7 +54,7 @@ def bounding_box(grid: Grid, contact: Array) -> Extent:
     )
 
 
-def touches_edge(contact: Array) -> bool:
+def touches_edge(contact: Mask) -> bool:
     """Whether a cell of the outermost ring is in contact."""
     return bool(contact[0].any() or contact[-1].any() or contact[:, 0].any() or contact[:, -1].any())
 
@@ -108,7 +107,7 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
     return Extent((widths[0], widths[1]), (center[0], center[1]))
 
 
-def _coarse_contact(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Array:
+def _coarse_contact(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Mask:
     levels = Levels(kernel, grid)
     if depth is not None:
         if not (height(grid) < depth).any():

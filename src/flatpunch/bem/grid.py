@@ -9,8 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatpunch._validation import Array, positive, real
+
+Mask = NDArray[np.bool_]
 
 _SMALLEST = 8
 

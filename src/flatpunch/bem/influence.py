@@ -17,13 +17,17 @@ import numpy as np
 from scipy.special import gamma
 
 from flatpunch._validation import Array
-from flatpunch.bem.radial import RadialTable, remainder_table
+from flatpunch.bem.radial import remainder_table
 from flatpunch.compliance import Kernel
 
 _NEAR = 24.0
 """Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
 
 _NODES = 8
+
+_FINEST = 1e-5
+"""Smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding
+for neighbours, and the central cell of power laws is done in closed form."""
 
 Radial = Callable[[Array], Array]
 
@@ -57,7 +61,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
 
 def power_exponent(kernel: Kernel) -> float:
     """Exponent k of C ~ wavenumber^(k - 1); zero for every medium that is homogeneous at its surface."""
-    return float(getattr(kernel, "exponent", 0.0))
+    return kernel.exponent
 
 
 def love_coefficients(shape: tuple[int, int]) -> Array:
@@ -100,40 +104,59 @@ def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float
 
 
 def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: float, smooth: float) -> None:
-    """Add cell averages by quadrature up to `near` cells; `smooth` [m] is the scale below which the function is analytic."""
+    """Add cell averages by quadrature up to `near` cells.
+
+    `smooth` [m] is the scale below which the function is analytic; zero for a singular one.
+    """
     size = int(near) + 1
+    row, column = np.triu_indices(size)
+    close = np.hypot(row, column) <= near
+    row, column = row[close], column[close]
     block = np.zeros((size, size))
-    for i in range(size):
-        for j in range(i, size):
-            if np.hypot(i, j) <= near:
-                block[i, j] = block[j, i] = cell_average(radial, spacing, i, j, smooth)
+    block[row, column] = block[column, row] = cell_averages(radial, spacing, row, column, smooth)
     rows, columns = min(size, g.shape[0]), min(size, g.shape[1])
     g[:rows, :columns] += factor * block[:rows, :columns]
 
 
-def cell_average(radial: Radial, spacing: float, row: int, column: int, smooth: float) -> float:
-    """Average of a radial function over the cell at (row, column), split towards the origin as far as needed."""
+def cell_averages(radial: Radial, spacing: float, row: Array, column: Array, smooth: float) -> Array:
+    """Averages of a radial function over cells, each split towards the origin until it is small against its distance.
+
+    Parameters
+    ----------
+    radial : callable
+        Function of r [m].
+    spacing : float
+        Side of a cell [m].
+    row, column : ndarray of int, shape (n,)
+        Cells.
+    smooth : float
+        Scale [m] below which the function is analytic everywhere.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
     t, v = np.polynomial.legendre.leggauss(_NODES)
-    # by symmetry the central cell is four quarters
-    if row == column == 0:
-        squares = [(0.0, 0.0, 0.5)]
-    else:
-        squares = [(column - 0.5, row - 0.5, 1.0)]
-    total, area = 0.0, sum(side**2 for _, _, side in squares)
-    xs, ys, ws = [], [], []
-    while squares:
-        x0, y0, side = squares.pop()
-        distance = np.hypot(max(x0, -x0 - side, 0.0), max(y0, -y0 - side, 0.0))
-        if side > max(distance, smooth / spacing) and side > 1e-6:
-            half = side / 2
-            squares += [(x0 + a * half, y0 + b * half, half) for a in (0, 1) for b in (0, 1)]
-            continue
-        xs.append(np.broadcast_to(x0 + side * (t + 1) / 2, (_NODES, _NODES)))
-        ys.append(np.broadcast_to((y0 + side * (t + 1) / 2)[:, None], (_NODES, _NODES)))
-        ws.append(side**2 / 4 * v[:, None] * v)
-    r = spacing * np.hypot(np.array(xs), np.array(ys))
-    total = float((np.array(ws) * radial(r)).sum())
-    return total / area
+    node, weight = (t + 1) / 2, v / 2
+    # by symmetry the central cell is known from one of its quarters
+    central = (row == 0) & (column == 0)
+    x, y = np.where(central, 0.0, column - 0.5), np.where(central, 0.0, row - 0.5)
+    share, owner = np.ones(row.size), np.arange(row.size)
+    side = np.where(central, 0.5, 1.0)
+    result = np.zeros(row.size)
+    while x.size:
+        distance = np.hypot(np.maximum(x, 0.0), np.maximum(np.maximum(y, -y - side), 0.0))
+        split = (side > np.maximum(distance, smooth / spacing)) & (side > _FINEST)
+        done = ~split
+        px = x[done, None] + side[done, None] * node
+        py = y[done, None] + side[done, None] * node
+        sampled = radial(spacing * np.hypot(px[:, None, :], py[:, :, None]))
+        np.add.at(result, owner[done], share[done] * np.einsum("nyx,y,x->n", sampled, weight, weight))
+        half = side[split] / 2
+        x = np.concatenate([x[split] + a * half for a in (0, 1) for _ in (0, 1)])
+        y = np.concatenate([y[split] + b * half for _ in (0, 1) for b in (0, 1)])
+        side, owner, share = np.tile(half, 4), np.tile(owner[split], 4), np.tile(share[split] / 4, 4)
+    return result
 
 
 def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shape: tuple[int, int]) -> Array:
@@ -155,9 +178,5 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
     t, v = np.polynomial.legendre.leggauss(24)
     angle = np.pi / 8 * (t + 1)
     g[0, 0] = 8 / (1 - e) * float(v @ (0.5 / np.cos(angle)) ** (1 - e)) * np.pi / 8
-    return g * (amplitude * spacing ** (1 - e))
-
-
-def table_of(kernel: Kernel, r_low: float, r_high: float) -> RadialTable:
-    """Table of R(r) without averaging, for displacements outside a grid."""
-    return remainder_table(kernel, r_low, r_high)
+    g *= amplitude * spacing ** (1 - e)
+    return g

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import label, map_coordinates
 
 from flatpunch._validation import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 
 _DEPTHS = np.array([1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5])
 """Distances from the rim, in cells, at which the pressure is read."""
@@ -89,7 +89,7 @@ def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float 
     return Outline(phi, contour, float(contour.mean()), area, axes, eccentricity, note)
 
 
-def _why_none(grid: Grid, contact: Array) -> str:
+def _why_none(grid: Grid, contact: Mask) -> str:
     """Reason why the contact has no outline a(phi); empty if it has one."""
     if not contact.any():
         return "there is no contact"
@@ -108,7 +108,7 @@ def _why_none(grid: Grid, contact: Array) -> str:
     return ""
 
 
-def _cell_outline(grid: Grid, contact: Array, phi: Array) -> Array:
+def _cell_outline(grid: Grid, contact: Mask, phi: Array) -> Array:
     """Largest radius in contact along each ray, where the indicator of contact, interpolated, falls through one half."""
     h = grid.spacing
     reach = np.hypot(grid.nx, grid.ny)

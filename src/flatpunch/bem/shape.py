@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from flatpunch._validation import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.indenters.profile import Indenter
 
 Height = Callable[[Grid], Array]
@@ -42,7 +43,7 @@ class PunchHeight:
         (x, y) [m], broadcast together -> bool.
     """
 
-    planform: Callable[[Array, Array], Array]
+    planform: Callable[[Array, Array], Mask]
 
     def __call__(self, grid: Grid) -> Array:
         """Heights at the cell centres, shape (ny, nx)."""
@@ -53,7 +54,7 @@ class PunchHeight:
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
     """Half-widths of the bounding box of f < depth about the origin [m]: where a rigid surface would be cut."""
     phi = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
-    radii = np.array([_crossing(lambda r, p=p: _height(indenter, r, p) - depth, indenter.reach) for p in phi])
+    radii = np.array([_crossing(partial(_excess, indenter, depth, p), indenter.reach) for p in phi])
     return _box(radii, phi)
 
 
@@ -65,6 +66,10 @@ def loaded_half_widths(indenter: Indenter, force: float, modulus: float) -> tupl
     )
     depth = float(np.mean([_height(indenter, typical, p) for p in phi]))
     return overlap_half_widths(indenter, depth) if depth > 0 else (typical, typical)
+
+
+def _excess(indenter: Indenter, depth: float, phi: float, r: float) -> float:
+    return _height(indenter, r, phi) - depth
 
 
 def _height(indenter: Indenter, r: float, phi: float) -> float:

@@ -18,7 +18,7 @@ from flatpunch.bem.extent import (
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force, to_numpy
 from flatpunch.bem.operator import BYTES_PER_CELL
 from flatpunch.bem.outline import Outline, trace_outline
@@ -71,7 +71,7 @@ class Solution:
     grid: Grid
     pressure: Array
     displacement: Array
-    contact: Array
+    contact: Mask
     depth: float
     force: float
     outline: Outline
@@ -152,7 +152,7 @@ def solve(
     targets, by_depth = _targets(depths, forces)
     _check_tolerance(tolerance, single)
     height = IndenterHeight(indenter)
-    rim = (1 + float(getattr(kernel, "exponent", 0.0))) / 2
+    rim = (1 + kernel.exponent) / 2
     hints = _hints(half_widths, targets.size)
     solutions: list[Solution] = []
     levels: Levels | None = None
@@ -177,7 +177,7 @@ def solve(
 
 def solve_punch(
     kernel: Kernel,
-    planform: Callable[[Array, Array], Array] | Array,
+    planform: Callable[[Array, Array], Mask] | Mask,
     grid: Grid,
     *,
     depth: float = 1.0,
@@ -315,7 +315,7 @@ def _solve(
 
 
 def _too_small(
-    levels: Levels, height: Height, contact: Array, *, depth: float | None = None, force: float | None = None
+    levels: Levels, height: Height, contact: Mask, *, depth: float | None = None, force: float | None = None
 ) -> ContactTouchesEdge:
     grid = levels.grid
     first = Extent((grid.nx * grid.spacing, grid.ny * grid.spacing), grid.center)
@@ -371,7 +371,7 @@ def _solution(
     )
 
 
-def _reaches_end(heights: Array, contact: Array) -> bool:
+def _reaches_end(heights: Array, contact: Mask) -> bool:
     """Whether the contact ends where the indenter does, so that its rim is an edge."""
     if np.isfinite(heights).all():
         return False
