@@ -195,7 +195,9 @@ def _last_valid(result: xr.Dataset) -> int:
     valid = result["valid"].values.astype(bool)
     usable = valid & (result["radius"].values > 0)
     if not usable.any():
-        raise ValueError("the theory holds at no step of this result, so there is no outline to draw; see its notes.")
+        raise ValueError(
+            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
+        )
     leading = usable & np.logical_and.accumulate(valid)
     return int(np.flatnonzero(leading if leading.any() else usable)[-1])
 

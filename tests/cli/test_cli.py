@@ -195,6 +195,23 @@ def test_a_real_interrupt(case, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
 
 
+def test_interrupt_while_importing(tmp_path, case):
+    """The imports take most of the first second, so that is when an early Ctrl-C arrives."""
+    script = (
+        "import sys\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'xarray': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        f"sys.argv = ['flatpunch', 'check', {str(case)!r}]\n"
+        "from _flatpunch_command import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 130
+    assert done.stderr.strip() == "Interrupted. No file was left half-written."
+
+
 def test_mistakes_of_the_package_keep_their_traceback(case, monkeypatch):
     def broken(*_, **__):
         raise AssertionError("a bug")

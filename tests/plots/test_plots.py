@@ -106,6 +106,6 @@ def test_refusals(result, tmp_path):
         plots.save_figure(Figure(), tmp_path / "figure.docx")
     nowhere = result.copy(deep=True)
     nowhere["valid"][:] = False
-    with pytest.raises(ValueError, match="the theory holds at no step"):
+    with pytest.raises(ValueError, match="no step with a contact at which the theory holds"):
         plots.figure(nowhere, GEL, TIP)
     assert not list(tmp_path.iterdir())
