@@ -57,7 +57,12 @@ def test_logarithm_of_a_graded_surface():
         # the central cell by a quarter, its singular corner where quadrature expects it
         i0, i1, j0_, j1_, share = (0, 0.5, 0, 0.5, 4) if i == j == 0 else (i - 0.5, i + 0.5, j - 0.5, j + 0.5, 1)
         exact = dblquad(
-            lambda y, x: np.arcsinh(1 / np.hypot(x, y)), j0_ * spacing, j1_ * spacing, i0 * spacing, i1 * spacing, epsabs=1e-12
+            lambda y, x: np.arcsinh(1 / np.hypot(x, y)),
+            j0_ * spacing,
+            j1_ * spacing,
+            i0 * spacing,
+            i1 * spacing,
+            epsabs=1e-12,
         )[0]
         assert g[i, j] == pytest.approx(share * exact, abs=1e-8 * 4 * spacing)
 
@@ -74,7 +79,8 @@ MEDIA = {
     "sliding on rigid": media.Medium([media.Layer(1.0, 0.3, 1.0, bonded=False)], RIGID),
     "stiff film": media.Medium([media.Layer(1.0, 0.3, 1.0)], media.HalfSpace(0.01, 0.4)),
     "three layers": media.Medium(
-        [media.Layer(1.0, 0.3, 1.0), media.Layer(20.0, 0.2, 0.5), media.Layer(0.3, 0.45, 3.0)], media.HalfSpace(5.0, 0.3)
+        [media.Layer(1.0, 0.3, 1.0), media.Layer(20.0, 0.2, 0.5), media.Layer(0.3, 0.45, 3.0)],
+        media.HalfSpace(5.0, 0.3),
     ),
 }
 

@@ -1,8 +1,11 @@
 """Outline of a contact to a fraction of a cell.
 
 Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a power-law
-half-space), so p^2 is linear there. Along every ray from the point of first touch it is fitted from one and a half cells inside
-the rim on, where the staircase of cells is no longer felt, and followed to zero.
+half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it between one and
+four cells inside the rim and followed to zero: 0.00-0.05 cells off on average, 0.04 cells scatter.
+
+Under a layer the root holds over a part of its thickness only. With fewer than twelve cells in the thickness the outline is that of the cells
+themselves, blurred over two of them: 0.1-0.2 cells too large, but for every medium alike.
 """
 
 from __future__ import annotations
@@ -10,13 +13,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import label, map_coordinates
+from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
 
-_DEPTHS = np.array([1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5])
+_DEPTHS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Distances from the rim, in cells, at which the pressure is read."""
+
+_RESOLVED = 12.0
+"""Cells in the length over which the pressure is root-like, from which on the fit is trusted."""
+
+_BLUR = 2.0
 
 _FEWEST = 6.0
 """Cells from the centre to the rim below which no line is fitted."""
@@ -53,7 +61,15 @@ class Outline:
     note: str = ""
 
 
-def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float = 0.5, sharp: bool = False) -> Outline:
+def trace_outline(
+    grid: Grid,
+    pressure: Array,
+    *,
+    angles: int = 360,
+    rim: float = 0.5,
+    length: float = np.inf,
+    sharp: bool = False,
+) -> Outline:
     """Outline from the pressure on a grid.
 
     Parameters
@@ -66,6 +82,8 @@ def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float 
         Number of polar angles.
     rim : float
         Power of the distance with which the pressure falls to zero at the rim.
+    length : float
+        Thickness of the layer at the surface [m], where there is one.
     sharp : bool
         Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
     """
@@ -75,12 +93,14 @@ def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float 
     note = _why_none(grid, contact)
     if note:
         return Outline(phi, np.full(angles, np.nan), float("nan"), cells, (float("nan"),) * 2, float("nan"), note)
-    contour = _cell_outline(grid, contact, phi)
+    contour = _cell_outline(grid, contact.astype(float), phi)
     if contour.min() < _FEWEST * grid.spacing:
         note = (
             f"the contact is only {2 * contour.min() / grid.spacing:.0f} cells across at its narrowest: its outline is good "
             "to about a cell. Use more cells."
         )
+    elif not sharp and length < _RESOLVED * grid.spacing:
+        contour = _cell_outline(grid, gaussian_filter(contact.astype(float), _BLUR), phi)
     elif not sharp:
         contour = _follow_to_zero(grid, pressure, phi, contour, rim)
     axes = _half_axes(phi, contour)
@@ -108,14 +128,15 @@ def _why_none(grid: Grid, contact: Mask) -> str:
     return ""
 
 
-def _cell_outline(grid: Grid, contact: Mask, phi: Array) -> Array:
-    """Largest radius in contact along each ray, where the indicator of contact, interpolated, falls through one half."""
-    h = grid.spacing
-    reach = np.hypot(grid.nx, grid.ny)
-    steps = np.arange(0.0, reach, 0.25)
-    inside = _sample(grid, contact.astype(float), phi[:, None], h * steps[None, :], order=1) >= 0.5
-    last = inside.shape[1] - 1 - np.argmax(inside[:, ::-1], axis=1)
-    return np.asarray(h * (steps[last] + 0.125))
+def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
+    """Largest radius along each ray where the indicator of contact, interpolated, falls through one half."""
+    h, step = grid.spacing, 0.25
+    radii = np.arange(0.0, np.hypot(grid.nx, grid.ny) + 1, step)
+    values = _sample(grid, indicator, phi[:, None], h * radii[None, :], order=1)
+    last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
+    ray = np.arange(phi.size)
+    inner, outer = values[ray, last], values[ray, last + 1]
+    return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer)))
 
 
 def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, rim: float) -> Array:

@@ -344,7 +344,7 @@ def _solution(
     pressure = to_numpy(state.pressure).astype(float)
     contact = pressure > 0
     sharp = _reaches_end(height(grid), contact)
-    outline = trace_outline(grid, pressure, angles=angles, rim=rim, sharp=sharp)
+    outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.length, sharp=sharp)
     k = float("nan")
     if stiffness:
         k = punch_stiffness(levels.operator, state.contact, max(_STIFFNESS_TOLERANCE, tolerance))[1] * modulus * h
