@@ -108,7 +108,9 @@ def solve_contact(
     xp = operator.xp
     inner = operator.single() if inner is None else inner
     iterations, convolutions, best, waited = 0, 1, np.inf, 0
-    now = _trial(operator, height, depth, xp.zeros_like(height) if start is None else start)
+    zero = xp.zeros_like(height)
+    # a start from coarser cells may reach beyond the end of the indenter
+    now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
     while True:
         error = max(now.gap_error, now.penetration)
         if error <= tolerance or iterations >= limit:

@@ -1,0 +1,85 @@
+"""Grids: their own checks, the automatic choice, and the error of a contact that does not fit."""
+
+import re
+
+import numpy as np
+import pytest
+
+from flatpunch import indenters, media
+from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve
+from flatpunch.compliance import compliance
+
+HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
+SOFT_THIN = compliance(media.Medium([media.Layer(1e6, 0.5, 1e-7)], media.RigidBase()))
+
+
+def test_grid_coordinates():
+    grid = Grid(8, 10, 0.5, center=(1.0, -1.0))
+    assert grid.shape == (10, 8)
+    assert grid.x[0] == pytest.approx(1.0 - 3.5 * 0.5)
+    assert grid.y.mean() == pytest.approx(-1.0)
+    r, phi = grid.polar
+    np.testing.assert_allclose(r * np.cos(phi), np.broadcast_to(grid.x, (10, 8)), atol=1e-14)
+    assert phi.min() >= 0
+    assert phi.max() < 2 * np.pi
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((4, 8, 1.0), r"Grid.nx = 4 must be a whole number of at least 8"),
+        ((8, 8.5, 1.0), r"Grid.ny = 8.5"),
+        ((8, 8, -1.0), r"Grid.spacing = -1.0 must be finite and > 0"),
+    ],
+)
+def test_grid_checks(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Grid(*arguments)
+
+
+def test_grid_around_an_elongated_contact():
+    grid = Grid.around((4.0, 1.0), 128)
+    assert grid.nx * grid.spacing >= 2 * 4.0 * 1.2
+    assert grid.ny * grid.spacing >= 2 * 1.0 * 1.2
+    assert 0.9 * 128**2 < grid.nx * grid.ny < 1.15 * 128**2
+
+
+def test_memory_is_announced(caplog):
+    with caplog.at_level("INFO", logger="flatpunch.bem"):
+        solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=1e-3, grid=Grid(64, 64, 1.5e-3))
+    assert "64 x 64 cells" in caplog.text
+    assert required_bytes(Grid(64, 64, 1.0)) == 200 * 64**2
+
+
+@pytest.mark.parametrize("kernel", [HALF_SPACE, SOFT_THIN], ids=["half-space", "thin layer"])
+@pytest.mark.parametrize(
+    "indenter", [indenters.Paraboloid(1e-6), indenters.Pyramid(3, 0.3), indenters.EllipticParaboloid(1e6, 3e7)]
+)
+@pytest.mark.parametrize("prescribed", [{"depths": 3e-9}, {"forces": 1e-8}], ids=["depth", "force"])
+def test_fitted_grid_is_filled(kernel, indenter, prescribed):
+    step = solve(kernel, indenter, grid=64, tolerance=1e-4, **prescribed)[0]
+    assert step.converged
+    rows, columns = np.flatnonzero(step.contact.any(axis=1)), np.flatnonzero(step.contact.any(axis=0))
+    for used, cells in ((rows, step.grid.ny), (columns, step.grid.nx)):
+        assert used[0] >= 2
+        assert used[-1] <= cells - 3
+        # the grid is centred on the tip, which is not the middle of a three-sided contact
+        assert used.size > 0.4 * cells
+
+
+def test_wrong_hint_costs_nothing_but_time():
+    fitted = solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=1e-3, grid=64)[0]
+    for width in (1e-4, 10.0):
+        step = solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=1e-3, grid=64, half_widths=[(width, width)])[0]
+        # grids differ a little: Hertz at 64 cells is good to 1e-4
+        assert step.force == pytest.approx(fitted.force, rel=2e-4)
+
+
+def test_contact_off_the_grid_says_how_large_it_must_be():
+    grid = Grid(40, 40, 1e-3)
+    with pytest.raises(ContactTouchesEdge, match="touches the edge of the grid") as failure:
+        solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=2e-3, grid=grid)
+    nx, ny = (int(n) for n in re.search(r"(\d+) x (\d+) cells of this size", str(failure.value)).groups())
+    assert nx * grid.spacing > 2 * np.sqrt(2e-3)
+    step = solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=2e-3, grid=Grid(nx, ny, grid.spacing))[0]
+    assert step.converged

@@ -1,0 +1,61 @@
+"""Outline of known pressures, to a fraction of a cell."""
+
+import numpy as np
+import pytest
+
+from flatpunch import indenters, media
+from flatpunch.bem import Grid, solve, trace_outline
+from flatpunch.compliance import compliance
+
+HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
+
+
+def hertzian(grid: Grid, a: float, b: float, turn: float = 0.0) -> np.ndarray:
+    x = grid.x * np.cos(turn) + grid.y[:, None] * np.sin(turn)
+    y = -grid.x * np.sin(turn) + grid.y[:, None] * np.cos(turn)
+    return np.sqrt(np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.2])
+def test_ellipse_of_exact_pressure(turn):
+    grid = Grid(200, 200, 0.015)
+    outline = trace_outline(grid, hertzian(grid, 1.2, 0.8, turn), angles=180)
+    angle = outline.phi - turn
+    exact = 1 / np.sqrt((np.cos(angle) / 1.2) ** 2 + (np.sin(angle) / 0.8) ** 2)
+    # p^2 is a parabola here; what is left is its linear interpolation between cells, worst where one of them lies outside
+    assert np.abs(outline.contour - exact).max() < 0.04 * grid.spacing
+    assert outline.half_axes == pytest.approx((1.2, 0.8), rel=1e-4)
+    assert outline.area == pytest.approx(np.pi * 1.2 * 0.8, rel=2e-4)
+    assert outline.eccentricity == pytest.approx(np.sqrt(1 - (0.8 / 1.2) ** 2), abs=1e-4)
+    assert outline.note == ""
+
+
+def test_rim_of_solved_contacts_is_not_biased():
+    offsets, scatter = [], []
+    for a in np.linspace(0.9, 1.0, 5):
+        step = solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=a**2 * 1e-4, grid=Grid(96, 96, 2.6e-2 / 96))[0]
+        error = (step.outline.contour - a * 1e-2) / step.grid.spacing
+        offsets.append(error.mean())
+        scatter.append(error.std())
+    # cells: measured 0.00 +- 0.01 and 0.04
+    assert abs(np.mean(offsets)) < 0.02
+    assert max(scatter) < 0.06
+
+
+def test_a_cell_wide_contact_is_flagged():
+    grid = Grid(32, 32, 1.0)
+    outline = trace_outline(grid, hertzian(grid, 3.0, 3.0))
+    assert "Use more cells" in outline.note
+    # and good to a cell all the same
+    assert outline.radius == pytest.approx(3.0, abs=1.0)
+
+
+def test_contact_away_from_the_first_touch():
+    grid = Grid(32, 32, 1.0)
+    pressure = np.zeros(grid.shape)
+    pressure[4:9, 4:9] = 1.0
+    outline = trace_outline(grid, pressure)
+    assert "not in contact" in outline.note
+    assert np.isnan(outline.contour).all()
+    assert outline.area == 25.0
+    assert "no contact" in trace_outline(grid, 0 * pressure).note
