@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliance.interpolant import interpolate
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.punch.basis import (
     edge_signs,
@@ -96,13 +97,15 @@ def cone(medium, beta, terms):
     return depth, np.pi * (depth * answers.flat[0, 0] - b @ answers.flat[0])
 
 
-def test_edge_of_a_graded_surface_converges_with_the_fourth_power_of_the_terms():
+def test_edge_of_a_graded_surface_converges_with_the_sixth_power_of_the_terms():
     # L - 1 = c tanh^2(kappa)/kappa has the tail c/kappa of a modulus that varies at the surface
-    kernel = Kernel(1.0, 1.0, lambda x: 1 - 0.7 * np.tanh(x) ** 2 / x, tail=-0.7, cutoff=25.0, floor=1e-3)
-    edge = [1 + np.pi * solve_round(kernel, np.array([1.0]), n).edge[0, 0] for n in (8, 16, 32, 256)]
+    series = interpolate(lambda x: 1 - 0.7 * np.tanh(x) ** 2 / x, 0.1, 0, vanishing=False)
+    kernel = Kernel(1.0, 1.0, series, tail=series.tail, floor=series.floor, series=series)
+    assert series.tail == pytest.approx(-0.7, rel=1e-10)
+    edge = [1 + np.pi * solve_round(kernel, np.array([1.0]), n).edge[0, 0] for n in (8, 16, 32, 128)]
     error = np.abs(np.array(edge[:3]) - edge[3])
-    # with the closed column; the plain sum of the coefficients converges like n^-2 only
-    assert np.log2(error[:-1] / error[1:]) == pytest.approx([4, 4], abs=0.3)
+    # c_n falls like n^-3, a quadratic form in it like n^-6; the plain sum of the coefficients converges like n^-2 only
+    assert np.log2(error[:-1] / error[1:]) == pytest.approx([6, 6], abs=0.3)
     # Krein: the square is d(beta Kbar)/d beta; differences of order 4 and step 2e-3 leave 1e-11
     beta = 1 + 2e-3 * np.array([-2, -1, 1, 2])
     product = beta * np.pi * solve_round(kernel, beta, 64).flat[:, 0]

@@ -50,6 +50,10 @@ class SmoothResponse(Protocol):
     def tail(self) -> float:
         """Limit of kappa (L - 1) at short waves."""
 
+    @property
+    def sharpness(self) -> float:
+        """The medium's length over the shortest one that its surface feels, at least 1."""
+
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
         """L - 1 and its derivatives by log kappa; shape (order + 1, *kappa.shape)."""
 
@@ -79,6 +83,11 @@ class Combined:
     def tail(self) -> float:
         """Limit of kappa (L - 1) at short waves."""
         return sum(share * series.tail / stretch for share, stretch, series in self.parts)
+
+    @property
+    def sharpness(self) -> float:
+        """The medium's length over the shortest one that its surface feels, at least 1."""
+        return max(1.0, *(series.sharpness / stretch for _, stretch, series in self.parts))
 
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
         """L - 1 and its derivatives by log kappa; shape (order + 1, *kappa.shape)."""
@@ -129,6 +138,11 @@ class Interpolant:
         """Limit of kappa (L - 1) at short waves."""
         return float(chebyshev.chebval(-1.0, self.short_waves))
 
+    @property
+    def sharpness(self) -> float:
+        """The medium's length over the shortest one that its surface feels, at least 1."""
+        return max(1.0, abs(self.tail))
+
     def __call__(self, kappa: Array) -> Array:
         """L at real kappa > 0, shape (n,); its relative error is small even where L itself vanishes."""
         result = np.empty(kappa.shape)
@@ -167,7 +181,7 @@ class Interpolant:
         logs, series = [], self.pieces
         for n in range(order + 1):
             logs.append(_gather(series, piece, t) / half**n)
-            series = chebyshev.chebder(series, axis=1) if n < order else series
+            series = np.asarray(chebyshev.chebder(series, axis=1)) if n < order else series
         return logs
 
     def _log_low(self, kappa: Numbers, order: int) -> list[Numbers]:

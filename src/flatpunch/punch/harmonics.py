@@ -14,6 +14,7 @@ from scipy.special import gammaln
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import edge_signs, half_space_diagonal, power_moments
+from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, kernel_matrix, sufficient_terms
 
 
@@ -27,16 +28,22 @@ class Edges:
         m -> A_m^-1 s - D_m^-1 s, shape (nb, terms of that harmonic); harmonics that are missing feel the half-space only.
     first : ndarray, shape (nb,)
         s.(A_1^-1 - D_1^-1)s of the translation, m = 1.
+    sums : dict or None
+        Under a graded surface, where sums over a vector have no limit: m -> pi s.(A_m^-1 - D_m^-1)s less that of m = 1.
     """
 
     vectors: dict[int, Array]
     first: Array
+    sums: dict[int, Array] | None = None
 
     def stiffening(self, orders: Indices) -> Array:
         """k_m: relative gain of edge strength per root of the normal distance under the harmonic m of an outline.
 
         Shape (nb, len(orders)); k_1 = 0 is a translation.
         """
+        if self.sums is not None:
+            last = self.sums[max(self.sums)]
+            return np.stack([(m - 1) / 2 + self.sums.get(m, last) for m in orders.tolist()], axis=1)
         k = np.broadcast_to((orders - 1) / 2, (self.first.size, orders.size)) - np.pi * self.first[:, None]
         for column, vector in self._among(orders):
             k[:, column] += np.pi * (vector @ edge_signs(vector.shape[1]))
@@ -84,9 +91,12 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
     """
     if kernel.homogeneous:
         return Edges({}, np.zeros(beta.size))
+    if kernel.graded:
+        vectors, sums = graded_harmonics(kernel, beta, orders.tolist())
+        return Edges(vectors, np.zeros(beta.size), sums)
     size = harmonic_size(kernel, float(beta.max()))
     wanted = {1, *orders[orders < 2 * size].tolist()}
-    vectors: dict[int, Array] = {}
+    vectors = {}
     for parity in (0, 1):
         chosen = sorted(m for m in wanted if m % 2 == parity)
         if chosen:
@@ -108,5 +118,3 @@ def _solve_parity(kernel: Kernel, beta: Array, size: int, parity: int, orders: l
         half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right)
         vectors[m] = np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
     return vectors
-
-

@@ -1,0 +1,267 @@
+"""Punch matrices under a graded surface, where L - 1 = c/kappa + ... decays slowly.
+
+B_pq = 2 int_0^inf (L - 1) j_p j_q dx, L at kappa = x/beta, is split at an X above all orders p, q. Below X it is the
+quadrature of `wavenumbers`. Above X, with the spherical Hankel functions h = j + i y,
+
+    j_p j_q = (1/2) (j_p j_q + y_p y_q) + (1/2) Re h_p h_q.
+
+The first part does not oscillate: panels that double in length, up to where nothing is left. The second turns into
+x = X + i t, where it decays like exp(-2 t) and L is its own series slightly off the real axis. No expansion of L - 1 is
+needed, all nodes are in x and serve every radius.
+
+Edge strengths from the matrix alone, S[c] = sum (-1)^n c_n, converge like N^-2 only. But for displacements f, g of one
+harmonic, with c_f = A^-1 b[f] and f(a rho) on the disc of radius a,
+
+    pi S[c_f] S[c_g] = d/da (a b[g].c_f) = b[g].c_f + b[g].A^-1 b[r f'] + b[r g'].c_f - c_g.B' c_f,      B' = dB/dln beta
+
+(Krein's identity for f = g = 1), and its right side converges like the stiffness does. On the half-space alone the same
+identity says how b changes with the radius,
+
+    b_l[r f'] = pi s_l S0[f] - (q + 1) b_l - sum_(i<l) (2 q_i + 1) s_l s_i b_i,      q = m + 2 l,  s_l = (-1)^l,
+
+and with g = r^m, b[g] ~ (1, 0, 0, ...), c_g = A^-1 b[g] the edge functional S[A^-1 b] = S0[b] + b.v follows:
+
+    pi S[c_g] v_l = (m - q) c_g,l - (2 q + 1) s_l (S[c_g] - sum_(i<=l) s_i c_g,i) - (A^-1 B' c_g)_l.
+
+Its derivative by ln beta gives the functional of d'(a) for m = 0: -a dS[f]/da = t0[f] + b.u,
+
+    u_l = (q + 1) v_l - (2 q + 1) s_l sum_(i<=l) s_i v_i - dv_l/dln beta.
+
+The edge strengths S_m of the displacements r^m cos(m phi) also hold what k_m of the perturbation theory needs: on every medium
+
+    d ln S_m/dln beta = pi (s.v_m - s.v_(m+1)),
+
+and while each s.v_m grows without bound under a graded surface, the left side converges like the stiffness.
+
+d'(a) does not feel multiples of S, and the one added here, pi z (v + s/D) with z the sum of all s_i v_i, makes u_l small at
+the end of the series, so that profiles with slow moments (cones) converge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.punch.basis import edge_signs, half_space_diagonal
+from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges
+
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
+
+_FARTHEST = 1e7
+"""End of the panels above X in units of X: the integrand falls like 1/x^3, what is left out is 1e-14 of the tail."""
+
+_TURNED = np.array([0.0, 2.0, 6.0, 14.0, 30.0])
+"""Panel edges over t: at the lowest X the highest order still decays like exp(-1.5 t)."""
+
+
+_HIGHEST = 128
+"""Harmonics above feel the half-space of the surface material but for tail beta/m of their (small) share."""
+
+
+def graded_terms(kernel: Kernel, beta: float) -> int:
+    """Terms for stiffness and edge strength at 1e-10 (1e-8 where the radius is 1000 times the surface's own length E/E')."""
+    assert kernel.series is not None
+    level = np.log10(max(beta * kernel.series.sharpness, 1e-12))
+    return int(np.interp(level, [-3, -2, -1, 0, 1, 2, 3, 4], [10, 14, 24, 40, 64, 112, 192, 256]))
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Nodes over all x for one parity; `terms` orders.
+
+    Attributes
+    ----------
+    x, w : ndarray, shape (n,)
+        Real nodes and weights; those above X twice, once for each kind of Bessel function.
+    f : ndarray, shape (terms, n)
+        Spherical Bessel functions: j below X, j and y above.
+    z : ndarray, shape (k,)
+        Nodes X + i t.
+    h : ndarray, shape (terms, k)
+        Hankel functions there, times the root of i dt.
+    """
+
+    x: Array
+    w: Array
+    f: Array
+    z: ComplexArray
+    h: ComplexArray
+
+
+@lru_cache(maxsize=64)
+def split_point(parity: int, terms: int) -> float:
+    """X: a panel edge 1.5 times above the highest order, where the Hankel functions have left their turning point."""
+    return float(panel_edges(0, 1.5 * (parity + 2 * terms) + 20.0)[-1])
+
+
+def _far_edges(start: float, highest: int) -> Array:
+    """Panels from X on: doubling, but shorter where the phases of orders p and 0 still part, by p^2/(2 x^2) per x."""
+    edges = [start]
+    while edges[-1] < _FARTHEST * start:
+        x = edges[-1]
+        edges.append(x + min(3 * x, 12 * x * x / max(highest, 1) ** 2))
+    return np.array(edges)
+
+
+@lru_cache(maxsize=24)
+def wave_table(parity: int, terms: int, first: int) -> Table:
+    """Nodes and functions; the lowest panel ends at 4^first, see `wavenumbers`."""
+    start = split_point(parity, terms)
+    near = bessel_table(parity, terms, first, start)
+    x, w = composite_gauss(_far_edges(start, parity + 2 * terms))
+    t, v = composite_gauss(_TURNED)
+    z = start + 1j * t
+    far = _hankel(parity + 2 * terms, x + 0j)[parity::2][:terms]
+    turned = _hankel(parity + 2 * terms, z)[parity::2][:terms]
+    return Table(
+        x=np.concatenate([near.x, x, x]),
+        # 2 (L - 1) dx below X, the half of it above
+        w=np.concatenate([2 * near.w, w, w]),
+        f=np.concatenate([near.j, far.real, far.imag], axis=1),
+        z=z,
+        h=np.asarray(turned * np.sqrt(1j * v)),
+    )
+
+
+def _hankel(orders: int, z: ComplexArray) -> ComplexArray:
+    """Spherical Hankel functions of the first kind, orders below |z|: upward recurrence is stable."""
+    h = np.empty((max(orders, 2), z.size), dtype=complex)
+    wave = np.exp(1j * z) / z
+    h[0] = -1j * wave
+    h[1] = -wave * (1 + 1j / z)
+    for n in range(2, orders):
+        h[n] = (2 * n - 1) / z * h[n - 1] - h[n - 2]
+    return h[:orders]
+
+
+def graded_matrices(kernel: Kernel, beta: Array, terms: int, parity: int = 0, order: int = 0) -> Array:
+    """B and its derivatives by ln beta up to `order`; shape (order + 1, nb, terms, terms)."""
+    assert kernel.series is not None
+    first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta.min())) / np.log(4))))
+    table = wave_table(parity, terms, first)
+    blocks = np.empty((order + 1, beta.size, terms, terms))
+    far = table.x.searchsorted(split_point(parity, terms))
+    count = (table.x.size - far) // 2
+    for i, b in enumerate(beta.tolist()):
+        real = kernel.series.derivatives(table.x[: far + count] / b, order)
+        real = np.concatenate([real, real[:, far:]], axis=1) * table.w
+        turned = np.sqrt(kernel.series.derivatives(table.z / b, order))
+        for d in range(order + 1):
+            h = table.h * turned[d]
+            block = (table.f * real[d]) @ table.f.T + h.real @ h.real.T - h.imag @ h.imag.T
+            # d/dln beta at fixed x is -d/dln kappa
+            blocks[d, i] = -block if d == 1 else block
+    return blocks
+
+
+def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[dict[int, Array], dict[int, Array]]:
+    """Edge functionals of harmonics m > 0 and the growth of their edges with the radius.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of a medium with a graded surface.
+    beta : ndarray, shape (nb,)
+        Punch radii in units of its length, > 0.
+    orders : list of int
+        Harmonics m > 0.
+
+    Returns
+    -------
+    vectors : dict
+        m -> v with S[A_m^-1 b] = S0[b] + b.v, shape (nb, terms); orders above 128 are left to the half-space.
+    sums : dict
+        m -> pi (s.v_m - s.v_1), shape (nb,), for all m up to the largest: minus the sum of d ln S_j/d ln beta over
+        j = 1 ... m - 1, where S_j is the edge strength for the displacement r^j cos(j phi).
+    """
+    terms = graded_terms(kernel, float(beta.max()))
+    largest = min(max(orders, default=1), _HIGHEST)
+    size = terms + largest // 2 + 1
+    blocks = [graded_matrices(kernel, beta, size, parity, order=2) for parity in (0, 1)]
+    inverses = [_inverse_factor(parity, blocks[parity][0]) for parity in (0, 1)]
+    vectors, sums = {}, {1: np.zeros(beta.size)}
+    for m in range(1, largest + 1):
+        start = m // 2
+        system = _System(m, blocks[m % 2][:, :, start:, start:], inverses[m % 2][:, : size - start, : size - start])
+        # sums[m + 1] is known one order ahead
+        sums[m + 1] = sums[m] - system.growth[:, 0]
+        if m in orders:
+            vectors[m] = system.edge
+    return vectors, sums
+
+
+def graded_round(kernel: Kernel, beta: Array, terms: int) -> tuple[Array, Array, Array]:
+    """Flat punch c*, edge functional and slope functional of harmonic 0, as of `matrix.Answers`; (nb, terms) each."""
+    blocks = graded_matrices(kernel, beta, terms, order=2)
+    system = _System(0, blocks, _inverse_factor(0, blocks[0]))
+    width, s, edge = system.width, edge_signs(terms), system.edge
+    sums = np.cumsum(s * edge, axis=-1)
+    total = sums[:, -1:]
+    slope = ((width + 1) / 2 + np.pi * total) * edge + width * s * (total - sums) - system.edge_change()
+    return system.c, edge, slope
+
+
+class _System:
+    """One harmonic at nb radii: what follows from B, B' and B'' (shape (3, nb, terms, terms)).
+
+    Attributes
+    ----------
+    c : ndarray, shape (nb, terms)
+        A^-1 (1, 0, 0, ...).
+    strength, growth : ndarray, shape (nb, 1)
+        S[c] and d ln S[c]/d ln beta.
+    edge : ndarray, shape (nb, terms)
+        The vector v.
+    """
+
+    def __init__(self, m: int, blocks: Array, inverse: Array) -> None:
+        terms = blocks.shape[-1]
+        self.m, self.blocks, self.s = m, blocks, edge_signs(terms)
+        self.width = 2.0 * (m + 2 * np.arange(terms)) + 1
+        self.inverse = inverse
+        self.c = self.solve(np.broadcast_to(np.eye(1, terms), (blocks.shape[1], terms)))
+        first, self.second = _times(blocks[1], self.c), _times(blocks[2], self.c)
+        self.w = self.solve(first)
+        # notation: w = A^-1 B' c = -dc/dln beta
+        square = (1 + 2 * m) * self.c[:, 0] - _dot(self.c, first)
+        change = -(1 + 2 * m) * self.w[:, 0] + 2 * _dot(self.w, first) - _dot(self.c, self.second)
+        self.strength = np.sqrt(square / np.pi)[:, None]
+        self.growth = (change / (2 * square))[:, None]
+        right = self._excess(self.c, self.strength) - self.w
+        self.edge = right / (np.pi * self.strength)
+
+    def solve(self, right: Array) -> Array:
+        """A^-1 times vectors (nb, terms)."""
+        half = _times(self.inverse, right[:, ::-1])
+        return np.asarray(np.matmul(half[:, None, :], self.inverse)[:, 0, ::-1])
+
+    def edge_change(self) -> Array:
+        """dv/dln beta, shape (nb, terms)."""
+        w_change = self.solve(self.second - 2 * _times(self.blocks[1], self.w))
+        right = self._excess(-self.w, self.growth * self.strength) - w_change
+        return np.asarray(right / (np.pi * self.strength) - self.edge * self.growth)
+
+    def _excess(self, c: Array, strength: Array) -> Array:
+        """(m - q) c_l - (2 q + 1) s_l (S - sum_(i<=l) s_i c_i)."""
+        q = (self.width - 1) / 2
+        return np.asarray((self.m - q) * c - self.width * self.s * (strength - np.cumsum(self.s * c, axis=-1)))
+
+
+def _inverse_factor(parity: int, block: Array) -> Array:
+    """Inverse Cholesky factor of D + B turned end to end: its leading blocks serve all harmonics of one parity."""
+    matrix = block + np.diag(half_space_diagonal(parity, block.shape[-1]))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(matrix[:, ::-1, ::-1])))
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    return np.asarray(np.matmul(matrices, vectors[:, :, None])[:, :, 0])
+
+
+def _dot(one: Array, other: Array) -> Array:
+    return np.asarray(np.einsum("bi,bi->b", one, other))
