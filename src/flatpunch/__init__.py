@@ -7,7 +7,7 @@ all that has to be known of that medium. Everything is in consistent units, SI r
 from flatpunch._validation import FlatpunchWarning
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
-from flatpunch.contact import indent, pressure
+from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
 from flatpunch.files import load, read_case, save
 from flatpunch.indenters import (
     Cone,
@@ -37,11 +37,13 @@ __all__ = [
     "RigidBase",
     "Sphere",
     "__version__",
+    "adhesion_loop",
     "compliance",
     "flat_punch",
     "indent",
     "load",
     "pressure",
+    "pull_off",
     "read_case",
     "save",
 ]

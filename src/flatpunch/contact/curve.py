@@ -38,7 +38,7 @@ class Curve:
     contour: Array
     valid: Flags
     notes: tuple[str, ...] = ()
-    extra: dict[str, tuple[tuple[str, ...], Array, str, str]] = field(default_factory=dict)
+    extra: dict[str, tuple[tuple[str, ...], Array | Flags, str, str]] = field(default_factory=dict)
 
 
 Method = Callable[..., Curve]
@@ -67,9 +67,11 @@ def check_reach(indenter: Indenter, radius: Array) -> None:
 
 
 def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
-    """One sentence that says from which depth on something fails, or nothing."""
-    if not bad.any():
-        return ()
-    failing = depth[bad]
-    start = failing[np.isfinite(failing)].min() if np.isfinite(failing).any() else float("nan")
-    return (f"From a depth of {start:.4g} m on: {sentence}",)
+    """One sentence that says at which depths something fails, or nothing."""
+    known = np.isfinite(depth)
+    if not (bad & known).any():
+        return ("At every step: " + sentence,) if bad.any() else ()
+    first, last = depth[bad & known].min(), depth[bad & known].max()
+    if (~bad & known & (depth > last)).any():
+        return (f"Between depths of {first:.4g} m and {last:.4g} m: {sentence}",)
+    return (f"From a depth of {first:.4g} m on: {sentence}",)

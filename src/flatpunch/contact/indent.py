@@ -12,7 +12,7 @@ from flatpunch._record import record
 from flatpunch._validation import Array, positive
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
-from flatpunch.contact import first_order, flat_end, fourth_order, second_order
+from flatpunch.contact import adhesion, first_order, flat_end, fourth_order, second_order
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
@@ -38,6 +38,8 @@ def indent(
     radius: float | Array | None = None,
     method: str = "first-order",
     angles: int = 360,
+    work_of_adhesion: float | None = None,
+    range_of_action: float | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Press an indenter into a medium: a whole curve in one call.
@@ -54,6 +56,10 @@ def indent(
         "first-order": the paper's method; exact for round indenters.
     angles : int
         Number of polar angles of the outline, evenly spaced from 0.
+    work_of_adhesion : float, optional
+        [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion`.
+    range_of_action : float, optional
+        Gap up to which adhesion acts [m]: adds a note where JKR theory does not hold for it.
     **options
         Further settings of the method.
 
@@ -69,6 +75,13 @@ def indent(
     ValueError, TypeError
         On bad input, before any work.
     """
+    if work_of_adhesion is not None:
+        solver = _adhesive(method, indenter)
+        control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
+        phi = _angles(angles)
+        curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
+        dataset = _dataset(curve, phi, medium, indenter, control, method)
+        return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion))
     control = control_from(depth=depth, force=force, radius=radius)
     solver = _method(method, indenter)
     phi = _angles(angles)
@@ -87,6 +100,7 @@ def pressure(
     force: float | None = None,
     radius: float | None = None,
     method: str = "first-order",
+    work_of_adhesion: float | None = None,
     **options: Any,
 ) -> Array:
     """Contact pressure p(x, y) at one depth, force or mean radius.
@@ -99,19 +113,27 @@ def pressure(
         Points on the surface [m] about the point of first touch, broadcast together.
     depth, force, radius : float
         Exactly one of them.
+    work_of_adhesion : float, optional
+        [J/m^2]: with adhesion the pressure at the edge is minus infinity.
 
     Returns
     -------
     ndarray
         Pressure [Pa], zero outside the contact, in the broadcast shape of x and y.
     """
-    control = control_from(depth=depth, force=force, radius=radius)
+    if work_of_adhesion is None:
+        control, solver = control_from(depth=depth, force=force, radius=radius), _method(method, indenter)
+    else:
+        control, solver = (
+            adhesion.adhesive_control(depth=depth, force=force, radius=radius),
+            _adhesive(method, indenter),
+        )
+        options = {**options, "work": work_of_adhesion}
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
-    solver = _method(method, indenter)
     field = solver.pressure(
         compliance(medium), indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options
     )
@@ -126,6 +148,13 @@ def _method(method: str, indenter: Indenter) -> Any:
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
     return flat_end if isinstance(indenter, Cylinder) else METHODS[method]
+
+
+def _adhesive(method: str, indenter: Indenter) -> Any:
+    _method(method, indenter)
+    if method == "bem":
+        raise ValueError("work_of_adhesion goes with round indenters and the fast methods, not with method='bem'.")
+    return adhesion
 
 
 def _angles(angles: int) -> Array:

@@ -1,0 +1,181 @@
+"""Adhesive contact of round indenters (JKR), exact for every medium: curves and pressure.
+
+By radius the whole branch of equilibria, by depth or force its stable part: what is seen while the tip is withdrawn. Where
+the depth lies below the pull-off the surfaces have separated, radius and force are zero. See `adhesion_branch`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags, values
+from flatpunch.compliance import Kernel
+from flatpunch.contact.adhesion_branch import AdhesiveContact
+from flatpunch.contact.adhesion_case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion_control import stable_radius
+from flatpunch.contact.adhesion_limits import QUANTITIES, Quantity
+from flatpunch.contact.adhesion_pull_off import pull_off_of, tabor_of
+from flatpunch.contact.checks import soundness
+from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.contact.history import punch_pressure, round_history, superpose
+from flatpunch.indenters.profile import Indenter
+
+
+def adhesive_control(*, depth: object, force: object, radius: object) -> Control:
+    """Exactly one of depth, force and radius; depth and force may be negative."""
+    given = {name: v for name, v in (("depth", depth), ("force", force), ("radius", radius)) if v is not None}
+    if len(given) != 1:
+        what = "none" if not given else " and ".join(given)
+        raise ValueError(
+            f"Give exactly one of depth, force and radius; got {what}. The other two are part of the result."
+        )
+    ((name, value),) = given.items()
+    checked = values(name, value, strict=True) if name == "radius" else values(name, value, minimum=-np.inf)
+    return Control(name, checked)  # type: ignore[arg-type]
+
+
+def solve(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    phi: Array,
+    work: float,
+    range_of_action: float | None = None,
+) -> Curve:
+    """A whole adhesive curve.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    indenter : Indenter
+        A round indenter.
+    control : Control
+        Depths or forces (any sign), or contact radii.
+    phi : ndarray, shape (p,)
+        Polar angles of the outline [rad].
+    work : float
+        Work of adhesion w [J/m^2].
+    range_of_action : float, optional
+        Gap up to which the adhesive traction acts [m]: adds a note where JKR theory does not hold for it.
+
+    Returns
+    -------
+    Curve
+        With the extra arrays `retraction`, `stable_depth` and `stable_force`.
+    """
+    case = adhesive_case(kernel, indenter, work)
+    radius = _radius(case, control)
+    touching = radius > 0
+    contact = case.branch.at(np.where(touching, radius, _anchor(case)))
+    depth, force, stiffness, pinned = _answers(case, control, contact, touching)
+    valid, notes = _sound(case, contact, touching)
+    if range_of_action is not None and (note := tabor_of(case, pull_off_of(case), range_of_action).note):
+        notes += (note,)
+    lost = ~touching & (control.name == "force")
+    by_depth, by_force = (touching & (pinned | _within(case, quantity, contact.radius)) for quantity in QUANTITIES)
+    return Curve(
+        depth=depth,
+        force=force,
+        radius=radius,
+        area=np.pi * radius**2,
+        stiffness=stiffness,
+        contour=np.repeat(radius[:, None], phi.size, axis=1),
+        valid=valid & ~lost,
+        notes=notes + _separation(case, control, touching),
+        extra={
+            "retraction": (("step",), np.where(touching, contact.plain.depth - depth, 0.0), "m", _RETRACTION),
+            "stable_depth": (("step",), by_depth, "", "whether the contact is stable under prescribed depth"),
+            "stable_force": (("step",), by_force, "", "whether the contact is stable under prescribed force"),
+        },
+    )
+
+
+_RETRACTION = "distance by which adhesion draws the tip in, against the contact without adhesion of the same radius"
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array, work: float) -> Array:
+    """Pressure at distances r from the axis, shape (n,) [Pa]: minus infinity at the edge, zero outside."""
+    case = adhesive_case(kernel, indenter, work)
+    curve = solve(kernel, indenter, control, np.zeros(1), work)
+    a = float(curve.radius[0])
+    if not a > 0:
+        return np.zeros_like(r)
+    field = np.zeros_like(r)
+    if not case.pinned:
+        field = superpose(kernel, round_history(case.branch.evaluate, a), r, phi)
+    inside = r <= a
+    rho = r[inside] / a
+    height = np.sqrt((1 - rho) * (1 + rho))
+    smooth = punch_pressure(kernel, np.full_like(rho, a), height)
+    back = float(curve.extra["retraction"][1][0])
+    with np.errstate(divide="ignore"):
+        field[inside] -= kernel.modulus * back / (np.pi * a) * smooth / height
+    return field
+
+
+def _anchor(case: AdhesiveCase) -> float:
+    """Radius that stands in where there is no contact."""
+    return max((stretch.start for stretch in case.stability.force), default=0.0) or case.indenter.reach
+
+
+def _radius(case: AdhesiveCase, control: Control) -> Array:
+    """Contact radii; 0 where the surfaces have separated."""
+    if control.name == "radius":
+        check_reach(case.indenter, control.values)
+        return control.values
+    return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
+
+
+def _answers(
+    case: AdhesiveCase, control: Control, contact: AdhesiveContact, touching: Flags
+) -> tuple[Array, Array, Array, Flags]:
+    """Depth, force and stiffness, and where the contact is pinned at the edge of a flat end."""
+    depth, force = np.where(touching, contact.depth, np.nan), np.where(touching, contact.force, 0.0)
+    stiffness = np.where(touching, contact.stiffness, 0.0)
+    pinned = np.zeros_like(touching)
+    if control.name == "depth":
+        # F is stationary in a at given d apart from the adhesion itself: what rounding leaves of the radius is harmless
+        depth = control.values
+    elif control.name == "force":
+        force = control.values
+    if case.pinned and control.name != "radius":
+        pinned = touching & (contact.radius >= case.indenter.reach)
+        line = contact.plain.stiffness
+        held = control.values if control.name == "depth" else control.values / line
+        depth = np.where(pinned, held, depth)
+        force = np.where(pinned, line * depth, force)
+        stiffness = np.where(pinned, line, stiffness)
+    return depth, force, stiffness, pinned
+
+
+def _within(case: AdhesiveCase, quantity: Quantity, radius: Array) -> Flags:
+    """Whether radii lie in a stable stretch, ends included."""
+    slack = 1e-12
+    inside = [(radius >= s.start * (1 - slack)) & (radius <= s.end * (1 + slack)) for s in case.stability.of(quantity)]
+    return np.any(inside, axis=0) if inside else np.zeros(radius.shape, dtype=bool)
+
+
+def _sound(case: AdhesiveCase, contact: AdhesiveContact, touching: Flags) -> tuple[Flags, tuple[str, ...]]:
+    """Where the contact without adhesion of the same radius is a disc under pressure throughout."""
+    if case.pinned:
+        return np.ones_like(touching), ()
+    valid, notes = soundness(case.kernel, case.branch.evaluate, contact.plain)
+    said = tuple(
+        "Adhesion was added to a contact that is not sound without it (depths below are those without adhesion): "
+        + note
+        for note in notes
+    )
+    return valid | ~touching, said if (touching & ~valid).any() else ()
+
+
+def _separation(case: AdhesiveCase, control: Control, touching: Flags) -> tuple[str, ...]:
+    if touching.all():
+        return ()
+    if control.name == "depth":
+        limit = float(control.values[~touching].max())
+        return (
+            f"At depths up to {limit:.4g} m the surfaces have separated: pull-off under prescribed depth lies above.",
+        )
+    limit = float(control.values[~touching].max())
+    return (f"Forces up to {limit:.4g} N are beyond the pull-off force: no contact can carry such a tension.",)
