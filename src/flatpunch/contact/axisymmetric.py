@@ -10,6 +10,7 @@ functionals of `flatpunch.punch.basis`. Their half-space parts, slow in the numb
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import edge_rules, power_edge, power_moments, projection, regular_part
+from flatpunch.punch.basis import power_edge, power_moments, projection, quarter_nodes, regular_part
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import Answers
 
@@ -74,38 +75,38 @@ class SampledProfile:
         Radii at which the slope jumps [m].
     """
 
-    height: object
-    slope: object
+    height: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
     rings: tuple[float, ...] = ()
 
     def moments(self, radius: Array, terms: int) -> Moments:
         """Quadrature: exact to rounding for profiles smooth between the rings."""
-        rho, value, tangent, basis = self._rule(radius, terms)
-        r = radius[:, None] * rho
-        f, g = self.height(r), r * self.slope(r)  # type: ignore[operator]
-        g_edge = radius * self.slope(radius)  # type: ignore[operator]
-        b = np.einsum("...lj,nj->nl", basis, f) if basis.ndim == 2 else np.einsum("nlj,nj->nl", basis, f)
-        edge = np.sum(value * (f + g), axis=1) / np.pi
-        edge_slope = (g_edge - np.sum(tangent * (g - g_edge[:, None]), axis=1)) / np.pi
-        return Moments(b, edge, edge_slope)
-
-    def _rule(self, radius: Array, terms: int) -> tuple[Array, Array, Array, Array]:
-        """Radii on the unit disc, weights of b_0 and of the second edge functional, and the projection matrix."""
         nodes = 2 * terms + 48
+        rho, weight = self.disc_rule(radius, nodes)
+        r = radius[:, None] * rho
+        f, g = self.height(r), r * self.slope(r)
+        g_edge = radius * self.slope(radius)
+        if rho.shape[1] == nodes:
+            b = f @ projection(0, terms, nodes)[1].T
+        else:
+            b = np.einsum("lnj,nj->nl", regular_part(0, terms, rho), rho * weight * f)
+        edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
+        # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
+        rest = rho * weight / np.maximum(1 - rho**2, _TINY) * (g - g_edge[:, None])
+        return Moments(b, edge, (g_edge - np.sum(rest, axis=1)) / np.pi)
+
+    def disc_rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
+        """Nodes rho = cos(theta) of unit discs and weights in theta, shape (1, nodes) or, cut at rings, (n, cuts * nodes)."""
         if not any(ring < radius.max() for ring in self.rings):
-            rho, matrix = projection(0, terms, nodes)
-            value, tangent, _ = edge_rules(0, nodes)
-            return rho, value, tangent, matrix
+            rho, weight = quarter_nodes(nodes)
+            return rho[None, :], weight[None, :]
         t, v = np.polynomial.legendre.leggauss(nodes)
         cuts = np.array([0.0, *sorted(self.rings)])
-        theta = np.arccos(np.clip(cuts[None, :] / np.where(radius > 0, radius, 1)[:, None], 0, 1))
-        upper, lower = theta, np.concatenate([theta[:, 1:], np.zeros((radius.size, 1))], axis=1)
+        upper = np.arccos(np.clip(cuts / np.where(radius > 0, radius, 1)[:, None], 0, 1))
+        lower = np.concatenate([upper[:, 1:], np.zeros((radius.size, 1))], axis=1)
         half = (upper - lower)[..., None] / 2
         angle = ((upper + lower)[..., None] / 2 + half * t).reshape(radius.size, -1)
-        weight = (half * v).reshape(radius.size, -1)
-        rho = np.cos(angle)
-        basis = regular_part(0, terms, rho).swapaxes(0, 1) * (rho * weight)[:, None, :]
-        return rho, basis[:, 0], rho * weight / np.maximum(np.sin(angle) ** 2, _TINY), basis
+        return np.cos(angle), (half * v).reshape(radius.size, -1)
 
 
 @dataclass(frozen=True, slots=True)

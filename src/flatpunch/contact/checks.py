@@ -3,23 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
-from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.contact.control import Loading
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.history import round_history, superpose
 from flatpunch.punch.family import punch_family
 
+
+class Located(Loading, Protocol):
+    """Contacts that know their radius."""
+
+    @property
+    def radius(self) -> Array: ...  # noqa: D102
+
+
 _BEM_HINT = "The contact is no disc there; solve it with method='bem'."
 
 
-def soundness(
-    kernel: Kernel, evaluate: Callable[[Array], RoundContact], contact: RoundContact
-) -> tuple[Flags, tuple[str, ...]]:
+def soundness(kernel: Kernel, evaluate: Callable[[Array], Loading], contact: Located) -> tuple[Flags, tuple[str, ...]]:
     """Which of the contacts are sound, and sentences about those that are not.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        The medium.
+    evaluate : callable
+        Radii, shape (n,) -> contacts of the same (mean) profile.
+    contact : RoundContact or the like
+        The contacts to judge, with their radii.
 
     Returns
     -------
@@ -42,12 +59,14 @@ def soundness(
     return ~(turning | pulling), notes
 
 
-def _first_tension(kernel: Kernel, evaluate: Callable[[Array], RoundContact], radii: Array) -> float:
+def _first_tension(kernel: Kernel, evaluate: Callable[[Array], Loading], radii: Array) -> float:
     """Smallest contact radius within the range of `radii` with tension inside; infinite if there is none."""
     grid = np.geomspace(radii.min(), radii.max(), 48) if radii.size > 1 else radii[:1]
     rho = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
     zero = np.zeros_like(rho)
+    # one history serves all: a smaller contact is an earlier moment of it
+    history = round_history(evaluate, float(grid[-1]))
     for a in grid:
-        if superpose(kernel, round_history(evaluate, float(a)), a * rho, zero).min() < 0:
+        if superpose(kernel, replace(history, radius=float(a)), a * rho, zero).min() < 0:
             return float(a)
     return float("inf")

@@ -21,6 +21,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import edge_strength
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.symmetry import rotational_symmetry
 from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
@@ -29,7 +30,6 @@ from flatpunch.punch.panels import Panels, log_derivative, tail
 _MOST_POINTS = 2048
 """Points on one period of a kinked outline: its harmonics fall like 1/m^2, which leaves 1e-7 of the force."""
 _LEAST_POINTS = 128
-_MOST_FOLD = 24
 
 X2, X3, X4, STIFFENING, LOG_MEAN, LOG_SQUARE, SWING = range(7)
 """Columns of `PowerPerturbation.at`: terms of ln F; sum of eta_m h_m^2; ln<e^w>; ln<e^2w>; largest |w|."""
@@ -241,7 +241,7 @@ def expand(indenter: Indenter, lam: float) -> Angles:
     phi, weights = angular_rule(indenter)
     psi = _angular(indenter, phi)
     mean = float(np.exp(weights @ np.log(psi)) if lam == 0 else (weights @ psi**lam) ** (1 / lam))
-    fold = _fold(indenter)
+    fold = rotational_symmetry(indenter)
     start = indenter.corners[0] if indenter.corners else 0.0
     points = _MOST_POINTS
     while True:
@@ -260,17 +260,6 @@ def expand(indenter: Indenter, lam: float) -> Angles:
 
 def _angular(indenter: Indenter, phi: Array) -> Array:
     return np.asarray(indenter.height(np.ones_like(phi), phi))
-
-
-def _fold(indenter: Indenter) -> int:
-    """Largest rotational symmetry of the outline, up to 24-fold."""
-    phi = 0.1234 + 2 * np.pi * np.arange(97) / 97
-    psi = _angular(indenter, phi)
-    for fold in range(_MOST_FOLD, 1, -1):
-        turned = _angular(indenter, phi + 2 * np.pi / fold)
-        if np.allclose(turned, psi, rtol=1e-12, atol=0):
-            return fold
-    return 1
 
 
 def _mean(field: Array) -> Array:

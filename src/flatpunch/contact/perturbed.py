@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -10,11 +9,12 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.axisymmetric import RoundContact, RoundProfile, round_contact
+from flatpunch.contact.axisymmetric import RoundProfile
 from flatpunch.contact.checks import soundness
 from flatpunch.contact.control import Loading, radius_for
 from flatpunch.contact.curve import Control, Curve, check_reach, first_failure
 from flatpunch.contact.expansion import PerturbedContact
+from flatpunch.contact.flat_end import punch_stiffness
 from flatpunch.contact.history import History, log_radii, spline, spline_outline, superpose
 from flatpunch.contact.mean import half_space_radius, resolved_radius
 from flatpunch.indenters.profile import Indenter
@@ -49,8 +49,7 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
         return expansion.evaluate(_base_radius(expansion, control.values))
     guess = half_space_radius(kernel, expansion.base, control, indenter.reach)
     resolved = resolved_radius(kernel)
-    loading = _round(kernel, expansion) if control.name == "depth" else expansion.loading
-    radius = radius_for(loading, control.name, control.values, guess, indenter.reach, resolved)
+    radius = radius_for(expansion.loading, control.name, control.values, guess, indenter.reach, resolved)
     contact = expansion.evaluate(radius)
     # what rounding leaves of the radius goes along the curve, so that the prescribed value is met exactly
     if control.name == "depth":
@@ -85,8 +84,7 @@ def solve_expansion(
 ) -> tuple[Curve, PerturbedContact]:
     """A whole curve, and the contacts it was made from."""
     contact = controlled(kernel, indenter, expansion, control)
-    evaluate = _round(kernel, expansion)
-    valid, notes = soundness(kernel, evaluate, evaluate(contact.radius))
+    valid, notes = soundness(kernel, expansion.loading, contact)
     wide = contact.swing > LARGEST_SWING
     notes += first_failure(
         wide,
@@ -123,7 +121,7 @@ def superpose_expansion(
     angles = np.linspace(-np.pi, np.pi, _OUTLINE_ANGLES, endpoint=False)
     relative = expansion.outline(contact, angles) / contact.radius[:, None]
     square = contact.area / (np.pi * contact.radius**2)
-    share = contact.stiffness / (_round(kernel, expansion)(contact.radius).stiffness * square)
+    share = contact.stiffness / (punch_stiffness(kernel, contact.radius) * square)
     history = History(
         radius=end,
         rate=spline(x, contact.depth_slope / contact.radius),
@@ -131,7 +129,3 @@ def superpose_expansion(
         share=spline(x, share),
     )
     return superpose(kernel, history, r, phi)
-
-
-def _round(kernel: Kernel, expansion: Expansion) -> Callable[[Array], RoundContact]:
-    return lambda radius: round_contact(kernel, expansion.base, radius)

@@ -7,6 +7,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.expansion import power_expansion
+from flatpunch.contact.general_expansion import general_expansion
 from flatpunch.contact.perturbed import Expansion, solve_expansion, superpose_expansion
 from flatpunch.indenters.profile import Indenter
 
@@ -28,4 +29,6 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
 
 def expansion_of(kernel: Kernel, indenter: Indenter) -> Expansion:
     """The second-order series of an indenter on a medium."""
+    if indenter.exponent is None:
+        return general_expansion(kernel, indenter)
     return power_expansion(kernel, indenter, "second")

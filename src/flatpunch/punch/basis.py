@@ -65,31 +65,17 @@ def power_edge(exponent: float, m: int) -> float:
 
 
 @lru_cache(maxsize=64)
+def quarter_nodes(nodes: int) -> tuple[Array, Array]:
+    """Radii r = cos(theta) at Gauss-Legendre nodes of theta on (0, pi/2), and the weights in theta; shape (nodes,)."""
+    t, v = np.polynomial.legendre.leggauss(nodes)
+    return np.cos(np.pi / 4 * (t + 1)), v * np.pi / 4
+
+
+@lru_cache(maxsize=64)
 def projection(m: int, terms: int, nodes: int) -> tuple[Array, Array]:
     """Radii r, shape (nodes,), and matrix M, shape (terms, nodes), with b_l[f] = M f(r).
 
     Gauss-Legendre in theta, r = cos(theta): the integrand is smooth for any profile smooth in r, kinked at r = 0 or not.
     """
-    t, v = np.polynomial.legendre.leggauss(nodes)
-    theta = np.pi / 4 * (t + 1)
-    r = np.cos(theta)
-    return r, regular_part(m, terms, r) * (r * v * np.pi / 4)
-
-
-@lru_cache(maxsize=64)
-def edge_rules(m: int, nodes: int) -> tuple[Array, Array, Array]:
-    """Weights on the radii of `projection` for the half-space edge functionals of a general profile.
-
-    Returns
-    -------
-    value : ndarray, shape (nodes,)
-        b_0[f] = value.f(r) for harmonic m; S0_m[f] = ((m + 1) b_0[f] + b_0[r f'])/pi.
-    slope : ndarray, shape (nodes,)
-        S0_0[r g'] = (g(1) - slope.(g(r) - g(1)))/pi for g(0) = 0, by parts so that g' need not exist everywhere.
-    r : ndarray, shape (nodes,)
-        The radii.
-    """
-    r, matrix = projection(m, 1, nodes)
-    _, v = np.polynomial.legendre.leggauss(nodes)
-    sine = np.sqrt((1 - r) * (1 + r))
-    return matrix[0], r * v * np.pi / 4 / sine**2, r
+    r, weight = quarter_nodes(nodes)
+    return r, regular_part(m, terms, r) * (r * weight)

@@ -1,0 +1,229 @@
+"""Second-order perturbation series of any profile f(r, phi) on any medium (design 2.5).
+
+With ln f = <ln f> + g, the base is f_b = exp<ln f> and g_m(r) are the harmonics of g at each radius. The displacement
+f_b g_m cos m phi on the disc needs the pressure with c_m = A_m^-1 b[f_b g_m]; its edge strength moves the outline,
+h_m = -S[c_m]/(e a d'). Half-space parts are closed: S0_m = ((m + 1) b_0 + a db_0/da)/pi.
+
+Where f touches zero away from the axis (truncated tips) ln f is singular; there the arithmetic mean is the base and f - f_b
+takes the place of f_b g, which is the same to second order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._validation import Array, Indices
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import RoundContact, SampledProfile, edge_strength, round_contact
+from flatpunch.contact.expansion import PathPoint, PerturbedContact, radius_of_stiffness
+from flatpunch.contact.log_table import LogTable
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.symmetry import rotational_symmetry
+from flatpunch.punch.basis import projection, regular_part
+from flatpunch.punch.family import SMALLEST
+from flatpunch.punch.harmonics import Edges, harmonic_size, solve_edges
+
+_POINTS = 256
+"""Angles on one period of the outline: harmonics up to 128 times the symmetry."""
+_CHUNK = 4_000_000
+_SINGULAR = 4.0
+"""|ln(f/f_b)| from which on the logarithm is no good variable: f comes close to zero away from the axis."""
+
+_DEPTH, _SLOPE, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SWING = range(8)
+
+
+class GeneralExpansion:
+    """Second-order series of one indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and indenter, of any shape f(r, phi).
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
+        self.kernel, self.indenter = kernel, indenter
+        fold = rotational_symmetry(indenter)
+        start = indenter.corners[0] if indenter.corners else 0.0
+        self._phi = start + 2 * np.pi / fold * np.arange(_POINTS) / _POINTS
+        self._orders: Indices = fold * np.arange(1, _POINTS // 2 + 1)
+        self._logarithmic = self._is_regular()
+        self.base = SampledProfile(self._base_height, self._base_slope, indenter.rings)
+        self._table = LogTable(self._columns, indenter.reach, kinked=bool(indenter.rings))
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives at base radii of shape (n,), >= 0 [m]."""
+        values, slopes = self._at(radius)
+        return self._path(radius, values, slopes)
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,), >= 0 [m]."""
+        values, slopes = self._at(radius)
+        path = self._path(radius, values, slopes)
+        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-values[:, _STIFFENING]), radius)
+        zero = np.zeros_like(radius)
+        return PerturbedContact(
+            radius=radius,
+            depth=path.depth,
+            force=path.force,
+            stiffness=path.stiffness,
+            depth_slope=path.depth_slope,
+            size=size,
+            mean_radius=size * np.exp(values[:, _LOG_MEAN]),
+            area=np.pi * size**2 * np.exp(values[:, _LOG_SQUARE]),
+            swing=values[:, _SWING],
+            terms=np.column_stack([values[:, _X2], zero, zero]),
+            sound=np.ones(radius.size, dtype=bool),
+        )
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Contact outline a(phi), shape (n, p) [m]."""
+        values, _ = self._at(contact.radius)
+        count = self._orders.size
+        waves = np.exp(1j * np.outer(self._orders, phi - self._phi[0]))
+        harmonics = values[:, _SWING + 1 : -1]
+        w = harmonics[:, :count] @ waves.real - harmonics[:, count:] @ waves.imag
+        return np.asarray(contact.size[:, None] * np.exp(w))
+
+    def _path(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
+        depth, force = radius * values[:, _DEPTH], self.kernel.modulus * radius**2 * values[:, _FORCE]
+        slope = np.where(radius > 0, radius * values[:, _SLOPE], 0.0)
+        growth = np.where(slope > 0, slopes[:, _X2] / np.where(slope > 0, slope, 1.0), 0.0)
+        flat = self.kernel.modulus * radius * values[:, -1]
+        factor = np.exp(values[:, _X2])
+        return PathPoint(depth, factor * force, factor * (flat + force * growth), slope)
+
+    def _at(self, radius: Array) -> tuple[Array, Array]:
+        live = radius > 0
+        outputs = _SWING + 2 + 2 * self._orders.size
+        values, slopes = np.zeros((radius.size, outputs)), np.zeros((radius.size, outputs))
+        if live.any():
+            values[live], slopes[live] = self._table.at(radius[live])
+        return values, slopes
+
+    def _columns(self, radius: Array) -> Array:
+        """Scaled base contact, force term, outline measures, harmonics of w (real, imaginary) and K, shape (n, outputs)."""
+        base = round_contact(self.kernel, self.base, radius)
+        size = max(1, _CHUNK // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
+        parts = [
+            self._chunk(radius[i : i + size], _rows(base, slice(i, i + size))) for i in range(0, radius.size, size)
+        ]
+        return np.vstack(parts)
+
+    def _chunk(self, radius: Array, base: RoundContact) -> Array:
+        beta = self._beta(radius)
+        live = bool(beta.min() > SMALLEST) and not self.kernel.homogeneous
+        edges = solve_edges(self.kernel, beta, self._orders) if live else Edges({}, np.zeros(beta.size))
+        value, growth, curvature, rho, weight = self._harmonics(radius, base)
+        strength = self._edge(edges, value, growth, rho, weight)
+        e = edge_strength(base.answers)
+        h = -strength / (e * base.depth_slope)[:, None]
+        w = np.fft.irfft(np.hstack([np.zeros((radius.size, 1)), h * _POINTS / 2]), n=_POINTS, axis=1)
+        k = edges.stiffening(self._orders)
+        mean_square = np.mean(w * w, axis=1)
+        stiffened = mean_square + np.sum(k[:, :-1] * np.abs(h[:, :-1]) ** 2, axis=1) / 2
+        rise = np.pi * e**2 / base.answers.flat[:, 0]
+        # X2 = (a K' D1 <w^2>/2 - int p* f_b <g^2>/2)/F_b, both over E* a
+        pull = np.pi**2 * e**2 * base.depth_slope * mean_square - curvature
+        force = base.force / (self.kernel.modulus * radius)
+        columns = [
+            base.depth / radius,
+            base.depth_slope / radius,
+            force / radius,
+            pull / force,
+            rise * stiffened,
+            np.log(np.mean(np.exp(w), axis=1)),
+            np.log(np.mean(np.exp(2 * w), axis=1)),
+            np.abs(w).max(axis=1),
+        ]
+        flat = 2 * np.pi * base.answers.flat[:, :1]
+        return np.hstack([np.column_stack(columns), h.real, h.imag, flat])
+
+    def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
+        """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, orders), and the mean's part."""
+        nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
+        rho, weight = self.base.disc_rule(radius, nodes)
+        r = (radius[:, None] * rho)[..., None]
+        f = np.asarray(self.indenter.height(r, self._phi))
+        q = r * np.asarray(self.indenter.slope(r, self._phi))
+        if self._logarithmic:
+            g = np.log(f)
+            mean = np.mean(g, axis=-1, keepdims=True)
+            g, rate, f_b = g - mean, q / f, np.exp(mean)
+            growth_mean = np.mean(rate, axis=-1, keepdims=True)
+            value, growth = f_b * g, f_b * (growth_mean * g + rate - growth_mean)
+            excess = f_b[..., 0] * np.mean(g * g, axis=-1) / 2
+        else:
+            value, growth = f - np.mean(f, axis=-1, keepdims=True), q - np.mean(q, axis=-1, keepdims=True)
+            excess = np.zeros(r.shape[:-1])
+        flat = base.answers.flat
+        pressure = _pressure(flat, 0, rho, weight)
+        curvature = 2 * np.pi * np.sum(pressure * excess, axis=1)
+        return _spectrum(value), _spectrum(growth), curvature, rho, weight
+
+    def _edge(self, edges: Edges, value: Array, growth: Array, rho: Array, weight: Array) -> Array:
+        """S[c_m] for all orders, shape (n, orders), complex."""
+        m = self._orders
+        first = rho[..., None] ** (m + 1.0) * weight[..., None]
+        strength = np.einsum("njm,njm->nm", np.broadcast_to(first, value.shape), (m + 1) * value + growth) / np.pi
+        for column, order in enumerate(m):
+            vector = edges.vectors.get(int(order))
+            if vector is not None:
+                pressure = _pressure(vector, int(order), rho, weight)
+                strength[:, column] += np.sum(pressure * value[..., column], axis=1)
+        return np.asarray(strength)
+
+    def _base_height(self, r: Array) -> Array:
+        f = np.asarray(self.indenter.height(r[..., None], self._phi))
+        if not self._logarithmic:
+            return np.asarray(f.mean(axis=-1))
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.exp(np.mean(np.log(f), axis=-1)))
+
+    def _base_slope(self, r: Array) -> Array:
+        slope = np.asarray(self.indenter.slope(r[..., None], self._phi))
+        if not self._logarithmic:
+            return np.asarray(slope.mean(axis=-1))
+        f = np.asarray(self.indenter.height(r[..., None], self._phi))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self._base_height(r) * np.mean(slope / f, axis=-1))
+
+    def _is_regular(self) -> bool:
+        scale = self.indenter.reach if np.isfinite(self.indenter.reach) else 1.0
+        r = scale * np.geomspace(1e-6, 1.0, 61)[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            g = np.log(np.asarray(self.indenter.height(r, self._phi)))
+            return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
+
+    def _beta(self, radius: Array) -> Array:
+        return np.asarray(radius / self.kernel.length)
+
+
+def _spectrum(field: Array) -> Array:
+    """Complex amplitudes c_m of sum Re(c_m exp(i m phi)) without the mean, shape (..., orders)."""
+    return np.asarray(np.fft.rfft(field, axis=-1)[..., 1:] * (2 / _POINTS))
+
+
+def _pressure(coefficients: Array, m: int, rho: Array, weight: Array) -> Array:
+    """Weights of the pressure sum c_l p_l on the nodes of each disc, int p f r dr = sum of weights times f; shape (n, nodes)."""
+    terms = coefficients.shape[1]
+    if rho.shape[0] == 1 and coefficients.shape[0] != 1:
+        return coefficients @ projection(m, terms, rho.shape[1])[1]
+    return np.asarray(np.einsum("nl,lnj->nj", coefficients, regular_part(m, terms, rho)) * rho * weight)
+
+
+def _rows(base: RoundContact, rows: slice) -> RoundContact:
+    answers = replace(
+        base.answers, flat=base.answers.flat[rows], edge=base.answers.edge[rows], slope=base.answers.slope[rows]
+    )
+    shape = {name: getattr(base, name)[rows] for name in ("radius", "depth", "force", "stiffness", "depth_slope")}
+    return replace(base, answers=answers, **shape)
+
+
+@lru_cache(maxsize=32)
+def general_expansion(kernel: Kernel, indenter: Indenter) -> GeneralExpansion:
+    """The series of a medium and an indenter; what is already computed is shared."""
+    return GeneralExpansion(kernel, indenter)

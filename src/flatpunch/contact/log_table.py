@@ -1,0 +1,60 @@
+"""Functions of ln a that are costly to evaluate, sampled span by span and interpolated by splines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from flatpunch._validation import Array
+
+_SMOOTH = (24, 7)
+_KINKED = (160, 3)
+"""Nodes per decade and spline degree: 1e-9 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
+_OVERLAP = 6
+_SPANS = 3
+"""Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
+
+
+@dataclass(eq=False)
+class LogTable:
+    """Table of a vector function of ln a.
+
+    Parameters
+    ----------
+    sample : callable
+        Radii, shape (n,) [m] -> values, shape (n, outputs).
+    reach : float
+        Largest radius [m].
+    kinked : bool
+        Whether the function has kinks, so that splines of high degree would ring.
+    """
+
+    sample: Callable[[Array], Array]
+    reach: float = float("inf")
+    kinked: bool = False
+    _spans: dict[int, BSpline] = field(default_factory=dict)
+
+    def at(self, radius: Array) -> tuple[Array, Array]:
+        """Values and derivatives by ln a at radii > 0, shapes (n, outputs)."""
+        x = np.log(np.minimum(radius, self.reach))
+        index = np.floor(x * _SPANS / np.log(10)).astype(int)
+        parts = [(index == i, self._spline(int(i))) for i in np.unique(index)]
+        outputs = parts[0][1](x[:1]).shape[1]
+        values, slopes = np.empty((x.size, outputs)), np.empty((x.size, outputs))
+        for chosen, spline in parts:
+            values[chosen], slopes[chosen] = spline(x[chosen]), spline(x[chosen], nu=1)
+        return values, slopes
+
+    def _spline(self, index: int) -> BSpline:
+        if index not in self._spans:
+            per_decade, degree = _KINKED if self.kinked else _SMOOTH
+            step = np.log(10) / per_decade
+            width = np.log(10) / _SPANS
+            low, high = index * width - _OVERLAP * step, (index + 1) * width + _OVERLAP * step
+            high = min(high, float(np.log(self.reach)))
+            x = np.linspace(low, high, max(int(np.ceil((high - low) / step)), 2 * _OVERLAP) + 1)
+            self._spans[index] = make_interp_spline(x, self.sample(np.exp(x)), k=degree)
+        return self._spans[index]
