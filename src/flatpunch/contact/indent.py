@@ -12,12 +12,17 @@ from flatpunch._record import record
 from flatpunch._validation import Array, positive
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
-from flatpunch.contact import adhesion, first_order, flat_end, fourth_order, second_order
+from flatpunch.contact import adhesion, boundary_elements, first_order, flat_end, fourth_order, second_order
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
-METHODS: dict[str, Any] = {"first-order": first_order, "second-order": second_order, "fourth-order": fourth_order}
+METHODS: dict[str, Any] = {
+    "first-order": first_order,
+    "second-order": second_order,
+    "fourth-order": fourth_order,
+    "bem": boundary_elements,
+}
 """Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact)."""
 
 _VARIABLES = {

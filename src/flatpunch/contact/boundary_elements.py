@@ -1,0 +1,159 @@
+"""The rigorous reference as a contact method: boundary elements on a grid for every medium and indenter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from flatpunch import bem
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.indenters.profile import Indenter
+
+_TOLERANCE = 1e-6
+
+
+def solve(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    phi: Array,
+    *,
+    grid: bem.Grid | int | None = None,
+    tolerance: float = _TOLERANCE,
+    fields: bool = False,
+    single: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Curve:
+    """A whole curve; each step starts from the one before.
+
+    Parameters
+    ----------
+    kernel, indenter, control, phi
+        Medium, indenter, prescribed depths or forces, and polar angles of the outline.
+    grid : Grid or int, optional
+        One grid for all steps, or cells per side (256) of a grid fitted to each contact.
+    tolerance : float
+        Largest gap error in contact and penetration outside it, relative to the depth.
+    fields : bool
+        Whether to return pressure(step, y, x), displacement and contact; they then share one grid, that of the largest
+        contact.
+    single : bool
+        Single precision (tolerance 1e-5 or more).
+    progress : callable, optional
+        Called with (steps done, steps in all).
+    """
+    live = _live(control)
+    targets = control.values[live]
+    if fields and targets.size and not isinstance(grid, bem.Grid):
+        grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single)[0].grid
+    found = _solutions(
+        kernel, indenter, control.name, targets, grid, tolerance, single, phi.size, stiffness=True, progress=progress
+    )
+    if found:
+        check_reach(indenter, np.array([np.nanmax(solution.outline.contour) for solution in found]))
+    rows = np.flatnonzero(live)
+
+    def collect(name: str) -> Array:
+        values = np.zeros(control.values.size)
+        values[rows] = [getattr(solution, name) for solution in found]
+        return values
+
+    contour = np.zeros((control.values.size, phi.size))
+    for row, solution in zip(rows, found, strict=True):
+        contour[row] = solution.outline.contour
+    converged = np.ones(control.values.size, dtype=bool)
+    converged[rows] = [solution.converged for solution in found]
+    extra = {
+        "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
+        "penetration": (("step",), collect("penetration"), "1", "largest penetration outside the contact over the depth"),
+    }
+    return Curve(
+        depth=collect("depth"),
+        force=collect("force"),
+        radius=collect("radius"),
+        area=collect("area"),
+        stiffness=collect("stiffness"),
+        contour=contour,
+        valid=converged,
+        notes=tuple(dict.fromkeys(note for solution in found for note in solution.notes)),
+        extra=extra | (_fields(found, rows, control.values.size) if fields and found else {}),
+    )
+
+
+def pressure(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    r: Array,
+    phi: Array,
+    *,
+    grid: bem.Grid | int | None = None,
+    tolerance: float = _TOLERANCE,
+) -> Array:
+    """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres."""
+    if not _live(control).any():
+        return np.zeros_like(r)
+    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False)[0]
+    between = RegularGridInterpolator(
+        (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
+    )
+    return np.asarray(between(np.column_stack([r * np.sin(phi), r * np.cos(phi)])))
+
+
+def _live(control: Control) -> Any:
+    if control.name == "radius":
+        raise ValueError(
+            "radius cannot control method='bem': the contact is found from the depth or the force. Give one of them "
+            "(method='refined' or 'second-order' takes a mean radius and tells the depth)."
+        )
+    return control.values > 0
+
+
+def _solutions(
+    kernel: Kernel,
+    indenter: Indenter,
+    name: str,
+    targets: Array,
+    grid: bem.Grid | int | None,
+    tolerance: float,
+    single: bool,
+    angles: int = 360,
+    *,
+    stiffness: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[bem.Solution]:
+    if not targets.size:
+        return []
+    prescribed = {"depths": targets} if name == "depth" else {"forces": targets}
+    return bem.solve(
+        kernel,
+        indenter,
+        grid=grid,
+        tolerance=tolerance,
+        single=single,
+        angles=angles,
+        stiffness=stiffness,
+        progress=progress,
+        **prescribed,
+    )
+
+
+def _fields(found: list[bem.Solution], rows: Array, steps: int) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    grid = found[0].grid
+    shape = (steps, grid.y.size, grid.x.size)
+    pressure, displacement, contact = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+    for row, solution in zip(rows, found, strict=True):
+        pressure[row], displacement[row], contact[row] = solution.pressure, solution.displacement, solution.contact
+    dims = ("step", "y", "x")
+    return {
+        "x": (("x",), grid.x, "m", "cell centres along x"),
+        "y": (("y",), grid.y, "m", "cell centres along y"),
+        "pressure": (dims, pressure, "Pa", "contact pressure"),
+        "displacement": (dims, displacement, "m", "inward displacement of the surface"),
+        "contact": (dims, contact, "1", "cells in contact"),
+    }
