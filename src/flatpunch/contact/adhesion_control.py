@@ -97,7 +97,7 @@ def radius_on(branch: Branch, stretch: Stretch, quantity: Quantity, target: Arra
         low, high = np.where(miss < 0, x, low), np.where(miss >= 0, x, high)
         with np.errstate(divide="ignore", invalid="ignore"):
             trial = x - miss / slope
-        trial = np.where((slope > 0) & (trial > low) & (trial < high), trial, (low + high) / 2)
+        trial = np.where((slope > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
         trial = np.where(np.abs(miss) <= scale, x, trial)
         moved = np.abs(trial - x).max()
         x = trial
