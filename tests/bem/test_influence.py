@@ -6,9 +6,9 @@ from scipy.integrate import dblquad
 from scipy.special import ellipe, ellipk, j0, j1
 
 from flatpunch import media
+from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients, love_coefficients
 from flatpunch.bem.operator import build_operator
-from flatpunch.bem.grid import Grid
 from flatpunch.bem.radial import remainder_table
 from flatpunch.compliance import Kernel, compliance
 

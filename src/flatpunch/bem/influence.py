@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gamma
 
 from flatpunch._validation import Array
@@ -30,6 +31,7 @@ _FINEST = 1e-5
 for neighbours, and the central cell of power laws is done in closed form."""
 
 Radial = Callable[[Array], Array]
+Indices = NDArray[np.signedinteger]
 
 
 def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
@@ -118,7 +120,7 @@ def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: floa
     g[:rows, :columns] += factor * block[:rows, :columns]
 
 
-def cell_averages(radial: Radial, spacing: float, row: Array, column: Array, smooth: float) -> Array:
+def cell_averages(radial: Radial, spacing: float, row: Indices, column: Indices, smooth: float) -> Array:
     """Averages of a radial function over cells, each split towards the origin until it is small against its distance.
 
     Parameters

@@ -1,11 +1,11 @@
 """Outline of a contact to a fraction of a cell.
 
-Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a power-law
-half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it between one and
-four cells inside the rim and followed to zero: 0.00-0.05 cells off on average, 0.04 cells scatter.
+Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a
+power-law half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it
+between one and four cells inside the rim and followed to zero: 0.00-0.05 cells off on average, 0.04 cells scatter.
 
-Under a layer the root holds over a part of its thickness only. With fewer than twelve cells in the thickness the outline is that of the cells
-themselves, blurred over two of them: 0.1-0.2 cells too large, but for every medium alike.
+Under a layer the root holds over a part of its thickness only. With fewer than twelve cells in the thickness the
+outline is that of the cells themselves, blurred over two of them: 0.1-0.2 cells too large, but for every medium alike.
 """
 
 from __future__ import annotations
