@@ -9,9 +9,9 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from flatpunch import bem
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-6
@@ -54,8 +54,6 @@ def solve(
     found = _solutions(
         kernel, indenter, control.name, targets, grid, tolerance, single, phi.size, stiffness=True, progress=progress
     )
-    if found:
-        check_reach(indenter, np.array([np.nanmax(solution.outline.contour) for solution in found]))
     rows = np.flatnonzero(live)
 
     def collect(name: str) -> Array:
@@ -68,9 +66,14 @@ def solve(
         contour[row] = solution.outline.contour
     converged = np.ones(control.values.size, dtype=bool)
     converged[rows] = [solution.converged for solution in found]
-    extra = {
+    extra: Extra = {
         "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
-        "penetration": (("step",), collect("penetration"), "1", "largest penetration outside the contact over the depth"),
+        "penetration": (
+            ("step",),
+            collect("penetration"),
+            "1",
+            "largest penetration outside the contact over the depth",
+        ),
     }
     return Curve(
         depth=collect("depth"),
@@ -81,7 +84,7 @@ def solve(
         contour=contour,
         valid=converged,
         notes=tuple(dict.fromkeys(note for solution in found for note in solution.notes)),
-        extra=extra | (_fields(found, rows, control.values.size) if fields and found else {}),
+        extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
     )
 
 
@@ -129,21 +132,21 @@ def _solutions(
 ) -> list[bem.Solution]:
     if not targets.size:
         return []
-    prescribed = {"depths": targets} if name == "depth" else {"forces": targets}
     return bem.solve(
         kernel,
         indenter,
+        depths=targets if name == "depth" else None,
+        forces=targets if name == "force" else None,
         grid=grid,
         tolerance=tolerance,
         single=single,
         angles=angles,
         stiffness=stiffness,
         progress=progress,
-        **prescribed,
     )
 
 
-def _fields(found: list[bem.Solution], rows: Array, steps: int) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:
     grid = found[0].grid
     shape = (steps, grid.y.size, grid.x.size)
     pressure, displacement, contact = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)

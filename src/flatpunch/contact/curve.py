@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -12,6 +12,9 @@ from flatpunch._validation import Array, Flags, values
 from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]
+
+Extra = Mapping[str, tuple[tuple[str, ...], Array | Flags, str, str]]
+"""Further arrays of a result: name -> (dimensions, values, unit, description)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +41,7 @@ class Curve:
     contour: Array
     valid: Flags
     notes: tuple[str, ...] = ()
-    extra: dict[str, tuple[tuple[str, ...], Array | Flags, str, str]] = field(default_factory=dict)
-
-
-Method = Callable[..., Curve]
+    extra: Extra = field(default_factory=dict)
 
 
 def control_from(*, depth: object, force: object, radius: object) -> Control:

@@ -31,6 +31,9 @@ from flatpunch.punch.family import punch_family
 
 Order = Literal["second", "fourth"]
 
+_SAME_DEPTH = 3
+"""Newton steps in ln a between two bases: they start within per cent of each other."""
+
 _LARGEST_X4 = 0.1
 """|x4|/x2 up to which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
 
@@ -47,6 +50,8 @@ class PerturbedContact:
         d [m], F [N], dF/dd [N/m].
     depth_slope : ndarray
         a d'(a) of the base contact [m].
+    shape_radius : ndarray
+        Base radius of the series that gives the outline [m]; `radius` unless that series has another base.
     size : ndarray
         abar [m]: the outline is abar exp(w).
     mean_radius, area : ndarray
@@ -64,6 +69,7 @@ class PerturbedContact:
     force: Array
     stiffness: Array
     depth_slope: Array
+    shape_radius: Array
     size: Array
     mean_radius: Array
     area: Array
@@ -90,7 +96,8 @@ class PowerExpansion:
     kernel, indenter
         Medium and power-law indenter.
     order : "second" or "fourth"
-        Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form.
+        Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form. Outlines come from sqrt(psi)
+        for tips with edges under fourth order and from ln psi for all others, which measured best (validation page).
     """
 
     def __init__(self, kernel: Kernel, indenter: Indenter, order: Order) -> None:
@@ -98,6 +105,10 @@ class PowerExpansion:
         self.kernel, self.order = kernel, order
         self.series = PowerPerturbation(kernel, indenter, 0.0 if order == "second" else 0.5, fourth=True)
         self.base = PowerProfile(indenter.exponent, self.series.angles.mean)
+        self._shape, self._shape_base = self.series, self.base
+        if order == "fourth" and not indenter.corners:
+            self._shape = PowerPerturbation(kernel, indenter, 0.0, fourth=False)
+            self._shape_base = PowerProfile(indenter.exponent, self._shape.angles.mean)
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""
@@ -107,20 +118,33 @@ class PowerExpansion:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self.series.at(radius)
         path, sound = self._loading(radius, values, slopes)
-        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-values[:, STIFFENING]), radius)
+        shape_radius, shape = self._shape_at(radius, path.depth, values)
+        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-shape[:, STIFFENING]), radius)
         return PerturbedContact(
             radius=radius,
             depth=path.depth,
             force=path.force,
             stiffness=path.stiffness,
             depth_slope=path.depth_slope,
+            shape_radius=shape_radius,
             size=size,
-            mean_radius=size * np.exp(values[:, LOG_MEAN]),
-            area=np.pi * size**2 * np.exp(values[:, LOG_SQUARE]),
-            swing=values[:, SWING],
+            mean_radius=size * np.exp(shape[:, LOG_MEAN]),
+            area=np.pi * size**2 * np.exp(shape[:, LOG_SQUARE]),
+            swing=shape[:, SWING],
             terms=values[:, [X2, X3, X4]],
             sound=sound,
         )
+
+    def _shape_at(self, radius: Array, depth: Array, values: Array) -> tuple[Array, Array]:
+        """Base radii and columns of the series that gives the outline, at the same depths."""
+        if self._shape is self.series:
+            return radius, values
+        shift = (self.base.factor / self._shape_base.factor) ** (1 / self.base.exponent)
+        other, live = radius * shift, radius > 0
+        for _ in range(_SAME_DEPTH):
+            contact = round_contact(self.kernel, self._shape_base, other[live])
+            other[live] *= np.exp((depth[live] - contact.depth) / contact.depth_slope)
+        return other, self._shape.at(other)[0]
 
     def _loading(self, radius: Array, values: Array, slopes: Array) -> tuple[PathPoint, Flags]:
         base = round_contact(self.kernel, self.base, radius)
@@ -132,7 +156,7 @@ class PowerExpansion:
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""
-        outline = np.exp(self.series.outline(contact.radius, phi))
+        outline = np.exp(self._shape.outline(contact.shape_radius, phi))
         outline *= contact.size[:, None]
         return outline
 

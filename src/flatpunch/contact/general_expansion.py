@@ -71,6 +71,7 @@ class GeneralExpansion:
             force=path.force,
             stiffness=path.stiffness,
             depth_slope=path.depth_slope,
+            shape_radius=radius,
             size=size,
             mean_radius=size * np.exp(values[:, _LOG_MEAN]),
             area=np.pi * size**2 * np.exp(values[:, _LOG_SQUARE]),

@@ -9,18 +9,29 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._record import record
-from flatpunch._validation import Array, positive
+from flatpunch._validation import Array, positive, values
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
-from flatpunch.contact import adhesion, boundary_elements, first_order, flat_end, fourth_order, second_order
+from flatpunch.contact import (
+    adhesion,
+    boundary_elements,
+    first_order,
+    flat_end,
+    fourth_order,
+    refined,
+    second_order,
+    viscoelastic,
+)
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media.relaxation import Relaxation
 
 METHODS: dict[str, Any] = {
     "first-order": first_order,
     "second-order": second_order,
     "fourth-order": fourth_order,
+    "refined": refined,
     "bem": boundary_elements,
 }
 """Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact)."""
@@ -45,6 +56,8 @@ def indent(
     angles: int = 360,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
+    time: Array | None = None,
+    relaxation: Relaxation | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Press an indenter into a medium: a whole curve in one call.
@@ -65,6 +78,10 @@ def indent(
         [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion`.
     range_of_action : float, optional
         Gap up to which adhesion acts [m]: adds a note where JKR theory does not hold for it.
+    time : array, shape (n,), optional
+        Times [s], ascending: depth or force is then a history, linear in between; see `flatpunch.contact.viscoelastic`.
+    relaxation : Relaxation, optional
+        psi(t) of the medium, e.g. Prony(...); goes with `time`.
     **options
         Further settings of the method.
 
@@ -80,6 +97,9 @@ def indent(
     ValueError, TypeError
         On bad input, before any work.
     """
+    if time is not None or relaxation is not None:
+        given = {"depth": depth, "force": force, "radius": radius, "work_of_adhesion": work_of_adhesion}
+        return _history(medium, indenter, given, time, relaxation, method, angles, options)
     if work_of_adhesion is not None:
         solver = _adhesive(method, indenter)
         control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
@@ -160,6 +180,33 @@ def _adhesive(method: str, indenter: Indenter) -> Any:
     if method == "bem":
         raise ValueError("work_of_adhesion goes with round indenters and the fast methods, not with method='bem'.")
     return adhesion
+
+
+def _history(
+    medium: Any,
+    indenter: Indenter,
+    given: dict[str, Any],
+    time: Any,
+    relaxation: Any,
+    method: str,
+    angles: int,
+    options: dict[str, Any],
+) -> xr.Dataset:
+    """Viscoelastic contact: a history instead of a curve."""
+    if given.pop("work_of_adhesion") is not None:
+        raise ValueError("work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved.")
+    if time is None or not isinstance(relaxation, Relaxation):
+        raise ValueError(
+            "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
+            f"Prony(weights, times). Got time = {time!r}, relaxation = {relaxation!r}."
+        )
+    if method == "bem":
+        raise ValueError("relaxation needs a whole elastic curve; choose a fast method or 'refined' instead of 'bem'.")
+    solver, phi, control = _method(method, indenter), _angles(angles), viscoelastic.history_control(**given)
+    times = values("time", time, minimum=-np.inf)
+    curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver.solve, options)
+    dataset = _dataset(curve, phi, medium, indenter, control, method)
+    return dataset.assign_attrs(relaxation=json.dumps(record(relaxation)))
 
 
 def _angles(angles: int) -> Array:

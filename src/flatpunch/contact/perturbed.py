@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import replace
 from typing import Protocol
 
@@ -25,7 +26,7 @@ LARGEST_SWING = 1.2
 """|ln a(phi)/abar| above which outlines were off by tens of per cent under stiff films."""
 
 
-class Expansion(Protocol):
+class Expansion(Hashable, Protocol):
     """Perturbation series of one indenter on one medium over its base radius."""
 
     @property

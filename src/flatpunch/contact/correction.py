@@ -1,0 +1,175 @@
+"""Ratio of boundary elements to the second-order theory along the loading path: smooth, so a few solutions carry a curve.
+
+Over x = ln a (base radius) the logarithms of the ratios of force, mean radius, area and outline are interpolated by a cubic
+spline through the solutions made so far. Solutions are added where leaving one out changes the spline most, until that
+estimate meets the tolerance; they are kept, so that a later curve on the same medium and tip costs nothing new.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_interp_spline
+
+from flatpunch import bem
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.perturbed import Expansion
+from flatpunch.indenters.profile import Indenter
+
+_START = np.log(10) / 4
+"""First spacing of the solutions in ln a; twice that below beta = 0.1, where ratios move like beta."""
+_FINEST = np.log(10) / 16
+_THINNEST = 0.01
+"""beta below which a medium is its surface's half-space and the ratios stand still (they move like beta)."""
+_TOLERANCE = 1e-6
+_RADIUS_TOLERANCE = 4e-3
+"""Interpolation error of the mean radius that is accepted."""
+_GRID_ERROR = 5.0
+"""Relative force error of the grid times the number of cells; pyramids reach two thirds of it, ellipses a tenth."""
+
+FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
+"""Columns of the ratios; the outline's angles follow from OUTLINE on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ratios:
+    """Logarithms of (boundary elements)/(second order) and their derivatives by ln a; shape (n, 3 + angles)."""
+
+    values: Array
+    slopes: Array
+    error: float
+    outline_error: float
+    solutions: int
+
+
+class Correction:
+    """Corrections of one indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter, expansion
+        Medium, indenter, and their second-order series.
+    angles : int
+        Polar angles of the outline.
+    cells : int
+        Cells per side of the boundary element grids.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int) -> None:
+        self.kernel, self.indenter, self.expansion = kernel, indenter, expansion
+        self.angles, self.cells = angles, cells
+        self.known: dict[float, Array] = {}
+        self.notes: dict[str, None] = {}
+
+    def at(self, radius: Array, rtol: float) -> Ratios:
+        """Ratios at base radii > 0, shape (n,), interpolated to `rtol` in force.
+
+        The first call over a range costs one boundary element solution per half decade and as many more as it takes.
+        """
+        x = self._clipped(np.log(radius))
+        nodes = self._refine(float(x.min()), float(x.max()), rtol)
+        table = np.array([self.known[node] for node in nodes])
+        grid = _GRID_ERROR / self.cells**2
+        if nodes.size == 1:
+            values = np.repeat(table, x.size, axis=0)
+            return Ratios(values, np.zeros_like(values), grid, 1.5 / self.cells, 1)
+        spline = _spline(nodes, table)
+        frozen = x != np.log(radius)
+        slopes = np.where(frozen[:, None], 0.0, spline(x, nu=1))
+        left = _left_out(nodes, table)
+        error = float(np.max(left[:, FORCE])) + grid
+        outline = float(np.nanmax(left[:, OUTLINE:])) + 1.5 / self.cells
+        return Ratios(spline(x), slopes, error, outline, nodes.size)
+
+    def _clipped(self, x: Array) -> Array:
+        """Positions ln a at which to look the ratios up: one place for media without a length, the thin end clamped."""
+        if self.kernel.homogeneous and self.indenter.exponent is not None:
+            return np.zeros_like(x)
+        if self.kernel.homogeneous:
+            return x
+        return np.maximum(x, np.log(_THINNEST * self.kernel.length))
+
+    def _refine(self, low: float, high: float, rtol: float) -> Array:
+        """Positions of the solutions that carry [low, high], added until the estimate is below rtol."""
+        first, last = int(np.floor(low / _START)), int(np.ceil(high / _START))
+        start = np.arange(first, max(last, first) + 1) * _START
+        quiet = start < np.log(0.1 * self.kernel.length)
+        start = start[~quiet | (np.arange(start.size) % 2 == 0) | (start == start[-1])]
+        if not np.isfinite(self.kernel.length) and self.indenter.exponent is not None:
+            start = np.zeros(1)
+        reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
+        self._solve(np.unique(np.minimum(start, reach)))
+        while True:
+            nodes = np.array(sorted(n for n in self.known if start[0] - 1e-9 <= n <= start[-1] + 1e-9))
+            if nodes.size == 1:
+                return nodes
+            if nodes.size == 2:
+                self._solve(np.array([nodes.mean()]))
+                continue
+            table = np.array([self.known[node] for node in nodes])
+            wrong = _left_out(nodes, table)
+            score = np.maximum(wrong[:, FORCE] / rtol, wrong[:, RADIUS] / _RADIUS_TOLERANCE)
+            split = (np.maximum(score[1:], score[:-1]) > 1) & (np.diff(nodes) > _FINEST)
+            if not split.any():
+                return nodes
+            self._solve((nodes[1:] + nodes[:-1])[split] / 2)
+
+    def _solve(self, positions: Array) -> None:
+        """Boundary element solutions at new positions ln a, as ratios to the second-order theory."""
+        new = np.array([x for x in positions if x not in self.known])
+        if not new.size:
+            return
+        contact = self.expansion.evaluate(np.exp(new))
+        phi = np.arange(self.angles) * (2 * np.pi / self.angles)
+        shapes = self.expansion.outline(contact, phi)
+        half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
+        solutions = bem.solve(
+            self.kernel,
+            self.indenter,
+            depths=contact.depth,
+            grid=self.cells,
+            half_widths=half_widths,
+            tolerance=_TOLERANCE,
+            angles=self.angles,
+        )
+        for i, solution in enumerate(solutions):
+            self.notes |= dict.fromkeys(solution.notes)
+            outline = np.log(solution.outline.contour / shapes[i])
+            radius = np.log(solution.radius / contact.mean_radius[i])
+            self.known[float(new[i])] = np.concatenate(
+                [
+                    [np.log(solution.force / contact.force[i]), radius if np.isfinite(radius) else 0.0],
+                    [np.log(solution.area / contact.area[i])],
+                    np.where(np.isfinite(outline), outline, 0.0),
+                ]
+            )
+
+
+def _spline(nodes: Array, table: Array) -> CubicSpline:
+    """Spline through the solutions: not-a-knot cubic, lower degree where there are few."""
+    if nodes.size > 3:
+        return CubicSpline(nodes, table)
+    return make_interp_spline(nodes, table, k=nodes.size - 1)
+
+
+def _left_out(nodes: Array, table: Array) -> Array:
+    """Estimated error of the spline beside each node: what leaving the node out changes there, over five; shape of table.
+
+    Leaving a node out doubles the local spacing, so the error of a cubic grows sixteenfold where it is resolved; five is on
+    the safe side. At the ends, where leaving out extrapolates, the neighbour's value stands.
+    """
+    wrong = np.zeros_like(table)
+    for i in range(1, nodes.size - 1):
+        rest = np.arange(nodes.size) != i
+        wrong[i] = np.abs(_spline(nodes[rest], table[rest])(nodes[i]) - table[i]) / 5
+    wrong[0], wrong[-1] = wrong[1], wrong[-2]
+    return wrong
+
+
+@lru_cache(maxsize=32)
+def correction(kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int) -> Correction:
+    """The corrections of a medium and an indenter; solutions already made are shared."""
+    return Correction(kernel, indenter, expansion, angles, cells)

@@ -1,0 +1,142 @@
+"""The second-order theory corrected by a few boundary element solutions: their accuracy at its speed (design 2.5)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._validation import Array, positive
+from flatpunch.compliance import Kernel
+from flatpunch.contact import first_order
+from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction
+from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.expansion import PathPoint, PerturbedContact
+from flatpunch.contact.perturbed import Expansion, controlled, superpose_expansion
+from flatpunch.contact.second_order import expansion_of
+from flatpunch.indenters.profile import Indenter
+
+_ANGLES = 360
+
+
+class RefinedExpansion:
+    """The second-order series times its corrections, with the interface of a series.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and indenter.
+    rtol : float
+        Wanted relative interpolation error of the force.
+    cells : int
+        Cells per side of the boundary element grids.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, rtol: float, cells: int) -> None:
+        self.series: Expansion = expansion_of(kernel, indenter)
+        self.base, self.rtol = self.series.base, rtol
+        self.correction = correction(kernel, indenter, self.series, _ANGLES, cells)
+
+    def ratios(self, radius: Array) -> Ratios:
+        """Corrections at base radii, those of the smallest positive one at zero."""
+        live = radius[radius > 0]
+        smallest = live.min() if live.size else 1.0
+        return self.correction.at(np.where(radius > 0, radius, smallest), self.rtol)
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives at base radii, shape (n,)."""
+        return self._corrected(self.series.loading(radius), self.ratios(radius))
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,)."""
+        contact, ratios = self.series.evaluate(radius), self.ratios(radius)
+        path = self._corrected(contact, ratios)
+        return replace(
+            contact,
+            force=path.force,
+            stiffness=path.stiffness,
+            mean_radius=contact.mean_radius * np.exp(ratios.values[:, RADIUS]),
+            area=contact.area * np.exp(ratios.values[:, AREA]),
+        )
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Outlines a(phi), shape (n, p); the correction is interpolated linearly between its angles."""
+        shape = self.series.outline(contact, phi)
+        logs = self.ratios(contact.radius).values[:, OUTLINE:]
+        position = np.mod(phi, 2 * np.pi) / (2 * np.pi) * _ANGLES
+        left = np.floor(position).astype(int) % _ANGLES
+        share = position - np.floor(position)
+        return np.asarray(shape * np.exp(logs[:, left] * (1 - share) + logs[:, (left + 1) % _ANGLES] * share))
+
+    def _corrected(self, path: Any, ratios: Ratios) -> PathPoint:
+        factor = np.exp(ratios.values[:, FORCE])
+        slope = np.where(path.depth_slope > 0, path.depth_slope, 1.0)
+        stiffness = factor * (path.stiffness + path.force * ratios.slopes[:, FORCE] / slope)
+        return PathPoint(path.depth, factor * path.force, stiffness, path.depth_slope)
+
+
+def solve(
+    kernel: Kernel, indenter: Indenter, control: Control, phi: Array, *, rtol: float = 5e-4, cells: int = 256
+) -> Curve:
+    """A whole curve; round indenters are solved exactly.
+
+    Parameters
+    ----------
+    kernel, indenter, control, phi
+        Medium, indenter, prescribed values, and polar angles of the outline.
+    rtol : float
+        Relative error of the force that the interpolation between boundary element solutions may have.
+    cells : int
+        Cells per side of their grids.
+    """
+    rtol = positive("rtol", rtol)
+    if indenter.round:
+        return first_order.solve(kernel, indenter, control, phi)
+    if not (control.values > 0).any():
+        return first_order.solve(kernel, indenter, control, phi)
+    expansion = RefinedExpansion(kernel, indenter, rtol, cells)
+    contact = _controlled(kernel, indenter, expansion, control)
+    ratios = expansion.ratios(contact.radius)
+    ones = np.ones_like(contact.depth)
+    extra: Extra = {
+        "force_error": (("step",), ratios.error * ones, "1", "estimated relative error of the force"),
+        "contour_error": (("step",), ratios.outline_error * ones, "1", "estimated relative error of the outline"),
+    }
+    return Curve(
+        depth=contact.depth,
+        force=contact.force,
+        radius=contact.mean_radius,
+        area=contact.area,
+        stiffness=contact.stiffness,
+        contour=expansion.outline(contact, phi),
+        valid=np.ones(contact.depth.size, dtype=bool),
+        notes=tuple(expansion.correction.notes),
+        extra=extra,
+    )
+
+
+def pressure(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    r: Array,
+    phi: Array,
+    *,
+    rtol: float = 5e-4,
+    cells: int = 256,
+) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
+    if indenter.round:
+        return first_order.pressure(kernel, indenter, control, r, phi)
+    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells)
+    return superpose_expansion(kernel, indenter, expansion, control, r, phi)
+
+
+def _controlled(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> PerturbedContact:
+    """Contacts at the prescribed values; boundary elements are spent only on the range that these need."""
+    first = controlled(kernel, indenter, expansion.series, control)
+    if control.name == "depth":
+        contact = expansion.evaluate(first.radius)
+        return replace(contact, depth=control.values)
+    return controlled(kernel, indenter, expansion, control)
