@@ -19,7 +19,15 @@ from flatpunch.indenters import (
     RadialProfile,
     Sphere,
 )
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import (
+    HalfSpace,
+    Layer,
+    Medium,
+    PowerLawRelaxation,
+    Prony,
+    RigidBase,
+    StandardLinearSolid,
+)
 from flatpunch.punch import flat_punch
 
 __all__ = [
@@ -32,10 +40,13 @@ __all__ = [
     "Medium",
     "Paraboloid",
     "PowerLaw",
+    "PowerLawRelaxation",
+    "Prony",
     "Pyramid",
     "RadialProfile",
     "RigidBase",
     "Sphere",
+    "StandardLinearSolid",
     "__version__",
     "adhesion_loop",
     "compliance",

@@ -5,6 +5,7 @@ from flatpunch.media.formula import Formula
 from flatpunch.media.graded import GradedLayer
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
 from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 from flatpunch.media.two_bodies import TwoBodies
 
 __all__ = [
@@ -18,7 +19,11 @@ __all__ = [
     "LinearModulus",
     "Medium",
     "PowerLawHalfSpace",
+    "PowerLawRelaxation",
     "PowerModulus",
+    "Prony",
+    "Relaxation",
     "RigidBase",
+    "StandardLinearSolid",
     "TwoBodies",
 ]

@@ -1,0 +1,122 @@
+"""The elastic curve F_el(d) that a viscoelastic contact is built from: any method's, tabulated against the log of the depth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+
+_DECADES = 10
+_PER_DECADE = 24
+_DEGREE = 7
+"""24 nodes per decade of depth and degree 7 leave 1e-10 of functions smooth in ln d; below ten decades all are power laws."""
+
+FORCE, RADIUS, AREA, STIFFNESS = range(4)
+
+
+@dataclass(frozen=True)
+class ElasticCurve:
+    """Force, radius, area and stiffness at depth d, up to the depth it was made for.
+
+    Attributes
+    ----------
+    logs : BSpline
+        ln d -> ln of force, radius, area, stiffness, shape (n, 4).
+    low : float
+        Smallest ln d of the table.
+    shape : BSpline or None
+        ln d -> outline over mean radius, shape (n, p); None for round indenters.
+    sound : float
+        Depth up to which the elastic theory holds [m].
+    notes : tuple of str
+        Its limits.
+    """
+
+    logs: BSpline
+    low: float
+    shape: BSpline | None
+    sound: float
+    notes: tuple[str, ...]
+
+    def at(self, depth: Array, *columns: int) -> Array:
+        """Columns FORCE, RADIUS, AREA, STIFFNESS at depths >= 0 of shape (n,); shape (columns, n)."""
+        live = depth > 0
+        x = np.log(np.where(live, depth, 1.0))
+        inside = np.maximum(x, self.low)
+        # a power law below the table
+        beyond = np.where(live, x - inside, 0.0)
+        logs = self.logs(np.where(live, inside, self.low))
+        if beyond.any():
+            logs = logs + beyond[:, None] * self.logs.derivative()(self.low)
+        return np.where(live[:, None], np.exp(logs), 0.0).T[list(columns)]
+
+    def force(self, depth: Array) -> Array:
+        """F_el at depths, shape (n,) [N]."""
+        return np.asarray(self.at(depth, FORCE)[0])
+
+    def stiffness(self, depth: Array) -> Array:
+        """dF_el/dd at depths, shape (n,) [N/m]."""
+        return np.asarray(self.at(depth, STIFFNESS)[0])
+
+    def depth_of(self, force: Array, deepest: float) -> Array:
+        """Depths at which F_el takes given values >= 0, shape (n,) [m]: Newton in logarithms."""
+        live = force > 0
+        wanted = np.log(np.where(live, force, 1.0))
+        grid = np.linspace(self.low, np.log(deepest), 400)
+        table = self.logs(grid)[:, FORCE]
+        x = np.interp(wanted, table, grid)
+        slope = self.logs.derivative()
+        first = slope(self.low)[FORCE]
+        below = wanted < table[0]
+        for _ in range(20):
+            step = (wanted - self.logs(x)[:, FORCE]) / slope(x)[:, FORCE]
+            x = np.clip(x + np.where(below, 0, step), self.low, np.log(deepest))
+            # quadratic convergence
+            if np.abs(np.where(live & ~below, step, 0)).max() < 1e-9:
+                break
+        x = np.where(below, self.low + (wanted - table[0]) / first, x)
+        return np.where(live, np.exp(x), 0.0)
+
+    def contour(self, depth: Array, radius: Array, angles: int) -> Array:
+        """Outline at depths, shape (n, angles) [m]."""
+        if self.shape is None:
+            return np.repeat(radius[:, None], angles, axis=1)
+        x = np.maximum(np.log(np.where(depth > 0, depth, 1.0)), self.low)
+        return np.asarray(self.shape(np.where(depth > 0, x, self.low)) * radius[:, None])
+
+
+Solve = Callable[..., Any]
+
+
+def elastic_curve(
+    solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array, options: dict[str, Any]
+) -> ElasticCurve:
+    """Tabulate a method's curve up to the depth `deepest`."""
+    x = np.log(deepest) + np.log(10) / _PER_DECADE * np.arange(-_DECADES * _PER_DECADE, 1)
+    flat = isinstance(indenter, Cylinder)
+    angles = phi[:1] if indenter.round else phi
+    depth = np.exp(x)
+    depth[-1] = deepest
+    curve = solve(kernel, indenter, Control("depth", depth), angles, **options)
+    found = np.stack([curve.force, curve.radius, curve.area, curve.stiffness], axis=1)
+    good = np.all(np.isfinite(found) & (found > 0), axis=1)
+    if not good.all():
+        raise ValueError(
+            f"The elastic curve has no answer at depth {depth[~good].max():.4g} m, so nothing can be built on it. "
+            + " ".join(curve.notes)
+        )
+    logs = make_interp_spline(x, np.log(found), k=1 if flat else _DEGREE)
+    shape = None
+    if not indenter.round:
+        shape = make_interp_spline(x, curve.contour / curve.radius[:, None], k=_DEGREE)
+    unsound = depth[~curve.valid]
+    return ElasticCurve(logs, float(x[0]), shape, float(unsound.min()) if unsound.size else np.inf, curve.notes)
