@@ -11,7 +11,7 @@ import numpy as np
 def record(thing: Any) -> Any:
     """Return dataclasses as {"type": name, field: ...}, arrays and tuples as lists, numbers as they are.
 
-    Functions are recorded by their name: they cannot be read back.
+    Functions, and objects of classes that are no dataclasses, are recorded by their name: they cannot be read back.
     """
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         fields = {f.name: record(getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.init or f.repr}
@@ -24,4 +24,7 @@ def record(thing: Any) -> Any:
         return thing.item()
     if callable(thing):
         return f"function {getattr(thing, '__qualname__', type(thing).__name__)}"
-    return thing
+    if thing is None or isinstance(thing, (bool, int, float, str)):
+        return thing
+    # a shape or medium of the user's own: by its name, like a function
+    return {"type": type(thing).__name__}

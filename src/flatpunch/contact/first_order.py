@@ -7,6 +7,7 @@ deviation f - f0 by (P17). The pressure is the superposition of (P9) over the hi
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -15,12 +16,14 @@ from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.contact.checks import soundness
-from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.error_estimate import estimates, first_order_error
 from flatpunch.contact.history import History, log_radii, round_history, spline, spline_outline, superpose
 from flatpunch.contact.mean import Evaluate, mean_contact
 from flatpunch.contact.outline import area, growth_factor, outline
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import punch_family
 
 Outline = Callable[[Array, Array], tuple[Array, Array]]
 
@@ -51,7 +54,17 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         contour=contour,
         valid=valid & ~lost,
         notes=notes,
+        extra=_trust(kernel, indenter, contact),
     )
+
+
+def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Extra:
+    """Error estimates; round contact is exact up to the interpolation over the radius."""
+    if not indenter.round:
+        return estimates(*first_order_error(indenter, contact.radius))
+    own = 1e-10 + (0.0 if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length))
+    error = np.full_like(contact.radius, own)
+    return estimates(error, error)
 
 
 def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
@@ -81,7 +94,7 @@ def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, histor
         shape = _power_outline(indenter, spline(x, growth_factor(contact, indenter.exponent)))
     else:
         shape = _general_outline(kernel, indenter, contact, x)
-    return History(history.radius, history.rate, shape, share)
+    return replace(history, outline=shape, share=share)
 
 
 def _power_outline(indenter: Indenter, growth: BSpline) -> Outline:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import BSpline, RectBivariateSpline, make_interp_spline
@@ -27,6 +28,7 @@ from flatpunch.punch.family import punch_family
 _NODES = 24
 _DECADES = 8.0
 _PER_DECADE = 40
+_PER_RING = 80
 _CHUNK = 200_000
 _TINY = 1e-30
 
@@ -39,18 +41,21 @@ class History:
     ----------
     radius : float
         Mean radius at the end [m].
-    rate : BSpline
+    rate : callable
         x -> d'(a) [-], depth per radius.
     outline : callable
         (x, phi) -> (s, dln s/dx), the outline over its mean radius.
     share : callable
         x -> w.
+    rings : tuple of float
+        Values of x at which the rate jumps and starts anew like an inverse square root: ascending kinks of the profile.
     """
 
     radius: float
-    rate: BSpline
+    rate: Callable[[Array], Array]
     outline: Callable[[Array, Array], tuple[Array, Array]]
     share: Callable[[Array], Array]
+    rings: tuple[float, ...] = ()
 
 
 def log_radii(radius: float) -> Array:
@@ -93,13 +98,47 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
 
 def round_history(evaluate: Callable[[Array], Loading], radius: float) -> History:
     """History of a round contact (or of the mean profile) with an unchanged circular outline."""
-    x = log_radii(radius)
+    rings = getattr(evaluate(np.array([radius])), "rings", ())
+    end = np.log(radius)
+    within = tuple(x for x in np.log(sorted(rings)) if end - _DECADES * np.log(10) < x < end)
     return History(
         radius=radius,
-        rate=spline(x, evaluate(np.exp(x)).depth_slope / np.exp(x)),
+        rate=_rate(evaluate, radius, within),
         outline=lambda x, phi: (np.ones_like(x), np.zeros_like(x)),
         share=np.ones_like,
+        rings=within,
     )
+
+
+def _rate(evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...]) -> Callable[[Array], Array]:
+    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of s = sqrt(x - ring), times s."""
+
+    def sample(x: Array) -> Array:
+        a = np.exp(x)
+        return np.asarray(evaluate(a).depth_slope / a)
+
+    x = log_radii(np.exp(rings[0]) if rings else radius)
+    # its last node must stay below the ring, whose logarithm is rounded
+    first: Callable[[Array], Array] = spline(x, sample(x - 1e-14 if rings else x))
+    if not rings:
+        return first
+    starts = np.array(rings)
+    later = []
+    for low, high in pairwise([*rings, np.log(radius)]):
+        # not at s = 0, where the rate is infinite; the spline reaches there
+        s = np.sqrt(high - low) * (np.arange(_PER_RING) + 0.5) / (_PER_RING - 0.5)
+        later.append(spline(s, s * sample(low + s**2)))
+
+    def rate(x: Array) -> Array:
+        piece = np.searchsorted(starts, x)
+        result = np.asarray(first(np.minimum(x, starts[0])))
+        for i, part in enumerate(later):
+            here = piece == i + 1
+            s = np.sqrt(x[here] - starts[i])
+            result[here] = part(s) / s
+        return result
+
+    return rate
 
 
 def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
@@ -108,7 +147,7 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
     x_end = np.full_like(r, np.log(history.radius))
     edge = history.radius * history.outline(x_end, phi)[0]
     inside = np.flatnonzero(r < edge)
-    rows = max(1, _CHUNK // (2 * _NODES))
+    rows = max(1, _CHUNK // ((2 + len(history.rings)) * _NODES))
     for start in range(0, inside.size, rows):
         chosen = inside[start : start + rows]
         pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen])
@@ -116,14 +155,10 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
 
 
 def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array) -> Array:
-    t, weights = np.polynomial.legendre.leggauss(_NODES)
     r = np.maximum(r, edge * 10 ** (1 - _DECADES))
     start = _first_touch(history, r, phi)
     top = np.arccosh(np.exp(np.log(history.radius) - start))[:, None]
-    # two panels: near the axis the last factor e of the history is but a small part of the range of v
-    late = np.minimum(top / 2, 1.0)
-    v = np.hstack([(top - late) / 2 * (t + 1), top - late / 2 * (1 - t)])
-    spread = np.hstack([(top - late) / 2 * weights, late / 2 * weights])
+    v, spread = _nodes(start, top, history.rings)
     # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
     lift = np.log1p(2 * np.sinh(v / 2) ** 2)
     x = start[:, None] + lift
@@ -134,6 +169,28 @@ def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array) 
     smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel()).reshape(v.shape)
     integrand = smooth * np.tanh(v) / height * history.share(x) * history.rate(x)
     return np.asarray(kernel.modulus / np.pi * np.sum(integrand * spread, axis=1))
+
+
+def _nodes(start: Array, top: Array, rings: tuple[float, ...]) -> tuple[Array, Array]:
+    """Gauss nodes v on (0, top) and weights, shape (n, panels * nodes) each.
+
+    The last panel is at most 1 long: near the axis the last factor e of the history is but a small part of the range of v.
+    Where the rate starts anew, v goes like the square of the Gauss variable.
+    """
+    t, weights = np.polynomial.legendre.leggauss(_NODES)
+    u = (t + 1) / 2
+    cuts = [np.zeros_like(top)]
+    for ring in rings:
+        lift = np.maximum(ring - start[:, None], 0)
+        cuts.append(np.minimum(np.log(np.exp(lift) + np.sqrt(np.expm1(2 * lift))), top))
+    cuts += [np.maximum(top - 1, (top + cuts[-1]) / 2), top]
+    power = 2 if rings else 1
+    v, spread = [], []
+    for i, (low, high) in enumerate(pairwise(cuts)):
+        q = power if i < len(cuts) - 2 else 1
+        v.append(low + (high - low) * u**q)
+        spread.append((high - low) * q * u ** (q - 1) * weights / 2)
+    return np.hstack(v), np.hstack(spread)
 
 
 def _first_touch(history: History, r: Array, phi: Array) -> Array:

@@ -22,6 +22,8 @@ from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
+_TABLE_NODES = 128
+
 Evaluate = Callable[[Array], RoundContact]
 
 
@@ -31,13 +33,17 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
     if indenter.exponent is not None:
         psi = np.asarray(indenter.height(np.ones_like(phi), phi))
         return PowerProfile(indenter.exponent, float(weights @ psi))
+    nodes = _TABLE_NODES if getattr(indenter, "tabulated", False) else 0
     if indenter.round:
         zero = np.zeros(1)
-        return SampledProfile(lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings)
+        return SampledProfile(
+            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings, nodes
+        )
     return SampledProfile(
         lambda r: indenter.height(r[..., None], phi) @ weights,
         lambda r: indenter.slope(r[..., None], phi) @ weights,
         indenter.rings,
+        nodes,
     )
 
 

@@ -5,7 +5,8 @@ Concrete indenters are frozen dataclasses, one per file; none is subclassed.
 
 Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. A shape that is made of
 pieces joined without an edge may name the joints in `seams`, polar angles like `corners`; quadrature over the
-angle is then split there as well.
+angle is then split there as well. A shape laid through the points of a table says so by `tabulated = True`, for
+quadrature along the radius then needs more points.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Indenter(Protocol):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """Radii > 0 at which the slope df/dr jumps [m]; empty for most shapes."""
+        """Radii > 0 at which the slope df/dr or the curvature jumps [m], in some directions at least; empty for most shapes."""
 
     @property
     def round(self) -> bool:

@@ -60,6 +60,22 @@ class RadialProfile:
         object.__setattr__(self, "_curve", curve)
         object.__setattr__(self, "_derivative", curve.derivative())
 
+    @classmethod
+    def from_area(cls, depth: Sequence[float] | Array, area: Sequence[float] | Array) -> RadialProfile:
+        """Body of revolution with a measured tip area function: f = depth at r = sqrt(area/pi).
+
+        It has the sections of the true tip as discs, but not its force; `AreaFunction` says by how much.
+
+        Parameters
+        ----------
+        depth : sequence of float
+            Distances h from the apex [m], from 0, never falling.
+        area : sequence of float
+            Areas of the sections there [m^2], from 0, strictly increasing.
+        """
+        areas = values("RadialProfile.from_area area", area)
+        return cls(np.sqrt(areas / np.pi), depth)
+
     @property
     def exponent(self) -> None:
         """None: no power law."""
@@ -83,6 +99,11 @@ class RadialProfile:
     @property
     def round(self) -> bool:
         """True."""
+        return True
+
+    @property
+    def tabulated(self) -> bool:
+        """True: the second derivative jumps at the points of the table."""
         return True
 
     def height(self, r: Array, phi: Array) -> Array:

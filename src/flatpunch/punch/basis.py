@@ -15,7 +15,6 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.special import beta as beta_function
-from scipy.special import eval_jacobi
 
 from flatpunch._validation import Array
 
@@ -44,9 +43,20 @@ def normalisation(terms: int) -> Array:
 
 def regular_part(m: int, terms: int, r: Array) -> Array:
     """p_n(r) sqrt(1 - r^2) at 0 <= r <= 1; shape (terms, *r.shape)."""
-    n = np.arange(terms).reshape(-1, *([1] * np.ndim(r)))
-    jacobi = eval_jacobi(n, m, -0.5, 1 - 2 * r**2)
-    return np.asarray(r**m * jacobi / normalisation(terms).reshape(n.shape))
+    r = np.asarray(r, dtype=float)
+    x, total = 1 - 2 * r**2, m - 0.5
+    p = np.empty((terms, *r.shape))
+    p[0] = 1
+    if terms > 1:
+        p[1] = m + 1 + (total + 2) * (x - 1) / 2
+    for n in range(2, terms):
+        # three-term recurrence of the Jacobi polynomials (DLMF 18.9.2), stable on -1 <= x <= 1
+        c = 2 * n + total
+        above = (c - 1) * (c * (c - 2) * x + m * m - 0.25) * p[n - 1] - 2 * (n + m - 1) * (n - 1.5) * c * p[n - 2]
+        p[n] = above / (2 * n * (n + total) * (c - 2))
+    p *= r**m
+    p /= normalisation(terms).reshape(-1, *([1] * r.ndim))
+    return p
 
 
 def power_moments(exponent: float, m: int, terms: int) -> Array:
