@@ -80,8 +80,9 @@ class PerturbedContact:
 
 @dataclass(frozen=True, slots=True)
 class PathPoint:
-    """Points of a loading path: d [m], F [N], dF/dd [N/m] and a d'(a) [m], shape (n,) each."""
+    """Points of a loading path: base radius a [m], d [m], F [N], dF/dd [N/m] and a d'(a) [m], shape (n,) each."""
 
+    radius: Array
     depth: Array
     force: Array
     stiffness: Array
@@ -152,7 +153,7 @@ class PowerExpansion:
         # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
         slope = np.where(radius > 0, base.depth_slope, 1.0)
         stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
-        return PathPoint(base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
+        return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""

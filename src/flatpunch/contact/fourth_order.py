@@ -10,6 +10,7 @@ from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order, second_order
 from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.error_estimate import estimates, fourth_order_error
 from flatpunch.contact.expansion import power_expansion
 from flatpunch.contact.perturbed import controlled, solve_expansion, superpose_expansion
 from flatpunch.indenters.profile import Indenter
@@ -21,6 +22,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         return first_order.solve(kernel, indenter, control, phi)
     _check(indenter)
     curve, contact = solve_expansion(kernel, indenter, power_expansion(kernel, indenter, "fourth"), control, phi)
+    curve = replace(curve, extra=estimates(*fourth_order_error(contact)))
     if contact.sound.all():
         return curve
     note = first_failure(
@@ -62,5 +64,9 @@ def _merged(curve: Curve, fallback: Curve, keep: Flags, note: tuple[str, ...]) -
         for f in fields(curve)
         if isinstance(getattr(curve, f.name), np.ndarray)
     }
+    extra = {
+        name: (dims, np.where(keep, values, fallback.extra[name][1]), unit, text)
+        for name, (dims, values, unit, text) in curve.extra.items()
+    }
     notes = tuple(dict.fromkeys((*curve.notes, *fallback.notes, *note)))
-    return replace(curve, **arrays, notes=notes)
+    return replace(curve, **arrays, notes=notes, extra=extra)

@@ -95,7 +95,7 @@ class GeneralExpansion:
         growth = np.where(slope > 0, slopes[:, _X2] / np.where(slope > 0, slope, 1.0), 0.0)
         flat = self.kernel.modulus * radius * values[:, -1]
         factor = np.exp(values[:, _X2])
-        return PathPoint(depth, factor * force, factor * (flat + force * growth), slope)
+        return PathPoint(radius, depth, factor * force, factor * (flat + force * growth), slope)
 
     def _at(self, radius: Array) -> tuple[Array, Array]:
         live = radius > 0

@@ -11,7 +11,8 @@ from flatpunch._validation import Array, positive
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction
-from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.perturbed import Expansion, controlled, superpose_expansion
 from flatpunch.contact.second_order import expansion_of
@@ -73,7 +74,7 @@ class RefinedExpansion:
         factor = np.exp(ratios.values[:, FORCE])
         slope = np.where(path.depth_slope > 0, path.depth_slope, 1.0)
         stiffness = factor * (path.stiffness + path.force * ratios.slopes[:, FORCE] / slope)
-        return PathPoint(path.depth, factor * path.force, stiffness, path.depth_slope)
+        return PathPoint(path.radius, path.depth, factor * path.force, stiffness, path.depth_slope)
 
 
 def solve(
@@ -99,10 +100,6 @@ def solve(
     contact = _controlled(kernel, indenter, expansion, control)
     ratios = expansion.ratios(contact.radius)
     ones = np.ones_like(contact.depth)
-    extra: Extra = {
-        "force_error": (("step",), ratios.error * ones, "1", "estimated relative error of the force"),
-        "contour_error": (("step",), ratios.outline_error * ones, "1", "estimated relative error of the outline"),
-    }
     return Curve(
         depth=contact.depth,
         force=contact.force,
@@ -112,7 +109,7 @@ def solve(
         contour=expansion.outline(contact, phi),
         valid=np.ones(contact.depth.size, dtype=bool),
         notes=tuple(expansion.correction.notes),
-        extra=extra,
+        extra=estimates(ratios.error * ones, ratios.outline_error * ones),
     )
 
 

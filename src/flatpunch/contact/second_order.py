@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.error_estimate import estimates, second_order_error
 from flatpunch.contact.expansion import power_expansion
 from flatpunch.contact.general_expansion import general_expansion
 from flatpunch.contact.perturbed import Expansion, solve_expansion, superpose_expansion
@@ -16,8 +19,8 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     """A whole curve; round indenters are solved exactly."""
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
-    curve, _ = solve_expansion(kernel, indenter, expansion_of(kernel, indenter), control, phi)
-    return curve
+    curve, contact = solve_expansion(kernel, indenter, expansion_of(kernel, indenter), control, phi)
+    return replace(curve, extra=estimates(*second_order_error(contact)))
 
 
 def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
