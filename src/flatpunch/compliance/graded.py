@@ -27,7 +27,7 @@ from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
 
-_MOST_STEPS = 20000
+_MOST_STEPS = 5000
 _SOFT = 3.0
 _STAGES = 12
 _A, _B, _C = DOP853.A[:_STAGES, :_STAGES], DOP853.B, DOP853.C[:_STAGES]

@@ -118,6 +118,7 @@ class _Reader:
         while place < end:
             match = _TOKEN.match(self.text, place)
             if match is None:
+                place += len(self.text[place:]) - len(self.text[place:].lstrip(" \t"))
                 raise ValueError(
                     f"Formula.text {self.text!r}: character {place + 1} cannot be read. "
                     "A formula has numbers, z, pi, + - * / **, parentheses and a few functions."

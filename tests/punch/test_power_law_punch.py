@@ -1,0 +1,143 @@
+"""Closed forms of power-law half-spaces against the table, against quadrature, and against exact elliptic contacts."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import gamma, jv
+
+from flatpunch.compliance import compliance
+from flatpunch.compliance.power_law import power_law_constant, stiffness_factor
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, PowerModulus
+from flatpunch.punch import basis, flat_punch
+from flatpunch.punch.power_law import power_law_punch
+
+DATA = Path(__file__).parents[1] / "data"
+EXPONENTS = [-0.3, 0.0, 0.5, 0.9, 1.0]
+
+
+def punch(k):
+    return power_law_punch(PowerLawHalfSpace(2.0, 3.0, k, 0.5 if k == 1 else 0.2))
+
+
+def test_constants_of_the_reference_table():
+    with open(DATA / "power_law_half_space.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert len(rows) > 15
+    for row in rows:
+        k, nu = float(row["k"]), float(row["nu"])
+        # twelve digits are printed of the formula, nine good ones of the numerical constant
+        assert stiffness_factor(k, nu) == pytest.approx(float(row["hN_formula"]), rel=1e-11)
+        assert 2 * (1 - nu**2) * power_law_constant(k, nu) == pytest.approx(float(row["c_numeric"]), rel=3e-9)
+
+
+def test_gibson_soil_is_a_bed_of_springs():
+    # E = 3 G, G = m z, nu = 1/2: the surface sinks by p/(2 m) under the load and nowhere else
+    soil = PowerLawHalfSpace(modulus=3.0, depth=1.0, exponent=1.0, poisson=0.5)
+    np.testing.assert_allclose(compliance(soil)(np.array([0.1, 1.0, 50.0])), 0.5, rtol=1e-14)
+    p = power_law_punch(soil)
+    np.testing.assert_allclose(p.pressure(2.0, np.array([0.0, 1.0, 1.999, 2.1])), [2, 2, 2, 0], rtol=1e-14)
+    assert stiffness_factor(1.0, 0.5) == pytest.approx(np.pi / 2, rel=1e-14)
+    # continuous: 1 - k = 1e-7 changes it by as much
+    assert stiffness_factor(1 - 1e-7, 0.5) == pytest.approx(np.pi / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("k", EXPONENTS)
+def test_flat_punch_pressure_sums_to_the_stiffness_and_moments(k):
+    p = punch(k)
+    rho, weight = p._rule(60)
+    a = 0.7
+    scaled = p.pressure(a, a * rho) * (1 - rho**2) ** (-p.alpha)
+    # Gauss-Jacobi is exact to rounding here
+    assert 2 * np.pi * a**2 * scaled @ weight == pytest.approx(p.stiffness(a), rel=1e-12)
+    pbar = scaled * np.pi * a / p.modulus
+    for n in (1, 2, 4):
+        assert (n + 1) * (pbar * rho**n) @ weight == pytest.approx(p.moment(n, a), rel=1e-12)
+
+
+@pytest.mark.parametrize("k", EXPONENTS)
+@pytest.mark.parametrize("m", [0, 1, 3])
+def test_basis_transforms_moments_and_edge(k, m):
+    p = punch(k)
+    rho, weight = p._rule(80)
+    x, norm = 3.7, 2**p.alpha * gamma(1 + p.alpha)
+    for n, values in enumerate(p.regular_part(m, 4, rho)):
+        bessel = norm * x ** (-1 - p.alpha) * jv(m + 2 * n + 1 + p.alpha, x)
+        assert (values * weight) @ jv(m, x * rho) == pytest.approx(bessel, rel=1e-11)
+    moments = p.regular_part(m, 6, rho) @ (weight * rho**5)
+    # those that vanish (5 - m even and below 2 l) are rounding of weights like theta^k, k < 0
+    np.testing.assert_allclose(p.power_moments(5, m, 6), moments, rtol=1e-10, atol=1e-12)
+    b, d = p.power_moments(7.0, m, 300), p.diagonal(m, 300)
+    # terms fall like l^(-n-1): at n = 7 nothing is left after 300
+    assert np.sum(basis.edge_signs(300) * b / d) == pytest.approx(p.power_edge(7.0, m), rel=1e-12)
+
+
+def test_exponent_zero_is_the_homogeneous_half_space():
+    p = power_law_punch(PowerLawHalfSpace(2.0, 3.0, 0.0, 0.3))
+    body = flat_punch(HalfSpace(2.0, 0.3), 0.7)
+    assert p.stiffness(0.7) == pytest.approx(body.stiffness, rel=1e-14)
+    np.testing.assert_allclose(p.pressure(0.7, np.array([0.1, 0.6])), body.pressure(np.array([0.1, 0.6])), rtol=1e-13)
+    assert p.moment(2, 0.7) == pytest.approx(body.moment(2), rel=1e-13)
+    for m in (0, 2):
+        np.testing.assert_allclose(p.diagonal(m, 5), basis.half_space_diagonal(m, 5), rtol=1e-14)
+        np.testing.assert_allclose(p.power_moments(1.5, m, 5), basis.power_moments(1.5, m, 5), rtol=1e-14)
+        assert p.power_edge(1.5, m) == pytest.approx(basis.power_edge(1.5, m), rel=1e-14)
+    assert p.outline_response(2, 2) == pytest.approx(2 / 3, rel=1e-14)
+    assert p.force_response(2, 2) == pytest.approx(5 / 24, rel=1e-14)
+
+
+@pytest.mark.parametrize("k", EXPONENTS)
+def test_round_contact_of_a_mixed_profile(k):
+    p, a = punch(k), np.array([0.3, 0.8])
+    depth, force = p.round_contact(lambda r: 0.2 * r + 0.05 * r**2, lambda r: 0.2 + 0.1 * r, a)
+    parts = [0.2 * a * p.power_depth(1), 0.05 * a**2 * p.power_depth(2)]
+    np.testing.assert_allclose(depth, parts[0] + parts[1], rtol=1e-12)
+    expected = p.stiffness(a) * (parts[0] * p.power_force(1) + parts[1] * p.power_force(2))
+    np.testing.assert_allclose(force, expected, rtol=1e-12)
+    # the paraboloid of the literature, d = a^2/(R (1 + k)), f = r^2/(2 R)
+    assert 0.5 * p.power_depth(2) == pytest.approx(1 / (1 + k), rel=1e-14)
+
+
+@pytest.mark.parametrize("k", EXPONENTS)
+def test_outline_under_an_elliptic_paraboloid(k):
+    # exact: p ~ (1 - x^2/a^2 - y^2/b^2)^((1+k)/2); curvatures ~ int cos^2 (a^2 cos^2 + b^2 sin^2)^(-(3+k)/2) dphi
+    phi = np.arange(400) * np.pi / 200
+    logs = []
+    for e in (0.02, 0.04):
+        s = (np.exp(2 * e) * np.cos(phi) ** 2 + np.exp(-2 * e) * np.sin(phi) ** 2) ** (-(3 + k) / 2)
+        one, two = np.mean(np.cos(phi) ** 2 * s), np.mean(np.sin(phi) ** 2 * s)
+        psi = one * np.cos(phi) ** 2 + two * np.sin(phi) ** 2
+        outline = -0.5 * np.log(np.exp(-2 * e) * np.cos(phi) ** 2 + np.exp(2 * e) * np.sin(phi) ** 2)
+        logs.append(-np.mean(outline * np.cos(2 * phi)) / np.mean(np.log(psi) * np.cos(2 * phi)))
+    # odd in e, so the quotient is even: one elimination leaves e^4
+    exact = (4 * logs[0] - logs[1]) / 3
+    assert punch(k).outline_response(2, 2) == pytest.approx(exact, rel=1e-5)
+
+
+def test_kernel_and_medium_give_the_same_closed_forms():
+    medium = PowerLawHalfSpace(2.0, 3.0, 0.4, 0.3)
+    one, two = power_law_punch(medium), power_law_punch(compliance(medium))
+    assert one.stiffness(0.7) == pytest.approx(two.stiffness(0.7), rel=1e-14)
+    k = np.array([0.2, 5.0])
+    # scaling: C ~ k^(exponent - 1)
+    ratio = compliance(medium)(k)
+    assert ratio[0] / ratio[1] == pytest.approx((0.2 / 5.0) ** (0.4 - 1), rel=1e-13)
+
+
+def test_a_thick_graded_layer_approaches_it():
+    # E = E_l (z + s)^k with a small shift s, and a base far below
+    k, nu = 0.5, 0.3
+    exact = power_law_punch(PowerLawHalfSpace(1.0, 1.0, k, nu)).stiffness(1.0)
+    errors = []
+    for shift in (1e-3, 1e-4):
+        layer = GradedLayer(lambda z, s=shift: (z + s) ** k, nu, 1000.0)
+        errors.append(flat_punch(Medium([layer], HalfSpace(1000.0**k, nu)), 1.0).stiffness / exact - 1)
+    # the compliance lost, z^-k - (z + s)^-k, integrates to s^(1-k)
+    assert errors[0] / errors[1] == pytest.approx(10 ** (1 - k), rel=0.05)
+    assert 0 < errors[1] < 0.03
+
+
+def test_its_own_law_needs_a_positive_modulus():
+    with pytest.raises(ValueError, match="top"):
+        PowerModulus(0.0, 1.0, 1.0, 0.5)
