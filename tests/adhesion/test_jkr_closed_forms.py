@@ -84,8 +84,8 @@ def test_controls_agree():
 def test_stable_parts_are_marked_on_the_branch():
     point = fp.pull_off(GEL, fp.Paraboloid(R), work_of_adhesion=W)
     curve = fp.indent(GEL, fp.Paraboloid(R), radius=RADII, work_of_adhesion=W)
-    assert np.array_equal(curve.stable_force, RADII > point.force_minimum.radius)
-    assert np.array_equal(curve.stable_depth, RADII > point.depth_minimum.radius)
+    assert np.array_equal(curve.stable_force, point.force_minimum.radius < RADII)
+    assert np.array_equal(curve.stable_depth, point.depth_minimum.radius < RADII)
 
 
 def test_beyond_pull_off():
@@ -103,8 +103,7 @@ def test_stiffness_is_the_slope_of_the_curve():
     step = 1e-10
     curve = fp.indent(GEL, fp.Paraboloid(R), depth=depth, work_of_adhesion=W)
     above, below = (
-        fp.indent(GEL, fp.Paraboloid(R), depth=depth + sign * step, work_of_adhesion=W).force.values
-        for sign in (1, -1)
+        fp.indent(GEL, fp.Paraboloid(R), depth=depth + sign * step, work_of_adhesion=W).force.values for sign in (1, -1)
     )
     # central difference: step^2 over the distance to the instability squared, (1e-10/9e-8)^2, plus rounding 1e-16 F/(step K)
     assert np.allclose((above - below) / (2 * step), curve.stiffness, rtol=3e-6)

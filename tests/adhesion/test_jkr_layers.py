@@ -79,9 +79,7 @@ def test_stiffness_growth_is_the_derivative_of_the_stiffness(medium):
     difference = (samples[0] - 8 * samples[1] + 8 * samples[2] - samples[3]) / (12 * step)
     # five points: 0.03 step^4 = 3e-14, and the noise 1e-11 of the punch family over the step
     assert np.allclose(growth, difference, rtol=3e-8)
-    after, before = (
-        stiffness_growth(case.kernel, case.branch.evaluate(a * np.exp(j * step)))[0] for j in (1, -1)
-    )
+    after, before = (stiffness_growth(case.kernel, case.branch.evaluate(a * np.exp(j * step)))[0] for j in (1, -1))
     # three points: step^2/6 times the third logarithmic derivative, of order one
     assert np.allclose(power, np.log(after / before) / (2 * step) - 1, atol=3e-6)
 
@@ -138,7 +136,9 @@ def test_a_film_has_two_stable_contacts():
         found.append(len(point.depth_instabilities))
         assert point.depth_minimum.depth == min(p.depth for p in point.depth_instabilities)
         for here in point.depth_instabilities:
-            curve = fp.indent(medium, fp.PowerLaw(4.0, 1e-3), radius=here.radius * np.array([0.99, 1.01]), work_of_adhesion=work)
+            curve = fp.indent(
+                medium, fp.PowerLaw(4.0, 1e-3), radius=here.radius * np.array([0.99, 1.01]), work_of_adhesion=work
+            )
             # a minimum of the depth: both neighbours lie above
             assert (curve.depth > here.depth).all()
     assert max(found) == 2
