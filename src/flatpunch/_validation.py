@@ -76,7 +76,9 @@ def values(name: str, value: Any, *, minimum: float = 0.0, strict: bool = False)
     except (TypeError, ValueError):
         raise TypeError(f"{name} = {value!r} must be a number or a sequence of numbers in SI units.") from None
     if array.ndim != 1 or array.size == 0:
-        raise ValueError(f"{name} has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence.")
+        raise ValueError(
+            f"{name} has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence."
+        )
     bad = ~np.isfinite(array) | ((array <= minimum) if strict else (array < minimum))
     if bad.any():
         i = int(np.argmax(bad))

@@ -132,9 +132,8 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     ):
         warnings.simplefilter("always", fp.FlatpunchWarning)
         step("solving")
-        result = fp.indent(
-            case.medium, case.indenter, method=case.method, angles=case.angles, **{case.control: case.values}
-        )
+        control: dict[str, Any] = {case.control: case.values}
+        result = fp.indent(case.medium, case.indenter, method=case.method, angles=case.angles, **control)
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))

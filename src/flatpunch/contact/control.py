@@ -123,7 +123,7 @@ def _bracket(
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
     step = 10 ** (1 / _PER_DECADE)
-    decade = step ** np.arange(_PER_DECADE)
+    decade = np.asarray(step ** np.arange(_PER_DECADE), dtype=float)
     nodes = _sample(evaluate, quantity, guess / decade[::-1])
     for _ in range(_MOST_DECADES):
         if nodes.value[0] <= wanted.min():

@@ -123,7 +123,7 @@ class Correction:
         if not new.size:
             return
         contact = self.expansion.evaluate(np.exp(new))
-        phi = np.arange(self.angles) * (2 * np.pi / self.angles)
+        phi = np.linspace(0, 2 * np.pi, self.angles, endpoint=False)
         shapes = self.expansion.outline(contact, phi)
         half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
         solutions = bem.solve(
