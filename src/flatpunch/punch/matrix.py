@@ -23,6 +23,11 @@ LARGEST = 300.0
 
 def effective_beta(kernel: Kernel, beta: float) -> float:
     """Radius over the shortest length of the medium: what sets the number of terms and wavenumbers."""
+    if kernel.exponent != 0.0:
+        raise TypeError(
+            "A power-law half-space has no length scale and no punch matrix: its punch and round contacts are closed forms, "
+            "see flatpunch.punch.power_law."
+        )
     if kernel.graded:
         # no table grows with beta here; up to 1e4 lengths are let through, their error is reported
         return 0.03 * beta
