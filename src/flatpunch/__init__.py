@@ -20,13 +20,21 @@ from flatpunch.indenters import (
     Sphere,
 )
 from flatpunch.media import (
+    DepthTable,
+    ExponentialModulus,
+    Formula,
+    GradedLayer,
     HalfSpace,
     Layer,
+    LinearModulus,
     Medium,
+    PowerLawHalfSpace,
     PowerLawRelaxation,
+    PowerModulus,
     Prony,
     RigidBase,
     StandardLinearSolid,
+    TwoBodies,
 )
 from flatpunch.punch import flat_punch
 
