@@ -75,7 +75,7 @@ class SampledProfile:
         Radii at which the slope jumps [m].
     nodes : int
         Least number of quadrature points between two rings. Profiles that are not smooth there need a fixed, larger one:
-        128 leave 1e-8 of tables of a hundred points, and the result does not depend on how many terms the medium needs.
+        256 leave 1e-8 of tables of a hundred points, and the result does not depend on how many terms the medium needs.
     """
 
     height: Callable[[Array], Array]

@@ -22,7 +22,7 @@ from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
-_TABLE_NODES = 128
+_TABLE_NODES = 256
 
 Evaluate = Callable[[Array], RoundContact]
 
