@@ -92,7 +92,6 @@ class Kernel:
         return np.asarray(2 * self.response(kappa) / (self.modulus * k))
 
 
-@lru_cache(maxsize=256)
 def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
     """Surface compliance of a medium.
 
@@ -106,6 +105,16 @@ def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Ke
     Kernel
         Callable: C(k) [m/Pa] at wavenumbers k [1/m].
     """
+    if not isinstance(medium, (HalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
+        raise TypeError(
+            f"medium = {medium!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies. Layers alone are no medium: "
+            "Medium([layer, ...], base=...) says what lies below them."
+        )
+    return _kernel(medium)
+
+
+@lru_cache(maxsize=256)
+def _kernel(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
     if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and not medium.layers):
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
     if isinstance(medium, Medium):
@@ -114,9 +123,7 @@ def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Ke
         return _stack(medium)
     if isinstance(medium, TwoBodies):
         return _pair(medium)
-    if isinstance(medium, PowerLawHalfSpace):
-        return _power_law(medium)
-    raise TypeError(f"medium = {medium!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies.")
+    return _power_law(medium)
 
 
 def _stack(medium: Medium) -> Kernel:

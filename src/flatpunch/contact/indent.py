@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from typing import Any
 
@@ -111,6 +112,7 @@ def indent(
     solver = _method(method, indenter)
     phi = _angles(angles)
     kernel = compliance(medium)
+    _known(options, METHODS[method].solve, method)
     curve = solver.solve(kernel, indenter, control, phi, **options)
     return _dataset(curve, phi, medium, indenter, control, method)
 
@@ -148,6 +150,7 @@ def pressure(
     """
     if work_of_adhesion is None:
         control, solver = control_from(depth=depth, force=force, radius=radius), _method(method, indenter)
+        _known(options, METHODS[method].pressure, method)
     else:
         control, solver = (
             adhesion.adhesive_control(depth=depth, force=force, radius=radius),
@@ -165,6 +168,18 @@ def pressure(
     return np.asarray(field).reshape(x.shape)
 
 
+def _known(options: dict[str, Any], function: Any, method: str) -> None:
+    """Refuse settings that the method does not have."""
+    parameters = list(inspect.signature(function).parameters.values())
+    settings = [p.name for p in parameters if p.default is not p.empty]
+    if any(p.kind is p.VAR_KEYWORD for p in parameters):
+        return
+    for name, value in options.items():
+        if name not in settings:
+            have = f"it has {', '.join(settings)}" if settings else "it has none"
+            raise TypeError(f"{name} = {value!r} is no setting of method {method!r}: {have}. Check the spelling.")
+
+
 def _method(method: str, indenter: Indenter) -> Any:
     if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
@@ -178,7 +193,12 @@ def _method(method: str, indenter: Indenter) -> Any:
 def _adhesive(method: str, indenter: Indenter) -> Any:
     _method(method, indenter)
     if method == "bem":
-        raise ValueError("work_of_adhesion goes with round indenters and the fast methods, not with method='bem'.")
+        raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")
+    if method != "second-order" and not indenter.round:
+        raise ValueError(
+            f"method = {method!r} does not know adhesion of non-round tips; it is solved to second order: choose "
+            "method='second-order'."
+        )
     return adhesion
 
 
@@ -194,7 +214,9 @@ def _history(
 ) -> xr.Dataset:
     """Viscoelastic contact: a history instead of a curve."""
     if given.pop("work_of_adhesion") is not None:
-        raise ValueError("work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved.")
+        raise ValueError(
+            "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."
+        )
     if time is None or not isinstance(relaxation, Relaxation):
         raise ValueError(
             "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
