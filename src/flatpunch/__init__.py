@@ -9,6 +9,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
 from flatpunch.files import load, read_case, save
+from flatpunch.fit import Curve, CurveError, Free, fit
 from flatpunch.indenters import (
     Cone,
     Cylinder,
@@ -40,11 +41,14 @@ from flatpunch.punch import flat_punch
 
 __all__ = [
     "Cone",
+    "Curve",
+    "CurveError",
     "Cylinder",
     "DepthTable",
     "EllipticParaboloid",
     "ExponentialModulus",
     "FlatpunchWarning",
+    "Free",
     "Formula",
     "GradedLayer",
     "HalfSpace",
@@ -66,6 +70,7 @@ __all__ = [
     "__version__",
     "adhesion_loop",
     "compliance",
+    "fit",
     "flat_punch",
     "indent",
     "load",

@@ -1,0 +1,166 @@
+"""Residuals of a curve against the forward model, and their derivatives.
+
+    r = w (b + t (z - z_1) + M(z - z0; theta) - F)
+
+z0 contact point, b baseline, t its tilt. Behind a cantilever of stiffness k the noise of F moves the tip by -noise/k as well,
+so that r has the spread sigma (1 + M'/k): w = 1/(1 + M'/k), from a first fit and then held, which leaves the estimate
+unbiased to first order in the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.fit.forward import ForwardModel
+
+NUISANCE = ("contact", "baseline", "tilt")
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Least-squares problem in x = (theta, contact, baseline, tilt); the last three as far as they are free.
+
+    contact is in units of the depth range from the first point, baseline and tilt in units of the force range (tilt over the
+    whole depth range), so that all of x are of order one: `frame` holds first depth, depth range and force range.
+    """
+
+    model: ForwardModel
+    depth: Array
+    force: Array
+    nuisance: tuple[str, ...]
+    held: dict[str, float]
+    frame: tuple[float, float, float]
+    weight: Array | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entries of x."""
+        return (*self.model.free, *self.nuisance)
+
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """Offset and unit of contact [m], baseline [N] and tilt [N/m]."""
+        origin, width, span = self.frame
+        return {"contact": (origin, width), "baseline": (0.0, span), "tilt": (0.0, span / width)}
+
+    def split(self, x: Array) -> tuple[Array, dict[str, float]]:
+        """Free parameters (internal) and all of contact, baseline, tilt in SI."""
+        count = len(self.model.free)
+        values = dict(self.held)
+        for name, value in zip(self.nuisance, x[count:], strict=True):
+            offset, unit = self.scales()[name]
+            values[name] = offset + unit * float(value)
+        return x[:count], values
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
+        theta, rest = self.split(x)
+        origin, width, span = self.frame
+        depth = self.depth - rest["contact"]
+        touching = depth > 0
+        # a mask costs as much as the model; where everything or a block touches, a slice will do
+        start = int(np.argmax(touching)) if touching.any() else depth.size
+        block: Any = slice(start, None) if touching[start:].all() else np.flatnonzero(touching)
+        force, stiffness, by_theta = self.model.evaluate(depth[block], theta)
+        residual = (rest["baseline"] + rest["tilt"] * (self.depth - origin) - self.force) / span
+        residual[block] += force / span
+        jacobian = np.zeros((x.size, depth.size))
+        count = theta.size
+        jacobian[:count, block] = by_theta / span
+        for j, name in enumerate(self.nuisance, start=count):
+            if name == "contact":
+                jacobian[j, block] = stiffness * (-width / span)
+            elif name == "baseline":
+                jacobian[j] = 1.0
+            else:
+                jacobian[j] = (self.depth - origin) / width
+        if self.weight is not None:
+            residual *= self.weight
+            jacobian *= self.weight
+        return residual, jacobian
+
+    def prediction(self, x: Array) -> Array:
+        """Fitted force at the points [N]."""
+        theta, rest = self.split(x)
+        return self.predicted_at(theta, rest, self.depth)
+
+    def predicted_at(self, theta: Array, rest: dict[str, float], depth: Array) -> Array:
+        """Fitted force at other tip positions [N]."""
+        inside = depth - rest["contact"]
+        touching = inside > 0
+        result = rest["baseline"] + rest["tilt"] * (depth - self.frame[0])
+        if touching.any():
+            result[touching] += self.model.evaluate(inside[touching], theta)[0]
+        return np.asarray(result)
+
+    def stiffness(self, x: Array) -> Array:
+        """dM/dd at the points [N/m]; zero outside the contact."""
+        theta, rest = self.split(x)
+        inside = self.depth - rest["contact"]
+        touching = inside > 0
+        result = np.zeros_like(inside)
+        if touching.any():
+            result[touching] = self.model.evaluate(inside[touching], theta)[1]
+        return result
+
+    def binned(self, count: int) -> Objective:
+        """The same problem on block means: enough to get close, at a fraction of the cost."""
+        n = self.depth.size
+        size = n // count
+        if size < 2:
+            return self
+        cut = size * (n // size)
+        depth, force = (a[:cut].reshape(-1, size).mean(axis=1) for a in (self.depth, self.force))
+        return replace(self, depth=depth, force=force, weight=None)
+
+
+def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:
+    """First depth, depth range and force range: the units of x."""
+    return float(depth.min()), float(np.ptp(depth)), float(np.ptp(force))
+
+
+def scanned(objective: Objective, theta: Array, moduli: Sequence[int], candidates: int = 40) -> Array:
+    """Starting x: for each of many contact points the best amplitude and baseline, by linear least squares.
+
+    Parameters
+    ----------
+    objective : Objective
+        On few points.
+    theta : ndarray
+        Starting parameters, internal.
+    moduli : sequence of int
+        Which of them are moduli; the amplitude goes into them.
+    candidates : int
+        Number of contact points tried.
+    """
+    origin, width, span = objective.frame
+    places = np.linspace(-0.02, 0.95, candidates) if "contact" in objective.nuisance else np.zeros(1)
+    tried = origin + width * places if "contact" in objective.nuisance else np.array([objective.held["contact"]])
+    inside = objective.depth - tried[:, None]
+    model = np.zeros_like(inside)
+    touching = inside > 0
+    if touching.any():
+        model[touching] = objective.model.evaluate(inside[touching], theta)[0] / span
+    data = (objective.force - objective.held.get("baseline", 0.0)) / span
+    if "baseline" in objective.nuisance:
+        centred = model - model.mean(axis=1, keepdims=True)
+        amplitude = centred @ (data - data.mean()) / np.maximum(np.sum(centred**2, axis=1), 1e-300)
+    else:
+        amplitude = model @ data / np.maximum(np.sum(model**2, axis=1), 1e-300)
+    if not moduli:
+        amplitude = np.ones_like(amplitude)
+    amplitude = np.maximum(amplitude, 1e-12)
+    baseline = (data - amplitude[:, None] * model).mean(axis=1) if "baseline" in objective.nuisance else 0.0 * amplitude
+    misfit = np.sum((data - amplitude[:, None] * model - baseline[:, None]) ** 2, axis=1)
+    # at least three points in contact, or any of them fits the last one perfectly
+    misfit[touching.sum(axis=1) < 3] = np.inf
+    best = int(np.argmin(misfit))
+    start = theta.copy()
+    for j in moduli:
+        start[j] += np.log(amplitude[best]) / len(moduli)
+    rest = {"contact": places[best], "baseline": baseline[best], "tilt": 0.0}
+    return np.concatenate([start, [rest[name] for name in objective.nuisance]])

@@ -1,0 +1,239 @@
+"""What a free parameter does to the force curve: scaling as far as it goes, tables for the rest.
+
+Every elastic contact obeys F = F0 phi(d/d0; q) with a reference force F0, a reference depth d0 and numbers q without
+dimension. With one of its moduli, E, one of its lengths, l (a thickness, else the tip's own), and a power-law tip
+f = c r^n psi(phi):
+
+    d0 = c l^n,    F0 = E c l^(n+1);      other tips: d0 = l,  F0 = E l^2 and their own radius over l is one of the q.
+
+In the logarithms of moduli, lengths and slopes ln F0, ln d0 and q are linear: a modulus, a thickness, a tip radius or an angle
+costs nothing but an exponent. Only ratios of moduli, ratios of lengths and Poisson ratios are left for a table. E and l are
+fixed ones where there are any, so that there are no more q than free parameters.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch.media import HalfSpace, Layer, Medium
+
+MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
+"""Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
+
+_NAME = re.compile(r"layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson)|indenter\.(radius|inclination)")
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One of the numbers q: linear in the internal parameters, tabulated at offset + step * integer.
+
+    Parameters
+    ----------
+    name : str
+        For messages.
+    weights : mapping
+        Internal parameter -> coefficient.
+    step, offset : float
+        Knots.
+    highest : int or None
+        Largest knot, where the coordinate ends.
+    """
+
+    name: str
+    weights: Mapping[str, float]
+    step: float
+    offset: float = 0.0
+    highest: int | None = None
+
+
+def parameter_names(medium: Any, indenter: Any) -> list[str]:
+    """Names of all parameters of a medium and an indenter that can be fitted."""
+    names = []
+    layers = medium.layers if isinstance(medium, Medium) else ()
+    for i, layer in enumerate(layers):
+        if isinstance(layer, Layer):
+            names += [f"layers[{i}].{attribute}" for attribute in ("young", "poisson", "thickness")]
+    if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and isinstance(medium.base, HalfSpace)):
+        names += ["base.young", "base.poisson"]
+    if isinstance(indenter, (Paraboloid, Sphere, Cylinder)):
+        names.append("indenter.radius")
+    if isinstance(indenter, (Cone, Pyramid)):
+        names.append("indenter.inclination")
+    return names
+
+
+def value_of(medium: Any, indenter: Any, name: str) -> float:
+    """Value of a named parameter, SI."""
+    owner, attribute = _owner(medium, indenter, name)
+    return float(getattr(owner, attribute))
+
+
+def replaced(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+    """Medium and indenter with some parameters replaced."""
+    for name, value in values.items():
+        owner, attribute = _owner(medium, indenter, name)
+        new = dataclasses.replace(owner, **{attribute: float(value)})
+        if name.startswith("indenter"):
+            indenter = new
+        elif isinstance(medium, HalfSpace):
+            medium = new
+        elif name.startswith("base"):
+            medium = Medium(medium.layers, base=new)
+        else:
+            medium = Medium([new if layer is owner else layer for layer in medium.layers], base=medium.base)
+    return medium, indenter
+
+
+def _owner(medium: Any, indenter: Any, name: str) -> tuple[Any, str]:
+    match = _NAME.fullmatch(name)
+    if match is None or name not in parameter_names(medium, indenter):
+        known = ", ".join(parameter_names(medium, indenter))
+        raise ValueError(f"free parameter {name!r} is not part of this case; it has {known}.")
+    index, layer, base, tip = match.groups()
+    if tip:
+        return indenter, tip
+    if base:
+        return (medium if isinstance(medium, HalfSpace) else medium.base), base
+    return medium.layers[int(index)], layer
+
+
+def internal(name: str, value: float) -> float:
+    """Value in which scaling is linear: logarithm, logarithm of the slope for angles, Poisson ratios as they are."""
+    if name.endswith("poisson"):
+        return value
+    return math.log(math.tan(value)) if name.endswith("inclination") else math.log(value)
+
+
+def external(name: str, value: float) -> float:
+    """Inverse of `internal`."""
+    if name.endswith("poisson"):
+        return value
+    return math.atan(math.exp(value)) if name.endswith("inclination") else math.exp(value)
+
+
+def slope(name: str, value: float) -> float:
+    """Derivative of the external over the internal value, at the external `value`."""
+    if name.endswith("poisson"):
+        return 1.0
+    return math.sin(2 * value) / 2 if name.endswith("inclination") else value
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Reference force and depth, coordinates q, and how to build the problem at given q.
+
+    Attributes
+    ----------
+    force, depth : mapping
+        ln F0 and ln d0 as linear forms in internal parameters.
+    coordinates : tuple of Coordinate
+        The numbers q that change with the free parameters.
+    modulus, length : str or None
+        Parameters that serve as units.
+    """
+
+    medium: Any
+    indenter: Any
+    free: tuple[str, ...]
+    force: Mapping[str, float]
+    depth: Mapping[str, float]
+    coordinates: tuple[Coordinate, ...]
+    modulus: str | None
+    length: str | None
+
+    def linear(self, weights: Mapping[str, float]) -> tuple[float, Array]:
+        """Constant part of a linear form, from the fixed parameters, and its coefficients of the free ones."""
+        constant = sum(
+            factor * internal(name, value_of(self.medium, self.indenter, name))
+            for name, factor in weights.items()
+            if name not in self.free
+        )
+        return constant, np.array([weights.get(name, 0.0) for name in self.free])
+
+    def problem(self, q: Sequence[float]) -> tuple[Any, Any]:
+        """Medium and indenter of unit modulus, unit length and unit slope (as far as they scale) at coordinates q."""
+        u = {name: internal(name, value_of(self.medium, self.indenter, name)) for name in self._all()}
+        # the reference quantities keep their values here; q fixes the others relative to them
+        for coordinate, value in zip(self.coordinates, q, strict=True):
+            target = next(iter(coordinate.weights))
+            rest = sum(f * u[name] for name, f in coordinate.weights.items() if name != target)
+            u[target] = (value - rest) / coordinate.weights[target]
+        shift = self._units(u)
+        values = {name: external(name, u[name] - shift[name]) for name in self._all()}
+        return replaced(self.medium, self.indenter, values)
+
+    def _all(self) -> list[str]:
+        return parameter_names(self.medium, self.indenter)
+
+    def _units(self, u: Mapping[str, float]) -> dict[str, float]:
+        """Internal value of the unit in which each parameter is measured."""
+        shift = dict.fromkeys(self._all(), 0.0)
+        for name in shift:
+            if name.endswith("young") and self.modulus:
+                shift[name] = u[self.modulus]
+            elif name.startswith("indenter") and self.indenter.exponent is not None:
+                # slope and curvature are units of their own
+                shift[name] = u[name]
+            elif name.endswith(("thickness", "radius")) and self.length:
+                shift[name] = u[self.length]
+        return shift
+
+
+def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
+    """Work out how the force depends on the free parameters.
+
+    Media that are not made of homogeneous layers and tips without a size of their own do not scale; then the free parameters
+    are coordinates themselves.
+    """
+    for name in free:
+        _owner(medium, indenter, name)
+    names = parameter_names(medium, indenter)
+    homogeneous = isinstance(medium, HalfSpace) or (
+        isinstance(medium, Medium) and all(isinstance(layer, Layer) for layer in medium.layers)
+    )
+    power = indenter.exponent is not None
+    lengths_scale = homogeneous and (power or isinstance(indenter, (Sphere, Cylinder)))
+    moduli = [name for name in names if name.endswith("young")]
+    lengths = [name for name in names if name.endswith("thickness")]
+    tip = next((name for name in names if name.startswith("indenter")), None)
+    if tip and not power:
+        lengths.append(tip)
+    modulus = _unit(moduli, free) if homogeneous else None
+    length = _unit(lengths, free) if lengths_scale else None
+    force: dict[str, float] = {}
+    depth: dict[str, float] = {}
+    if modulus:
+        force[modulus] = 1.0
+    if length:
+        n = float(indenter.exponent) if power else 1.0
+        depth[length], force[length] = n, n + 1.0
+    if tip and power:
+        # curvature 1/R of a paraboloid, tan of an inclination
+        depth[tip] = force[tip] = -1.0 if tip.endswith("radius") else 1.0
+    coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
+    coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0) for name in names if name.endswith("poisson")]
+    moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
+    return Scaling(medium, indenter, tuple(free), force, depth, moving, modulus, length)
+
+
+def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:
+    """The quantity that the others are measured in: a fixed one if there is one."""
+    return next((name for name in names if name not in free), names[0] if names else None)
+
+
+def _ratios(names: Sequence[str], unit: str | None, step: float) -> list[Coordinate]:
+    """Logarithms of quantities over their unit, or by themselves where there is none."""
+    return [
+        Coordinate(name, {name: 1.0} if unit is None else {name: 1.0, unit: -1.0}, step)
+        for name in names
+        if name != unit
+    ]
