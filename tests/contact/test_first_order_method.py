@@ -139,9 +139,7 @@ def test_pressure_has_its_integral_and_outline():
         assert total == pytest.approx(float(curve["force"][0]), rel=1e-7)
         assert np.all(field > 0)
         outside = 1.0001 * edge
-        assert np.all(
-            fp.pressure(medium, indenter, outside * np.cos(phi), outside * np.sin(phi), radius=1.5 * H) == 0
-        )
+        assert np.all(fp.pressure(medium, indenter, outside * np.cos(phi), outside * np.sin(phi), radius=1.5 * H) == 0)
 
 
 def test_pressure_of_a_pyramid_turns_with_its_faces():

@@ -52,9 +52,7 @@ def test_negative_pressure_is_flagged_where_the_pressure_is_negative():
     radii = np.geomspace(0.5, 6, 60) * H
     curve = fp.indent(medium, cone, radius=radii)
     share = np.linspace(0.02, 0.97, 60)
-    lowest = np.array(
-        [fp.pressure(medium, cone, share * a, np.zeros_like(share), radius=a).min() for a in radii[::4]]
-    )
+    lowest = np.array([fp.pressure(medium, cone, share * a, np.zeros_like(share), radius=a).min() for a in radii[::4]])
     valid = curve["valid"].values[::4]
     # the note is decided on 48 radii and 20 points each, so it may come a step late, never with tension unseen for long
     assert valid[0]

@@ -118,9 +118,10 @@ def _terms(panel: Panel) -> int:
 
 
 def _judge(series: Array) -> float:
-    """Tails of the flat and the edge answers, each over its own size."""
+    """Tails of the flat and the edge answers; edge strengths are 1/pi and more where the medium hardly matters."""
     terms = series.shape[1] // 3
-    return max(tail(series[:, :terms]), tail(series[:, terms : 2 * terms]))
+    edge = series[:, terms : 2 * terms]
+    return max(tail(series[:, :terms]), tail(edge) * min(1.0, np.pi * float(np.abs(edge).max())))
 
 
 def _rounding(series: Array) -> float:
