@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import gamma
 
 from flatpunch._validation import Array
-from flatpunch.bem.radial import remainder_table
+from flatpunch.bem.radial import CellTable, remainder_table
 from flatpunch.compliance import Kernel
 
 _NEAR = 24.0
@@ -84,7 +84,8 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     near = near_cells(kernel, spacing)
     # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
     closest = max(near, 1e-4) * spacing
-    add_far(g, factor, remainder_table(kernel, closest, max(farthest, 2 * closest), spacing), spacing, near)
+    averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
+    add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
     if near > 0:
         table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
         add_near(g, factor, table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
@@ -97,12 +98,16 @@ def near_cells(kernel: Kernel, spacing: float) -> float:
 
 
 def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float) -> None:
-    """Add cell averages that depend on distance alone, row by row, beyond `near` cells."""
+    """Add cell averages that depend on distance alone, a few rows at a time, beyond `near` cells."""
     x = np.arange(g.shape[1], dtype=float)
-    for first in range(0, g.shape[0], 64):
-        y = np.arange(first, min(first + 64, g.shape[0]), dtype=float)[:, None]
+    for first in range(0, g.shape[0], 32):
+        y = np.arange(first, min(first + 32, g.shape[0]), dtype=float)[:, None]
         r = np.hypot(x, y)
-        g[first : first + y.size] += np.where(r > near, factor * radial(np.maximum(r, near) * spacing), 0.0)
+        values = radial(np.maximum(r, near) * spacing)
+        values *= factor
+        if first <= near:
+            values[r <= near] = 0.0
+        g[first : first + y.size] += values
 
 
 def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: float, smooth: float) -> None:

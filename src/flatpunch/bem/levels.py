@@ -25,6 +25,12 @@ _COARSEST = 32
 _COARSE_TOLERANCE = 1e-4
 _NEWTON_STEPS = 40
 
+_RIM = 4
+"""Cells left around the contact of a coarser grid, whose rim is known to two cells."""
+
+_WORTHWHILE = 0.8
+"""Share of the grid above which a window is not worth its own coefficients."""
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -66,9 +72,46 @@ class Levels:
         """Operator of the inner loop."""
         return self.operator if self.single else self.operator.single()
 
+    def window(self, pressure: Any) -> Window | None:
+        """The part of the grid around the contact of a pressure; None where that would save little."""
+        contact = to_numpy(pressure) > 0
+        rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
+        if rows.size == 0:
+            return None
+        cut = []
+        for used, cells in ((rows, self.grid.ny), (columns, self.grid.nx)):
+            rim = max(_RIM, int(0.03 * used.size))
+            cut.append((max(0, int(used[0]) - rim), min(cells, int(used[-1]) + 1 + rim)))
+        (y0, y1), (x0, x1) = cut
+        if (y1 - y0) * (x1 - x0) > _WORTHWHILE * contact.size or min(y1 - y0, x1 - x0) < _COARSEST:
+            return None
+        h = self.grid.spacing
+        center = float(self.grid.x[x0] + (x1 - x0 - 1) / 2 * h), float(self.grid.y[y0] + (y1 - y0 - 1) / 2 * h)
+        part = replace(self, grid=Grid(x1 - x0, y1 - y0, h, center))
+        return Window(part, slice(y0, y1), slice(x0, x1))
+
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
         return self.operator.asarray(height(self.grid) / self.grid.spacing)
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Part of a grid, on which a contact can be solved at less cost; the whole grid then only checks it."""
+
+    levels: Levels
+    rows: slice
+    columns: slice
+
+    def cut(self, values: Any) -> Any:
+        """The window's part of an array on the whole grid."""
+        return values[self.rows, self.columns]
+
+    def embed(self, values: Any, like: Any) -> Any:
+        """An array on the whole grid that is zero outside the window."""
+        whole = self.levels.xp.zeros_like(like)
+        whole[self.rows, self.columns] = values
+        return whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,36 +131,65 @@ def solve_depth(
     if start is None and coarser is not None:
         state, effort = solve_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit)
         before, start = effort.iterations, prolong(state.pressure, coarser, levels)
-    state = _solve(levels, levels.cells(height), depth, start, tolerance, limit)
-    return state, Effort((*before, state.iterations))
+    cells, taken = levels.cells(height), 0
+    window = None if start is None else levels.window(start)
+    if window is not None:
+        part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
+        taken, start = part.iterations, window.embed(part.pressure, cells)
+    state = _solve(levels, cells, depth, start, tolerance, limit - taken)
+    return state, Effort((*before, taken + state.iterations))
 
 
 def solve_force(
     levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
 ) -> tuple[State, Effort]:
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
-    before: tuple[int, ...] = ()
-    start, stiffness, coarser = None, 0.0, levels.coarser
-    depth = guess
-    if coarser is not None:
-        state, effort = solve_force(coarser, height, force, guess, max(tolerance, _COARSE_TOLERANCE / 10), limit)
-        before, start = effort.iterations, prolong(state.pressure, coarser, levels)
-        depth = state.depth * coarser.grid.spacing
-        stiffness = _stiffness(coarser, state)
+    coarser = levels.coarser
+    if coarser is None:
+        state, taken, missing = _newton(levels, levels.cells(height), force, guess, None, 0.0, tolerance, limit)
+        return state, Effort((taken,), missing)
+    coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
+    state, effort = solve_force(coarser, height, force, guess, coarse_tolerance, limit)
+    start, depth = prolong(state.pressure, coarser, levels), state.depth * coarser.grid.spacing
+    stiffness = _stiffness(coarser, state)
+    cells, taken = levels.cells(height), 0
+    window = levels.window(start)
+    if window is not None:
+        part, taken, missing = _newton(
+            window.levels, window.cut(cells), force, depth, window.cut(start), stiffness, tolerance, limit
+        )
+        start, depth = window.embed(part.pressure, cells), part.depth * levels.grid.spacing
+    state, more, missing = _newton(levels, cells, force, depth, start, stiffness, tolerance, limit - taken)
+    return state, Effort((*effort.iterations, taken + more), missing)
+
+
+def _newton(
+    levels: Levels,
+    cells: Any,
+    force: float,
+    depth: float,
+    start: Any,
+    stiffness: float,
+    tolerance: float,
+    limit: int,
+) -> tuple[State, int, float]:
+    """Contact at a force on one grid, with iterations and the relative error of force.
+
+    `stiffness` 0 stands for unknown: then the depth may be far off, and is not worth a precise solve before it is near.
+    """
     unit = levels.kernel.modulus * levels.grid.spacing**2
-    cells, iterations, missing = levels.cells(height), 0, 1.0
+    iterations, missing, unknown = 0, 1.0, stiffness == 0.0
     for _ in range(_NEWTON_STEPS):
-        # no need to know the force of a wrong depth better than the depth itself
-        wanted = tolerance if coarser is not None else max(tolerance, min(1e-2, abs(missing) * 1e-2))
+        wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if unknown else tolerance
         state = _solve(levels, cells, depth, start, wanted, limit - iterations)
         iterations, start = iterations + state.iterations, state.pressure
         missing = 1 - state.force * unit / force
         if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
             break
-        if coarser is None:
+        if unknown:
             stiffness = _stiffness(levels, state)
         depth = max(depth + missing * force / stiffness, depth / 4)
-    return state, Effort((*before, iterations), abs(missing))
+    return state, iterations, abs(missing)
 
 
 def _solve(levels: Levels, cells: Any, depth: float, start: Any, tolerance: float, limit: int) -> State:

@@ -11,6 +11,7 @@ thousands of it take the same few milliseconds.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -63,6 +64,39 @@ class RadialTable:
                 if m != n:
                     weight *= s - m
             result += weight * self.values[i + n]
+        return result
+
+
+@dataclass(frozen=True, slots=True)
+class CellTable:
+    """An even function of r by cubics between equidistant radii, to be read at millions of cells.
+
+    With four steps to a cell and a function that varies on the scale of two dozen cells, (1/96)^4 of it is lost.
+    """
+
+    step: float
+    cubics: Array
+
+    @classmethod
+    def of(cls, radial: Callable[[Array], Array], step: float, r_high: float) -> CellTable:
+        """Tabulate a function up to r_high."""
+        values = radial(np.abs(np.arange(-1, int(r_high / step) + 4) * step))
+        before, here, there, after = values[:-3], values[1:-2], values[2:-1], values[3:]
+        slope = -before / 3 - here / 2 + there - after / 6
+        bend = before / 2 - here + there / 2
+        twist = (after - before) / 6 + (here - there) / 2
+        return cls(step, np.stack([here, slope, bend, twist]))
+
+    def __call__(self, r: Array) -> Array:
+        """Values at radii r, any shape."""
+        t = r / self.step
+        i = t.astype(np.intp)
+        t -= i
+        value, slope, bend, twist = self.cubics
+        result = twist[i]
+        for coefficient in (bend, slope, value):
+            result *= t
+            result += coefficient[i]
         return result
 
 
