@@ -46,7 +46,7 @@ def pressure(kernel: Kernel, indenter: Cylinder, control: Control, r: Array, phi
     height = np.sqrt((1 - rho) * (1 + rho))
     smooth = punch_pressure(kernel, np.full_like(rho, indenter.radius), height)
     with np.errstate(divide="ignore"):
-        field[inside] = kernel.modulus * depth / (np.pi * indenter.radius) * smooth / height
+        field[inside] = kernel.modulus * depth / (np.pi * indenter.radius) * smooth * height ** (kernel.exponent - 1)
     return field
 
 

@@ -20,17 +20,26 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact, SampledProfile, edge_strength, round_contact
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, radius_of_stiffness
 from flatpunch.contact.log_table import LogTable
+from flatpunch.contact.perturbation import PowerLawEdges, edges_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import rotational_symmetry
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.family import SMALLEST
-from flatpunch.punch.harmonics import Edges, harmonic_size, solve_edges
+from flatpunch.punch.harmonics import Edges, harmonic_size
+from flatpunch.punch.power_law import power_law_punch
 
 _POINTS = 256
 """Angles on one period of the outline: harmonics up to 128 times the symmetry."""
 _CHUNK = 4_000_000
+_POWER_LAW_NODES = 256
 _SINGULAR = 4.0
 """|ln(f/f_b)| from which on the logarithm is no good variable: f comes close to zero away from the axis."""
+
+_LARGEST_WAVE = 3.0
+"""|w| at which outlines are cut, far beyond what the series can say."""
+_LARGEST_TERM = 2.0
+"""|ln(F/F_base)| at which the force term is cut."""
+_TINY = 1e-300
 
 _DEPTH, _SLOPE, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SWING = range(8)
 
@@ -116,13 +125,11 @@ class GeneralExpansion:
 
     def _chunk(self, radius: Array, base: RoundContact) -> Array:
         beta = self._beta(radius)
-        live = bool(beta.min() > SMALLEST) and not self.kernel.homogeneous
-        edges = solve_edges(self.kernel, beta, self._orders) if live else Edges({}, np.zeros(beta.size))
+        edges = edges_of(self.kernel, np.where(beta > SMALLEST, beta, 0.0), self._orders)
         value, growth, curvature, rho, weight = self._harmonics(radius, base)
-        strength = self._edge(edges, value, growth, rho, weight)
         e = edge_strength(base.answers)
-        h = -strength / (e * base.depth_slope)[:, None]
-        w = np.fft.irfft(np.hstack([np.zeros((radius.size, 1)), h * _POINTS / 2]), n=_POINTS, axis=1)
+        strength = self._edge(edges, e, value, growth, rho, weight)
+        h, w = _waves(-strength, e * base.depth_slope)
         k = edges.stiffening(self._orders)
         mean_square = np.mean(w * w, axis=1)
         stiffened = mean_square + np.sum(k[:, :-1] * np.abs(h[:, :-1]) ** 2, axis=1) / 2
@@ -134,7 +141,7 @@ class GeneralExpansion:
             base.depth / radius,
             base.depth_slope / radius,
             force / radius,
-            pull / force,
+            np.clip(pull / np.maximum(force, _TINY), -_LARGEST_TERM, _LARGEST_TERM),
             rise * stiffened,
             np.log(np.mean(np.exp(w), axis=1)),
             np.log(np.mean(np.exp(2 * w), axis=1)),
@@ -146,7 +153,7 @@ class GeneralExpansion:
     def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
         """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, orders), and the mean's part."""
         nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
-        rho, weight = self.base.disc_rule(radius, nodes)
+        rho, weight = self._rule(radius, nodes)
         r = (radius[:, None] * rho)[..., None]
         f = np.asarray(self.indenter.height(r, self._phi))
         q = r * np.asarray(self.indenter.slope(r, self._phi))
@@ -161,13 +168,30 @@ class GeneralExpansion:
             value, growth = f - np.mean(f, axis=-1, keepdims=True), q - np.mean(q, axis=-1, keepdims=True)
             excess = np.zeros(r.shape[:-1])
         flat = base.answers.flat
-        pressure = _pressure(flat, 0, rho, weight)
+        if self.kernel.exponent:
+            pressure = flat * (1 + self.kernel.exponent) * weight
+        else:
+            pressure = _pressure(flat, 0, rho, weight)
         curvature = 2 * np.pi * np.sum(pressure * excess, axis=1)
         return _spectrum(value), _spectrum(growth), curvature, rho, weight
 
-    def _edge(self, edges: Edges, value: Array, growth: Array, rho: Array, weight: Array) -> Array:
+    def _rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
+        """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
+        if not self.kernel.exponent:
+            return self.base.disc_rule(radius, nodes)
+        rho, weight = power_law_punch(self.kernel).rule(_POWER_LAW_NODES)
+        return rho[None, :], weight[None, :]
+
+    def _edge(
+        self, edges: Edges | PowerLawEdges, e: Array, value: Array, growth: Array, rho: Array, weight: Array
+    ) -> Array:
         """S[c_m] for all orders, shape (n, orders), complex."""
         m = self._orders
+        if isinstance(edges, PowerLawEdges):
+            # S is (m + 1 + k) b_0[f] + b_0[r f'] over that of the flat punch, whose strength is e
+            first = rho[..., None] ** m * weight[..., None]
+            grown = (m + 1 + self.kernel.exponent) * value + growth
+            return np.asarray(np.sum(first * grown, axis=1) * e[:, None])
         first = rho[..., None] ** (m + 1.0) * weight[..., None]
         strength = np.einsum("njm,njm->nm", np.broadcast_to(first, value.shape), (m + 1) * value + growth) / np.pi
         for column, order in enumerate(m):
@@ -206,6 +230,18 @@ class GeneralExpansion:
 def _spectrum(field: Array) -> Array:
     """Complex amplitudes c_m of sum Re(c_m exp(i m phi)) without the mean, shape (..., orders)."""
     return np.asarray(np.fft.rfft(field, axis=-1)[..., 1:] * (2 / _POINTS))
+
+
+def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:
+    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut where |w| exceeds `_LARGEST_WAVE`.
+
+    The rate e a d' vanishes within the flat of a truncated tip and where the depth turns back under a stiff film.
+    """
+    w = np.fft.irfft(np.hstack([np.zeros((rate.size, 1)), strength * _POINTS / 2]), n=_POINTS, axis=1)
+    largest = np.abs(w).max(axis=1)
+    sign = np.where(rate < 0, -1.0, 1.0)
+    bound = np.maximum(np.abs(rate), np.maximum(largest, _TINY) / _LARGEST_WAVE) * sign
+    return strength / bound[:, None], w / bound[:, None]
 
 
 def _pressure(coefficients: Array, m: int, rho: Array, weight: Array) -> Array:

@@ -19,6 +19,7 @@ from flatpunch.contact.axisymmetric import (
 from flatpunch.contact.control import radius_for
 from flatpunch.contact.curve import Control, check_reach
 from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
@@ -29,8 +30,8 @@ Evaluate = Callable[[Array], RoundContact]
 
 def mean_profile(indenter: Indenter) -> RoundProfile:
     """Angular mean f0(r) of an indenter."""
-    phi, weights = angular_rule(indenter)
     if indenter.exponent is not None:
+        phi, weights = angular_rule(indenter)
         psi = np.asarray(indenter.height(np.ones_like(phi), phi))
         return PowerProfile(indenter.exponent, float(weights @ psi))
     nodes = _TABLE_NODES if getattr(indenter, "tabulated", False) else 0
@@ -39,12 +40,8 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
         return SampledProfile(
             lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings, nodes
         )
-    return SampledProfile(
-        lambda r: indenter.height(r[..., None], phi) @ weights,
-        lambda r: indenter.slope(r[..., None], phi) @ weights,
-        indenter.rings,
-        nodes,
-    )
+    mean = angular_mean(indenter)
+    return SampledProfile(mean.height, mean.slope, indenter.rings, nodes)
 
 
 def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Evaluate, RoundContact]:
@@ -78,7 +75,13 @@ def _on_target(contact: RoundContact, control: Control) -> RoundContact:
 
 def resolved_radius(kernel: Kernel) -> float:
     """Largest contact radius at which the thinnest layer is resolved [m]."""
-    return LARGEST * kernel.length / effective_beta(kernel, 1.0)
+    return LARGEST * shortest_length(kernel)
+
+
+def shortest_length(kernel: Kernel) -> float:
+    """Shortest length of the medium [m]; infinite for half-spaces."""
+    finest = effective_beta(kernel, 1.0)
+    return kernel.length / finest if finest > 0 else float("inf")
 
 
 def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:
@@ -96,4 +99,4 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     if control.name == "force":
         quantity = 2 * kernel.modulus * radius * (quantity - np.pi * moments.b[:, 0] / np.pi)
     guess = radius[min(np.searchsorted(np.maximum.accumulate(quantity), target), radius.size - 1)]
-    return float(min(guess, kernel.length / effective_beta(kernel, 1.0)))
+    return float(min(guess, shortest_length(kernel)))

@@ -8,8 +8,8 @@ from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.indenters.angles import angular_rule
+from flatpunch.indenters.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
-from flatpunch.punch.basis import projection
 from flatpunch.punch.family import punch_family
 
 _STENCIL = 2e-3
@@ -97,9 +97,8 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
 
 
 def _general_rows(kernel: Kernel, indenter: Indenter, a: Array, depth: Array, phi: Array) -> Array:
-    flat = punch_family(kernel).at(a / kernel.length).flat
-    rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
-    weight = flat @ matrix
+    family = punch_family(kernel)
+    flat, (rho, weight) = family.flat(a / kernel.length), family.rule(a / kernel.length)
     r = a[:, None] * rho
     # notation: J0 = b[f].c*, J1 = b[r f'].c* per angle; a G = a^2 J0/c0, so G + a g = a (2 J0 + J1)/c0
     height = np.asarray(indenter.height(r[..., None], phi))
@@ -114,11 +113,8 @@ def _general_rows(kernel: Kernel, indenter: Indenter, a: Array, depth: Array, ph
 
 def _mean_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
     """2 J0 + J1 of the mean profile on discs a, at fixed flat-punch pressure; shape (n,)."""
-    angles, weights = angular_rule(indenter)
-    r = (a[:, None] * rho)[..., None]
-    return np.asarray(
-        np.einsum("nj,nj->n", weight, (2 * indenter.height(r, angles) + r * indenter.slope(r, angles)) @ weights)
-    )
+    mean, r = angular_mean(indenter), a[:, None] * rho
+    return np.asarray(np.einsum("nj,nj->n", weight, 2 * mean.height(r) + r * mean.slope(r)))
 
 
 def _second_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:

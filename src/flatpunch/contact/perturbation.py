@@ -26,10 +26,13 @@ from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.panels import Panels, log_derivative, tail
+from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
 
 _MOST_POINTS = 2048
 """Points on one period of a kinked outline: its harmonics fall like 1/m^2, which leaves 1e-7 of the force."""
 _LEAST_POINTS = 128
+_LARGEST_WAVE = 20.0
+"""|w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow."""
 
 X2, X3, X4, STIFFENING, LOG_MEAN, LOG_SQUARE, SWING = range(7)
 """Columns of `PowerPerturbation.at`: terms of ln F; sum of eta_m h_m^2; ln<e^w>; ln<e^2w>; largest |w|."""
@@ -112,7 +115,7 @@ class PowerPerturbation:
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
         self._outlines: dict[bytes, Panels] = {}
-        self._known: dict[bytes, tuple[Array, Edges, Base]] = {}
+        self._known: dict[bytes, tuple[Array, Edges | PowerLawEdges, Base]] = {}
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
@@ -142,13 +145,13 @@ class PowerPerturbation:
             w[live] = self._outlines[key].at(np.log(beta[live]))
         return w
 
-    def _response(self, beta: Array) -> tuple[Array, Edges, Base]:
+    def _response(self, beta: Array) -> tuple[Array, Edges | PowerLawEdges, Base]:
         """R_m at radii beta for the orders of the outline, shape (nb, orders), and what it came from."""
         key = beta.tobytes()
         if key not in self._known:
             base = round_base(self.kernel, self.exponent, beta)
             orders = self.angles.orders
-            edges = solve_edges(self.kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
+            edges = edges_of(self.kernel, beta, orders)
             self._known[key] = (edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base)
         return self._known[key]
 
@@ -162,7 +165,7 @@ class PowerPerturbation:
         higher: tuple[Array, ...] = (np.zeros_like(base.edge), np.zeros_like(base.edge))
         if self.fourth:
             higher = higher_force(self.angles, base, response, stiffening, derivative, self.exponent)
-        outline = np.exp(w)
+        outline = limited_exponential(w)
         means = [np.log(_mean(outline)), np.log(_mean(outline * outline)), np.abs(w).max(axis=1, keepdims=True)]
         return np.hstack([second_order_force(self.angles, base, w), *higher, gain[:, None], *means])
 
@@ -219,13 +222,52 @@ def higher_force(
 def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
     """Round contact of r^n on discs beta, shape (nb,)."""
     answers = punch_family(kernel).at(beta)
-    b = power_moments(exponent, 0, answers.flat.shape[1])
-    edge, closed = edge_strength(answers), power_edge(exponent, 0)
-    depth = (closed + answers.edge @ b) / edge
-    slope = (depth * answers.slope[:, 0] + exponent * closed - answers.slope @ b) / edge
-    excess = 2 * np.pi * answers.flat @ b
-    force = 2 * np.pi * depth * answers.flat[:, 0] - excess
-    return Base(*(value[:, None] for value in (depth, slope, force, excess, edge, answers.flat[:, 0])))
+    flat, edge = answers.flat[:, 0], edge_strength(answers)
+    if kernel.exponent:
+        punch = power_law_punch(kernel)
+        depth = np.full_like(beta, punch.power_depth(exponent))
+        slope, force = exponent * depth, 2 * np.pi * depth * flat * punch.power_force(exponent)
+        excess = 2 * np.pi * depth * flat - force
+    else:
+        b = power_moments(exponent, 0, answers.flat.shape[1])
+        closed = power_edge(exponent, 0)
+        depth = (closed + answers.edge @ b) / edge
+        slope = (depth * answers.slope[:, 0] + exponent * closed - answers.slope @ b) / edge
+        excess = 2 * np.pi * answers.flat @ b
+        force = 2 * np.pi * depth * flat - excess
+    return Base(*(value[:, None] for value in (depth, slope, force, excess, edge, flat)))
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLawEdges:
+    """Edge functionals of a power-law half-space, in closed form, with the interface of `Edges`.
+
+    Attributes
+    ----------
+    punch : PowerLawPunch
+        The closed forms.
+    strength : ndarray, shape (nb,)
+        Edge strengths e of the flat punches.
+    """
+
+    punch: PowerLawPunch
+    strength: Array
+
+    def stiffening(self, orders: Indices) -> Array:
+        """k_m = (m - 1)(1 - k)/2, shape (nb, len(orders))."""
+        return np.repeat([[self.punch.stiffening(int(m)) for m in orders]], self.strength.size, axis=0)
+
+    def power_edge(self, exponent: float, orders: Indices) -> Array:
+        """S of the pressure for r^n cos(m phi): R_m e D1, shape (nb, len(orders))."""
+        response = np.array([self.punch.outline_response(exponent, int(m)) for m in orders])
+        return np.asarray(self.strength[:, None] * response * exponent * self.punch.power_depth(exponent))
+
+
+def edges_of(kernel: Kernel, beta: Array, orders: Indices) -> Edges | PowerLawEdges:
+    """Edge functionals at radii beta, shape (nb,); beta = 0 is the half-space of the surface material."""
+    if kernel.exponent:
+        return PowerLawEdges(power_law_punch(kernel), edge_strength(punch_family(kernel).at(beta)))
+    return solve_edges(kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
 
 
 def act(weights: Array, field: Array) -> Array:
@@ -260,6 +302,11 @@ def expand(indenter: Indenter, lam: float) -> Angles:
 
 def _angular(indenter: Indenter, phi: Array) -> Array:
     return np.asarray(indenter.height(np.ones_like(phi), phi))
+
+
+def limited_exponential(w: Array) -> Array:
+    """exp(w), cut where the series has long ceased to mean anything."""
+    return np.asarray(np.exp(np.clip(w, -_LARGEST_WAVE, _LARGEST_WAVE)))
 
 
 def _mean(field: Array) -> Array:

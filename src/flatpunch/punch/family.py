@@ -12,9 +12,12 @@ import numpy as np
 
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import regular_part
+from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.matrix import LARGEST, Answers, effective_beta, solve_round, sufficient_terms
 from flatpunch.punch.panels import Panel, Panels, tail
+from flatpunch.punch.power_law import power_law_punch
+
+_POWER_LAW_NODES = 64
 
 SMALLEST = 1e-16
 """beta below which every medium is its own surface's half-space: Kbar differs from 1 by 6e-14 on a base 1e4 times softer."""
@@ -61,6 +64,8 @@ class PunchFamily:
 
     def _gather(self, beta: Array, kinds: int) -> Array:
         """The first `kinds` answers (flat, edge, slope), shape (n, kinds, terms)."""
+        if self.kernel.exponent:
+            return self._power_law(beta)[:, :kinds]
         live = self._live(beta)
         parts = self._parts(beta[live])
         terms = max((_terms(panel) for panel, _ in parts), default=1)
@@ -72,6 +77,28 @@ class PunchFamily:
             values[live[inside], :, :n] = found.reshape(-1, kinds, n)
         return values
 
+    def _power_law(self, beta: Array) -> Array:
+        """Answers of a power-law half-space in the one term that its punch pressure is, shape (n, 3, 1).
+
+        The term is p_0 = 2 (1 + alpha)(1 - r^2)^alpha with b[1] = 1; its edge strength is the one that Krein's identity
+        K' = 2 pi^2 E* e^2 asks for.
+        """
+        stiffness = power_law_punch(self.kernel).normalized_stiffness(
+            np.where(beta > 0, beta, 1.0) * self.kernel.length
+        )
+        strength = np.sqrt((1 + self.kernel.exponent) * stiffness) / np.pi
+        return np.stack([stiffness / np.pi, strength - 1 / np.pi, np.zeros_like(beta)], axis=1)[:, :, None]
+
+    def rule(self, beta: Array) -> tuple[Array, Array]:
+        """Nodes rho, shape (nodes,), and weights, shape (n, nodes), with int_0^1 f p* rho drho = weights.f(rho)."""
+        flat = self.flat(beta)
+        if self.kernel.exponent:
+            punch = power_law_punch(self.kernel)
+            rho, weight = punch.rule(_POWER_LAW_NODES)
+            return rho, flat * (2 * (1 + punch.alpha) * weight)
+        rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
+        return rho, flat @ matrix
+
     def error(self, beta: Array) -> float:
         """Relative interpolation error of the answers over the panels that hold `beta` (from the Chebyshev tail)."""
         return max((panel.error for panel, _ in self._parts(beta[self._live(beta)])), default=0.0)
@@ -81,7 +108,7 @@ class PunchFamily:
         return min((self._lowest_on(panel) for panel, _ in self._parts(beta[self._live(beta)])), default=1.0)
 
     def _live(self, beta: Array) -> Indices:
-        return np.flatnonzero((beta > SMALLEST) & (not self.kernel.homogeneous))
+        return np.flatnonzero((beta > SMALLEST) & (not self.kernel.homogeneous and not self.kernel.exponent))
 
     def _parts(self, beta: Array) -> list[tuple[Panel, Indices]]:
         if not beta.size:

@@ -24,10 +24,8 @@ LARGEST = 300.0
 def effective_beta(kernel: Kernel, beta: float) -> float:
     """Radius over the shortest length of the medium: what sets the number of terms and wavenumbers."""
     if kernel.exponent != 0.0:
-        raise TypeError(
-            "A power-law half-space has no length scale and no punch matrix: its punch and round contacts are closed forms, "
-            "see flatpunch.punch.power_law."
-        )
+        # a power-law half-space is closed at every radius, there is nothing to resolve
+        return 0.0
     if kernel.graded:
         # no table grows with beta here; up to 1e4 lengths are let through, their error is reported
         return 0.03 * beta
@@ -60,6 +58,11 @@ def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> A
     -------
     ndarray, shape (nb, terms, terms)
     """
+    if kernel.exponent != 0.0:
+        raise TypeError(
+            "A power-law half-space has no punch matrix: its punch and round contacts are closed forms, see "
+            "flatpunch.punch.power_law."
+        )
     if kernel.graded:
         return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
     table, weights = _weighted(kernel, beta, terms, parity)

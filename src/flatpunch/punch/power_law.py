@@ -112,7 +112,7 @@ class PowerLawPunch:
             d [m] and F [N], from d = int (2 (1 + alpha) f + r f') w dr and F = K (d - 2 (1 + alpha) int f w dr),
             w = (1 - rho^2)^alpha rho: the edge singularity vanishes.
         """
-        rho, weight = self._rule(nodes)
+        rho, weight = self.rule(nodes)
         r = np.asarray(radius)[:, None] * rho
         f = height(r)
         mean = 2 * (1 + self.alpha) * (f @ weight)
@@ -165,7 +165,7 @@ class PowerLawPunch:
         mu, alpha = (exponent + m) / 2, self.alpha
         return float(gammaln(mu + 1) - gammaln(mu + 1 + alpha) - gammaln(1 + alpha) - alpha * np.log(4) - np.log(2))
 
-    def _rule(self, nodes: int) -> tuple[Array, Array]:
+    def rule(self, nodes: int) -> tuple[Array, Array]:
         """Radii on the unit disc and weights of int_0^1 (.) (1 - r^2)^alpha r dr.
 
         With r = cos(theta) the weight is sin^k(theta) cos(theta): Gauss-Jacobi for theta^k, the rest is smooth, also for

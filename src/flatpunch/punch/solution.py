@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.special import beta as beta_function
 
 from flatpunch._validation import Array, FlatpunchWarning, positive, values
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.media import HalfSpace, Medium
+from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TwoBodies
 from flatpunch.punch.basis import power_moments, regular_part
-from flatpunch.punch.family import check_resolution
+from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import Answers, solve_round, sufficient_terms
 
 
@@ -37,6 +38,9 @@ class FlatPunch:
     error : float
         Estimated relative error of stiffness, edge coefficient and moments: change when the last quarter of the terms is
         left out, plus rounding and the quadrature over wavenumbers.
+    alpha : float
+        Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is
+        p_0 = 2 (1 + alpha)(1 - rho^2)^alpha.
     """
 
     radius: float
@@ -45,6 +49,7 @@ class FlatPunch:
     coefficients: Array
     error: float
     _edge: Array = field(repr=False)
+    alpha: float = -0.5
 
     @property
     def normalized_stiffness(self) -> float:
@@ -58,14 +63,17 @@ class FlatPunch:
 
     @property
     def edge_coefficient(self) -> float:
-        """Limit of pbar sqrt(1 - rho^2) at the edge [-]; its square is d(a Kbar)/da (Krein)."""
+        """Edge strength [-]: its square is d(a Kbar)/da (Krein).
+
+        It is the limit of pbar sqrt(1 - rho^2), except on power-law half-spaces with their other singularity.
+        """
         return float(1 + np.pi * self._edge[0])
 
     @cached_property
     def lowest_pressure(self) -> float:
-        """Smallest value of pbar sqrt(1 - rho^2) [-]; negative where the punch would have to pull."""
+        """Smallest value of pbar (1 - rho^2)^(-alpha) [-]; negative where the punch would have to pull."""
         r = np.append(np.sin(np.linspace(0, np.pi / 2, 200)[:-1]), 1.0)
-        return float(np.min(np.pi * self.coefficients @ regular_part(0, self.coefficients.size, r)))
+        return float(np.min(np.pi * self._regular(r)))
 
     def pressure(self, r: float | Array) -> Array:
         """Pressure per unit depth, p(r)/d.
@@ -84,24 +92,32 @@ class FlatPunch:
         if not np.all(np.isfinite(r)) or np.any(r < 0):
             raise ValueError("r must be finite and >= 0: it is the distance from the punch's axis in metres.")
         rho = np.minimum(r / self.radius, 1.0)
-        smooth = np.tensordot(self.coefficients, regular_part(0, self.coefficients.size, rho), axes=1)
         with np.errstate(divide="ignore"):
-            inside = self.modulus / self.radius * smooth / np.sqrt((1 - rho) * (1 + rho))
+            inside = self.modulus / self.radius * self._regular(rho) * ((1 - rho) * (1 + rho)) ** self.alpha
         return np.where(r <= self.radius, inside, 0.0)
+
+    def _regular(self, rho: Array) -> Array:
+        """Sum of c_n p_n without the singular factor (1 - rho^2)^alpha."""
+        if self.alpha != -0.5:
+            return np.full_like(rho, 2 * (1 + self.alpha) * self.coefficients[0])
+        return np.tensordot(self.coefficients, regular_part(0, self.coefficients.size, rho), axes=1)
 
     def moment(self, exponent: float) -> float:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho of (P21) for real n > 0 [-]."""
         exponent = positive("exponent", exponent)
+        if self.alpha != -0.5:
+            weight = (1 + self.alpha) * beta_function(exponent / 2 + 1, 1 + self.alpha)
+            return float((exponent + 1) * np.pi * weight * self.coefficients[0])
         b = power_moments(exponent, 0, self.coefficients.size)
         return float((exponent + 1) * np.pi * b @ self.coefficients)
 
 
-def flat_punch(medium: HalfSpace | Medium, radius: float) -> FlatPunch:
+def flat_punch(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies, radius: float) -> FlatPunch:
     """Press a rigid cylindrical punch with a flat end into a medium.
 
     Parameters
     ----------
-    medium : HalfSpace or Medium
+    medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
         The elastic body.
     radius : float
         Punch radius a [m], > 0.
@@ -126,6 +142,11 @@ def flat_punch(medium: HalfSpace | Medium, radius: float) -> FlatPunch:
     beta = radius / kernel.length
     if kernel.homogeneous:
         return FlatPunch(radius, kernel.modulus, 0.0, np.array([1 / np.pi]), 0.0, np.zeros(1))
+    if kernel.exponent:
+        answers = punch_family(kernel).at(values("beta", beta))
+        rounding = 16 * float(np.finfo(float).eps)
+        alpha = (kernel.exponent - 1) / 2
+        return FlatPunch(radius, kernel.modulus, beta, answers.flat[0], rounding, answers.edge[0], alpha)
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
     answers = _solve(kernel, beta, terms)
