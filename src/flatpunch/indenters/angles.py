@@ -50,18 +50,38 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
     size = _first_size(breaks, order)
     phi, weights = _nodes(breaks, size)
     if not indenter.round:
-        radii = np.array([1.0]) if indenter.exponent is not None else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
+        radii, tolerance = _watched(indenter, radius)
         means, scale = _means(indenter, radii, phi, weights)
         while phi.size < _MOST:
-            finer = _nodes(breaks, 2 * size if not breaks else size + 8)
+            more = _finer(breaks, size, crossed=tolerance > _STILL)
+            finer = _nodes(*more)
             new, scale = _means(indenter, radii, *finer)
-            still = bool((np.abs(new - means) <= _STILL * scale).all())
+            still = bool((np.abs(new - means) <= tolerance * scale).all())
             if still:
                 break
-            size, (phi, weights), means = (2 * size if not breaks else size + 8), finer, new
+            (breaks, size), (phi, weights), means = more, finer, new
     phi.setflags(write=False)
     weights.setflags(write=False)
     return phi, weights
+
+
+def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], int]:
+    """Panels and angles on each for the next trial: more angles, or more panels where kinks cross the rays."""
+    if not breaks:
+        return breaks, 2 * size
+    if not crossed:
+        return breaks, size + 8
+    ends = np.array([*breaks, breaks[0] + FULL_TURN])
+    return sorted({*map(float, ends[:-1]), *map(float, (ends[:-1] + ends[1:]) / 2)}), size
+
+
+def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
+    """Radii at which the means must stand still, and how still."""
+    tolerance = max(_STILL, getattr(indenter, "angular_tolerance", None) or 0.0)
+    if indenter.exponent is not None:
+        return np.array([1.0]), tolerance
+    scales = tuple(getattr(indenter, "scales", ()))
+    return np.array(scales) if scales else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0]), tolerance
 
 
 def _first_size(breaks: list[float], order: int) -> int:

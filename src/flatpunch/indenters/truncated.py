@@ -1,0 +1,166 @@
+"""Any tip with its end cut or worn off flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from flatpunch._validation import Array, positive
+from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters.cylinder import Cylinder
+from flatpunch.indenters.profile import Indenter
+
+_ANGLES = 720
+_HALVINGS = 200
+_SAME = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Truncated:
+    """Tip cut off flat: f = max(0, f_tip - height).
+
+    The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names its
+    smallest and its largest distance from the axis: between them the flat ends in some directions and not in others.
+
+    Parameters
+    ----------
+    tip : Indenter
+        The tip before cutting, such as Pyramid, Cone, Sphere, EllipticParaboloid.
+    height_removed : float
+        Height cut off above the apex [m], > 0. `Truncated.across` takes the radius of the flat instead.
+    """
+
+    tip: Indenter
+    height_removed: float
+    _rings: tuple[float, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
+            raise TypeError(f"Truncated.tip = {self.tip!r} must be an indenter such as Pyramid(4, 0.6).")
+        if isinstance(self.tip, (Cylinder, Truncated)):
+            raise TypeError(f"Truncated.tip = {self.tip!r} is flat already.")
+        removed = positive("Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.")
+        object.__setattr__(self, "height_removed", removed)
+        object.__setattr__(self, "_rings", _border(self.tip, removed))
+
+    @classmethod
+    def across(cls, tip: Indenter, radius: float) -> Truncated:
+        """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
+        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.")
+        if radius >= tip.reach:
+            raise ValueError(f"Truncated radius = {radius!r} must be below the reach of the tip, {tip.reach:.6g} m.")
+        angles = _angles(tip)
+        at = np.array(radius)
+        values = np.asarray(tip.height(at, angles))
+        best = angles[int(np.argmax(values))]
+        found = minimize_scalar(
+            lambda phi: -float(tip.height(at, np.array(phi))) / values.max(),
+            bounds=(best - 0.01, best + 0.01),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        return cls(tip, max(float(values.max()), -float(found.fun) * float(values.max())))
+
+    @property
+    def exponent(self) -> None:
+        """None: no power law."""
+        return None
+
+    @property
+    def reach(self) -> float:
+        """That of the tip [m]."""
+        return self.tip.reach
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Edges of the tip beyond its flat [rad]."""
+        return self.tip.corners
+
+    @property
+    def seams(self) -> tuple[float, ...]:
+        """Joints of the tip [rad]."""
+        return tuple(getattr(self.tip, "seams", ()))
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        """Border of the flat, its smallest and largest radius, and the kinks of the tip beyond it [m]."""
+        return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
+
+    @property
+    def round(self) -> bool:
+        """Whether the tip is round."""
+        return self.tip.round
+
+    @property
+    def angular_tolerance(self) -> float:
+        """The border of the flat crosses the rays: there f has a kink over the angle, unless it is a circle."""
+        return 1e-13 if self.round else 1e-6
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """Radii about the border of the flat [m]."""
+        low, high = self._rings[0], self._rings[-1]
+        return tuple(s for s in (0.5 * (low + high), 1.2 * high, 3 * high, 20 * high) if s < self.reach) or (high,)
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(np.maximum(self.tip.height(r, phi) - self.height_removed, 0.0))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; at the border of the flat the value beyond it."""
+        beyond = np.asarray(self.tip.height(r, phi)) >= self.height_removed
+        return np.where(beyond, self.tip.slope(r, phi), 0.0)
+
+
+def _border(tip: Indenter, level: float) -> tuple[float, ...]:
+    """Smallest and largest radius of the level line f = level; one radius where it is a circle."""
+    angles = _angles(tip)
+    radii = _level_radii(tip, level, angles)
+    if not np.isfinite(radii).all():
+        raise ValueError(
+            f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach {tip.reach:.6g} m)."
+        )
+    if np.ptp(radii) <= _SAME * radii.max():
+        return (float(radii.max()),)
+    return _refined(tip, level, angles, radii, 1), _refined(tip, level, angles, radii, -1)
+
+
+def _refined(tip: Indenter, level: float, angles: Array, radii: Array, sign: int) -> float:
+    """Smallest (sign 1) or largest (sign -1) radius of the level line, between the sampled angles too."""
+    best = int(np.argmin(sign * radii))
+    unit = float(radii[best])
+
+    def distance(phi: float) -> float:
+        return sign * float(_level_radii(tip, level, np.array([phi]))[0]) / unit
+
+    width = FULL_TURN / _ANGLES
+    bounds = (angles[best] - width, angles[best] + width)
+    found = minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
+    return unit * sign * min(float(found.fun), float(sign))
+
+
+def _angles(tip: Indenter) -> Array:
+    even = FULL_TURN * np.arange(_ANGLES) / _ANGLES
+    return np.array(sorted({*even, *tip.corners, *getattr(tip, "seams", ())}))
+
+
+def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
+    """Radii at which f reaches the level, infinite where it does not."""
+    if tip.exponent is not None:
+        return np.asarray((level / np.asarray(tip.height(np.ones_like(phi), phi))) ** (1 / tip.exponent))
+    low, high = np.zeros_like(phi), np.full_like(phi, min(1.0, tip.reach))
+    for _ in range(_HALVINGS):
+        short = (np.asarray(tip.height(high, phi)) < level) & (high < tip.reach)
+        if not short.any():
+            break
+        high = np.where(short, np.minimum(2 * high, tip.reach), high)
+    reached = np.asarray(tip.height(high, phi)) >= level
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        above = np.asarray(tip.height(middle, phi)) >= level
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+        if np.all(high - low <= 4e-16 * high):
+            break
+    return np.where(reached, high, np.inf)
