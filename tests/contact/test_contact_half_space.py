@@ -98,15 +98,15 @@ def test_table_of_a_ball_converges_with_the_fourth_power_of_its_spacing():
 
 
 def test_three_sided_and_square_pyramids_have_the_papers_force_constant():
-    # First-order force on a half-space depends on <psi> alone: F = C E* d^2/tan with C = (1/2)(4/pi)/(<psi>/tan)
-    # times (pi/4)...: cone 2/pi over the mean of cos over one face. Square: 1/sqrt(2).
+    # The first-order force on a half-space is that of the mean profile: F = C E* d^2/tan with the cone's C = 2/pi over
+    # the mean of cos over one face, for the square pyramid 1/sqrt(2).
     slope = np.tan(0.3)
     for sides in (3, 4, 6, 40):
         mean = np.sin(np.pi / sides) / (np.pi / sides)
-        curve = fp.indent(BODY, fp.Pyramid(sides, 0.3), depth=[1e-9, 1e-6])
+        curve = fp.indent(BODY, fp.Pyramid(sides, 0.3), depth=[1e-9, 1e-6], method="first-order")
         constant = curve["force"].values * slope / (MODULUS * curve["depth"].values ** 2)
         np.testing.assert_allclose(constant, 2 / np.pi / mean, rtol=1e-12)
-    square = fp.indent(BODY, fp.Pyramid(4, 0.3), depth=1e-6)
+    square = fp.indent(BODY, fp.Pyramid(4, 0.3), depth=1e-6, method="first-order")
     assert float(square["force"][0]) * slope / (MODULUS * 1e-12) == pytest.approx(1 / np.sqrt(2), rel=1e-12)
 
 
@@ -135,3 +135,35 @@ def test_pressure_under_a_ball_at_the_end_of_its_reach():
     expected = [quad(lambda v, r=r: rate(r * np.cosh(v)), 0, np.arccosh(a / r), epsrel=1e-12)[0] for r in r]
     # measured 3e-10 at the axis: the history varies on 0.05 of the radius at its end
     np.testing.assert_allclose(field, MODULUS / np.pi * np.array(expected), rtol=2e-9)
+
+
+@pytest.mark.parametrize("reach", [1.001, 1.05, 1.5, 4.0])
+def test_pressure_under_a_truncated_cone(reach):
+    # d'(a) starts anew at the kink like (a - r0)^(-1/2), and the pressure has a logarithm there.
+    edge, slope = 1e-6, 0.3
+    r = edge * np.array([0, 0.5, 1, 1.5, 2, 3, 5])
+    tip, a = fp.RadialProfile(r, slope * np.maximum(r - edge, 0), kinks=[edge]), reach * edge
+
+    def rate(s):
+        return slope * (np.arccos(edge / s) + edge / np.sqrt((s - edge) * (s + edge)))
+
+    def exactly(at):
+        # s = max(r, r0) + q^2 takes the square root out of either end
+        start = max(at, edge)
+        if at < edge:
+            kernel = lambda q: rate(start + q**2) * 2 * q / np.sqrt((start + q**2) ** 2 - at**2)  # noqa: E731
+        else:
+            kernel = lambda q: rate(start + q**2) * 2 / np.sqrt(2 * at + q**2)  # noqa: E731
+        return MODULUS / np.pi * quad(kernel, 0, np.sqrt(a - start), epsrel=1e-11, limit=200)[0]
+
+    points = np.concatenate([edge * np.array([1e-6, 0.5, 0.9, 0.99]), edge + (a - edge) * np.array([0.3, 0.9])])
+    field = fp.pressure(BODY, tip, points, np.zeros_like(points), radius=a)
+    # measured 1e-10 and below; the reference's q^2 beside the radius costs as much
+    np.testing.assert_allclose(field, [exactly(at) for at in points], rtol=3e-9)
+
+
+def test_pressure_at_many_points_costs_no_accuracy_and_little_time():
+    # more points than one chunk: the seams between chunks must not show
+    r = np.linspace(0, 1.9e-6, 9000)
+    field = fp.pressure(BODY, fp.Paraboloid(1e-5), r, np.zeros_like(r), radius=2e-6)
+    np.testing.assert_allclose(field, exact.paraboloid_pressure(r, 2e-6, 1e-5, MODULUS), rtol=1e-10)

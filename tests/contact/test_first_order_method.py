@@ -22,6 +22,14 @@ SHAPES = {
 shapes = pytest.mark.parametrize("indenter", SHAPES.values(), ids=SHAPES)
 
 
+def indent(*what, **how):
+    return fp.indent(*what, method="first-order", **how)
+
+
+def pressure(*what, **how):
+    return fp.pressure(*what, method="first-order", **how)
+
+
 class Anonymous:
     """The same shape, without saying that it is a power law."""
 
@@ -65,7 +73,7 @@ def test_closed_forms_p22_and_p23(medium, indenter, beta):
     mean = mean_of(indenter)
     depth = (kappa + d_kappa / (n + 1)) / (bar + d_bar) * mean * a0**n
     d_star = bar / (bar + d_bar) * (1 + d_kappa / kappa / (n + 1))
-    curve = fp.indent(medium, indenter, radius=a0, angles=24)
+    curve = indent(medium, indenter, radius=a0, angles=24)
     phi = curve["phi"].values
     psi = indenter.height(np.ones_like(phi), phi)
     outline = a0 * (1 + (mean - psi) / mean * (n + 2) / (n + 1) / (n + 2 - 2 * d_star))
@@ -80,7 +88,7 @@ def test_closed_forms_p22_and_p23(medium, indenter, beta):
 @pytest.mark.parametrize("exponent", [1.0, 2.0, 3.3])
 def test_d_star_is_one_on_a_half_space(exponent):
     indenter = fp.PowerLaw(exponent, lambda phi: 1 + 0.2 * np.cos(2 * phi))
-    curve = fp.indent(BODY, indenter, radius=[1e-9, 1.0], angles=4)
+    curve = indent(BODY, indenter, radius=[1e-9, 1.0], angles=4)
     # 1 + (1 - psi/<psi>) (n + 2)/(n + 1)/n
     growth = 0.2 * (exponent + 2) / (exponent + 1) / exponent
     expected = np.outer([1e-9, 1.0], [1 - growth, 1 + growth, 1 - growth, 1 + growth])
@@ -91,7 +99,7 @@ def test_d_star_is_one_on_a_half_space(exponent):
 @shapes
 def test_general_profile_path_agrees_with_the_power_law_path(medium, indenter):
     radii = np.geomspace(0.02, 3, 9) * H
-    one, other = (fp.indent(medium, i, radius=radii, angles=36) for i in (indenter, Anonymous(indenter)))
+    one, other = (indent(medium, i, radius=radii, angles=36) for i in (indenter, Anonymous(indenter)))
     for name in ("depth", "force", "stiffness", "area", "contour"):
         # (P17) takes its second derivative by a five-point difference: 1e-10; 1e-8 is the requirement
         np.testing.assert_allclose(other[name], one[name], rtol=1e-8, err_msg=name)
@@ -101,15 +109,15 @@ def test_general_profile_path_agrees_with_the_power_law_path(medium, indenter):
 @shapes
 def test_controls_are_inverse_and_the_stiffness_is_the_slope(medium, indenter):
     radii = np.geomspace(0.05, 5, 12) * H
-    curve = fp.indent(medium, indenter, radius=radii, angles=12)
+    curve = indent(medium, indenter, radius=radii, angles=12)
     for name in ("depth", "force"):
-        again = fp.indent(medium, indenter, **{name: curve[name].values}, angles=12)
+        again = indent(medium, indenter, **{name: curve[name].values}, angles=12)
         for other in ("depth", "force", "radius", "area", "contour"):
             # panels of the family jump by up to 1e-11 under gels; (P23) magnifies that where its denominator is small
             np.testing.assert_allclose(again[other], curve[other], rtol=1e-10)
     a = 2 * H
     step = 1e-3
-    near = fp.indent(medium, indenter, radius=a * np.exp(step * np.array([-2, -1, 0, 1, 2])), angles=4)
+    near = indent(medium, indenter, radius=a * np.exp(step * np.array([-2, -1, 0, 1, 2])), angles=4)
     weights = np.array([1, -8, 0, 8, -1]) / 12
     slope = (near["force"].values @ weights) / (near["depth"].values @ weights)
     # five points: step^4/30 = 3e-14 of the fifth derivatives, and rounding over the step: 1e-13/1e-3
@@ -118,7 +126,7 @@ def test_controls_are_inverse_and_the_stiffness_is_the_slope(medium, indenter):
 
 @shapes
 def test_mean_radius_and_area_are_those_of_the_outline(indenter):
-    curve = fp.indent(GEL, indenter, radius=[0.1 * H, H], angles=7200)
+    curve = indent(GEL, indenter, radius=[0.1 * H, H], angles=7200)
     outline = curve["contour"].values
     # the midpoint-like rule over corners leaves (2 pi/7200)^2
     np.testing.assert_allclose(outline.mean(axis=1), curve["radius"], rtol=1e-6)
@@ -128,25 +136,25 @@ def test_mean_radius_and_area_are_those_of_the_outline(indenter):
 def test_pressure_has_its_integral_and_outline():
     indenter = fp.EllipticParaboloid(0.05 / H, 0.08 / H)
     for medium in (BODY, GEL, FILM):
-        curve = fp.indent(medium, indenter, radius=1.5 * H, angles=96)
+        curve = indent(medium, indenter, radius=1.5 * H, angles=96)
         phi, edge = curve["phi"].values, curve["contour"].values[0]
         t, w = np.polynomial.legendre.leggauss(64)
         theta, weight = np.pi / 4 * (t + 1), np.pi / 4 * w
         r = edge[:, None] * np.cos(theta)
-        field = fp.pressure(medium, indenter, r * np.cos(phi)[:, None], r * np.sin(phi)[:, None], radius=1.5 * H)
+        field = pressure(medium, indenter, r * np.cos(phi)[:, None], r * np.sin(phi)[:, None], radius=1.5 * H)
         total = np.sum(field * np.cos(theta) * np.sin(theta) * weight * edge[:, None] ** 2) * 2 * np.pi / phi.size
         # increments are scaled to carry the force of the method; quadrature is spectral in both directions
         assert total == pytest.approx(float(curve["force"][0]), rel=1e-7)
         assert np.all(field > 0)
         outside = 1.0001 * edge
-        assert np.all(fp.pressure(medium, indenter, outside * np.cos(phi), outside * np.sin(phi), radius=1.5 * H) == 0)
+        assert np.all(pressure(medium, indenter, outside * np.cos(phi), outside * np.sin(phi), radius=1.5 * H) == 0)
 
 
 def test_pressure_of_a_pyramid_turns_with_its_faces():
     indenter = fp.Pyramid(4, 0.3)
     r = 0.4 * H
     angles = np.array([0.2, 0.2 + np.pi / 2, -0.2, np.pi - 0.2])
-    field = fp.pressure(GEL, indenter, r * np.cos(angles), r * np.sin(angles), depth=0.3 * H)
+    field = pressure(GEL, indenter, r * np.cos(angles), r * np.sin(angles), depth=0.3 * H)
     np.testing.assert_allclose(field, field[0], rtol=1e-10)
 
 
@@ -161,7 +169,7 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
 
     def solved(ratio):
         film = fp.Medium([fp.Layer(ratio * 1e9, 0.3, H)], base=fp.HalfSpace(1e9, 0.3))
-        return fp.indent(film, indenter, radius=radii, angles=24)
+        return indent(film, indenter, radius=radii, angles=24)
 
     good = solved(sound)
     assert np.isfinite(good["area"]).all()
@@ -180,7 +188,7 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
     assert f"{first:.4g}" in bad.attrs["notes"]
     assert np.isfinite(bad["force"]).all()
     with pytest.raises(ValueError, match="outline does not exist along the whole history"):
-        fp.pressure(
+        pressure(
             fp.Medium([fp.Layer(lost * 1e9, 0.3, H)], base=fp.HalfSpace(1e9, 0.3)),
             indenter,
             0.1 * H,

@@ -31,7 +31,7 @@ BAD_CONTROL = [
     ({"depth": 1e-7, "angles": 0}, ValueError, ["angles = 0", "> 0"]),
     ({"depth": 1e-7, "angles": 12.5}, ValueError, ["angles = 12.5", "whole number"]),
     ({"depth": 1e-7, "angles": "many"}, TypeError, ["angles = 'many'"]),
-    ({"depth": 1e-7, "anglse": 12}, TypeError, ["anglse = 12", "first-order", "spelling"]),
+    ({"depth": 1e-7, "anglse": 12}, TypeError, ["anglse = 12", "spelling"]),
 ]
 
 
@@ -118,7 +118,7 @@ def test_targets_out_of_all_proportion_are_refused_instead_of_missed(size):
 
 
 def test_radius_cannot_control_a_flat_end():
-    with pytest.raises(ValueError, match="its contact radius never changes. Give depth or force"):
+    with pytest.raises(ValueError, match=r"its contact radius never changes\. Give depth or force"):
         fp.indent(GEL, fp.Cylinder(H), radius=H)
 
 
@@ -165,7 +165,7 @@ def test_order_of_the_targets_is_kept():
 
 
 def test_dataset_says_what_was_solved():
-    curve = fp.indent(GEL, fp.Pyramid(4, 0.3), force=[1e-10, 1e-9], angles=8)
+    curve = fp.indent(GEL, fp.Pyramid(4, 0.3), force=[1e-10, 1e-9], angles=8, method="first-order")
     assert dict(curve.sizes) == {"step": 2, "phi": 8}
     units = {name: variable.attrs.get("units") for name, variable in curve.data_vars.items()}
     assert (
