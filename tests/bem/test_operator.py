@@ -32,7 +32,8 @@ def test_convolution_is_the_direct_sum(shape, kernel):
     rows, columns = np.abs(i[:, None] - i), np.abs(j[:, None] - j)
     direct = np.einsum("abcd,bd->ac", g[rows[:, :, None, None], columns[None, None]], p)
     u = build_operator(kernel, grid).apply(p) * grid.spacing / kernel.modulus
-    np.testing.assert_allclose(u, direct, rtol=0, atol=1e-14 * direct.max())
+    # the coefficients are tabulated up to the padded grid's corner, so they differ by the rounding of that table
+    np.testing.assert_allclose(u, direct, rtol=0, atol=1e-12 * direct.max())
 
 
 def test_operator_is_symmetric_and_its_approximate_inverse_positive():

@@ -93,7 +93,7 @@ class CellTable:
         i = t.astype(np.intp)
         t -= i
         value, slope, bend, twist = self.cubics
-        result = twist[i]
+        result: Array = twist[i]
         for coefficient in (bend, slope, value):
             result *= t
             result += coefficient[i]

@@ -35,6 +35,9 @@ SINGLE_FLOOR = 1e-5
 
 _STIFFNESS_TOLERANCE = 1e-5
 
+_CLOSE = 0.005
+"""Relative step of depth below which the solution before is as good a start as the next coarser grid."""
+
 Progress = Callable[[int, int], None]
 
 
@@ -156,6 +159,8 @@ def solve(
     hints = _hints(half_widths, targets.size)
     solutions: list[Solution] = []
     levels: Levels | None = None
+    before: Levels | None = None
+    state: State | None = None
     for i, target in enumerate(targets):
         prescribed = {"depth": float(target)} if by_depth else {"force": float(target)}
         if isinstance(grid, Grid):
@@ -165,7 +170,9 @@ def solve(
             extent = find_extent(kernel, height, first, **prescribed)
             if levels is None or not extent.fits(levels.grid):
                 levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
-        state, effort = _solve(levels, height, tolerance, limit, **prescribed)
+        start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
+        state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
+        before = levels
         contact = to_numpy(state.contact).astype(bool)
         if touches_edge(contact):
             raise _too_small(levels, height, contact, **prescribed)
@@ -298,17 +305,23 @@ def _first_extent(
     return Extent(loaded_half_widths(indenter, force, kernel.modulus), (0.0, 0.0))
 
 
+def _near(target: float, previous: float, same_grid: bool) -> bool:
+    """Whether the solution before is a better start than a coarser grid."""
+    return same_grid and abs(target - previous) < _CLOSE * target
+
+
 def _solve(
     levels: Levels,
     height: Height,
     tolerance: float,
     limit: int,
+    start: Any,
     *,
     depth: float | None = None,
     force: float | None = None,
 ) -> tuple[State, Effort]:
     if depth is not None:
-        return solve_depth(levels, height, depth, tolerance, limit)
+        return solve_depth(levels, height, depth, tolerance, limit, start)
     assert force is not None
     guess = typical_depth(height, levels.grid, force / levels.kernel.modulus)
     return solve_force(levels, height, force, guess, tolerance, limit)
