@@ -51,7 +51,7 @@ def test_rigid_value_of_a_sphere_cut_short():
 
 @pytest.mark.parametrize(
     ("indenter", "message"),
-    [(fp.EllipticParaboloid(1e5, 2e5), "not round"), (fp.PowerLaw(0.4, 1e-3), "square root")],
+    [(fp.PowerLaw(0.4, 1e-3), "square root")],
 )
 def test_refused_indenters(indenter, message):
     with pytest.raises(ValueError, match=message):

@@ -1,4 +1,4 @@
-"""Adhesive contact of round indenters (JKR), exact for every medium: curves and pressure.
+"""Adhesive contact (JKR), exact for round indenters on every medium, second order for power laws: curves and pressure.
 
 By radius the whole branch of equilibria, by depth or force its stable part: what is seen while the tip is withdrawn. Where
 the depth lies below the pull-off the surfaces have separated, radius and force are zero. See `adhesion_branch`.
@@ -14,10 +14,12 @@ from flatpunch.contact.adhesion_branch import AdhesiveContact
 from flatpunch.contact.adhesion_case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion_control import stable_radius
 from flatpunch.contact.adhesion_limits import QUANTITIES, Quantity
+from flatpunch.contact.adhesion_perturbed import PerturbedBranch
 from flatpunch.contact.adhesion_pull_off import pull_off_of, tabor_of
 from flatpunch.contact.checks import soundness
-from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.contact.curve import Control, Curve, Extra, check_reach, first_failure
 from flatpunch.contact.history import punch_pressure, round_history, superpose
+from flatpunch.contact.perturbed import LARGEST_SWING
 from flatpunch.indenters.profile import Indenter
 
 
@@ -49,7 +51,7 @@ def solve(
     kernel : Kernel
         Compliance of the medium.
     indenter : Indenter
-        A round indenter.
+        A round indenter, or a power law.
     control : Control
         Depths or forces (any sign), or contact radii.
     phi : ndarray, shape (p,)
@@ -73,29 +75,37 @@ def solve(
     if range_of_action is not None and (note := tabor_of(case, pull_off_of(case), range_of_action).note):
         notes += (note,)
     lost = ~touching & (control.name == "force")
+    mean_radius, area, contour, more, doubts = _shape(case, radius, phi)
     by_depth, by_force = (touching & (pinned | _within(case, quantity, contact.radius)) for quantity in QUANTITIES)
     return Curve(
         depth=depth,
         force=force,
-        radius=radius,
-        area=np.pi * radius**2,
+        radius=mean_radius,
+        area=area,
         stiffness=stiffness,
-        contour=np.repeat(radius[:, None], phi.size, axis=1),
-        valid=valid & ~lost,
-        notes=notes + _separation(case, control, touching),
+        contour=contour,
+        valid=valid & ~lost & ~doubts,
+        notes=notes + _separation(case, control, touching) + first_failure(doubts, depth, _UNSTABLE_OUTLINE),
         extra={
             "retraction": (("step",), np.where(touching, contact.plain.depth - depth, 0.0), "m", _RETRACTION),
             "stable_depth": (("step",), by_depth, "", "whether the contact is stable under prescribed depth"),
             "stable_force": (("step",), by_force, "", "whether the contact is stable under prescribed force"),
+            **more,
         },
     )
 
+
+_UNSTABLE_OUTLINE = (
+    "a harmonic of the outline is unstable or the outline deviates too much from a circle for second-order theory."
+)
 
 _RETRACTION = "distance by which adhesion draws the tip in, against the contact without adhesion of the same radius"
 
 
 def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array, work: float) -> Array:
     """Pressure at distances r from the axis, shape (n,) [Pa]: minus infinity at the edge, zero outside."""
+    if not indenter.round:
+        raise ValueError("The adhesive pressure is available under round indenters only.")
     case = adhesive_case(kernel, indenter, work)
     curve = solve(kernel, indenter, control, np.zeros(1), work)
     a = float(curve.radius[0])
@@ -114,6 +124,30 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     return field
 
 
+def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array, Array, Extra, Flags]:
+    """Mean radius, area, outline, error estimates, and where the outline does not hold, at radii of the branch."""
+    branch, touching = case.branch, radius > 0
+    sound = np.zeros(radius.shape, dtype=bool)
+    if not isinstance(branch, PerturbedBranch):
+        return radius, np.pi * radius**2, np.repeat(radius[:, None], phi.size, axis=1), {}, sound
+    at = np.where(touching, radius, _anchor(case))
+    contour, mean_radius, area = branch.shape(at, phi)
+    doubts = touching & (
+        (branch.weakest(at) <= 0) | (np.abs(np.log(contour / at[:, None])).max(axis=1) > LARGEST_SWING)
+    )
+    error = (("step",), np.where(touching, branch.error(at), 0.0), "1", _ERROR)
+    return (
+        np.where(touching, mean_radius, 0.0),
+        np.where(touching, area, 0.0),
+        np.where(touching[:, None], contour, 0.0),
+        {"force_error": error},
+        doubts,
+    )
+
+
+_ERROR = "estimated error of the force over the sum of its two terms, that without adhesion and that of adhesion"
+
+
 def _anchor(case: AdhesiveCase) -> float:
     """Radius that stands in where there is no contact."""
     return max((stretch.start for stretch in case.stability.force), default=0.0) or case.indenter.reach
@@ -123,7 +157,8 @@ def _radius(case: AdhesiveCase, control: Control) -> Array:
     """Contact radii; 0 where the surfaces have separated."""
     if control.name == "radius":
         check_reach(case.indenter, control.values)
-        return control.values
+        branch = case.branch
+        return branch.base_radius(control.values) if isinstance(branch, PerturbedBranch) else control.values
     return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
 
 

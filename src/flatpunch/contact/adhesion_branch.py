@@ -17,6 +17,7 @@ e converges slowly and K' is taken from K instead.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -64,6 +65,24 @@ class AdhesiveContact:
             return np.asarray(self.force_slope / self.depth_slope)
 
 
+class Equilibria(Protocol):
+    """All equilibria of one medium, one indenter and one work of adhesion, over a radius."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """Compliance of the medium."""
+
+    @property
+    def work(self) -> float:
+        """Work of adhesion [J/m^2]."""
+
+    def evaluate(self, radius: Array) -> RoundContact:
+        """Contact without adhesion, shape (n,)."""
+
+    def at(self, radius: Array) -> AdhesiveContact:
+        """Equilibria at radii > 0, shape (n,)."""
+
+
 @dataclass(frozen=True)
 class Branch:
     """All equilibria of one medium, one round profile and one work of adhesion.
@@ -72,19 +91,23 @@ class Branch:
     ----------
     kernel : Kernel
         Compliance of the medium.
-    evaluate : callable
+    pressed : callable
         Radii, shape (n,) -> RoundContact without adhesion.
     work : float
         Work of adhesion w [J/m^2].
     """
 
     kernel: Kernel
-    evaluate: Evaluate
+    pressed: Evaluate
     work: float
+
+    def evaluate(self, radius: Array) -> RoundContact:
+        """Contacts without adhesion."""
+        return self.pressed(radius)
 
     def at(self, radius: Array) -> AdhesiveContact:
         """Equilibria at radii a > 0, shape (n,)."""
-        plain = self.evaluate(radius)
+        plain = self.pressed(radius)
         growth, s = stiffness_growth(self.kernel, plain)
         # notation: growth = a K', s = dln K'/dln a
         back = radius * np.sqrt(4 * np.pi * self.work / growth)
@@ -120,14 +143,14 @@ def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Arra
     answers = family.at(beta.ravel())
     if kernel.tail == 0.0:
         strength = edge_strength(answers).reshape(beta.shape)
-        first, _ = _derivatives(np.log(np.abs(strength)))
+        first, _ = central_derivatives(np.log(np.abs(strength)))
         return 2 * np.pi**2 * kernel.modulus * a * strength[5] ** 2, 2 * first
-    first, second = _derivatives(np.log(answers.flat[:, 0].reshape(beta.shape)))
+    first, second = central_derivatives(np.log(answers.flat[:, 0].reshape(beta.shape)))
     power = 1 + first
     return stiffness * power, first + second / power
 
 
-def _derivatives(samples: Array) -> tuple[Array, Array]:
+def central_derivatives(samples: Array) -> tuple[Array, Array]:
     """First and second derivative in ln a of samples at -5 .. 5 steps, shape (11, n)."""
     lower, middle, upper = samples[4::-1], samples[5], samples[6:]
     first = _FIRST @ (upper - lower) / STEP

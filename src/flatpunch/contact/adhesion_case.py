@@ -1,4 +1,4 @@
-"""One medium, one round indenter and one work of adhesion: what every adhesive answer starts from."""
+"""One medium, one indenter and one work of adhesion: what every adhesive answer starts from."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.compliance import Kernel
-from flatpunch.contact.adhesion_branch import Branch
+from flatpunch.contact.adhesion_branch import Branch, Equilibria
 from flatpunch.contact.adhesion_limits import Stability, stability
+from flatpunch.contact.adhesion_perturbed import PerturbedBranch
 from flatpunch.contact.axisymmetric import Moments, RoundProfile, round_contact
 from flatpunch.contact.mean import mean_profile
 from flatpunch.indenters import Cylinder
@@ -27,11 +28,11 @@ class FlatFace:
 
 @dataclass(frozen=True, slots=True)
 class AdhesiveCase:
-    """One medium, one round indenter and one work of adhesion, with its branch and its stable parts."""
+    """One medium, one indenter and one work of adhesion, with its branch and its stable parts."""
 
     kernel: Kernel
     indenter: Indenter
-    branch: Branch
+    branch: Equilibria
     stability: Stability
 
     @property
@@ -46,14 +47,19 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
     Raises
     ------
     ValueError
-        If the indenter is not round, the work of adhesion not positive, or there is no stable contact.
+        If the indenter is neither round nor a power law, the work of adhesion not positive, or there is no stable contact.
     """
     work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].")
     if not indenter.round:
-        raise ValueError(
-            f"{type(indenter).__name__} is not round: adhesive contact of non-round indenters is not available. The outline of "
-            "constant edge intensity is known to first order in the asymmetry only; take the round indenter of the same mean "
-            "profile, or leave work_of_adhesion out."
+        if indenter.exponent is None:
+            raise ValueError(
+                f"{type(indenter).__name__} is neither round nor a power law r^n psi(phi): adhesive contact is exact for round "
+                "indenters and known to second order for power laws. Take an elliptic paraboloid or a pyramid that resembles it, "
+                "or leave work_of_adhesion out."
+            )
+        perturbed = PerturbedBranch(kernel, indenter, work)
+        return AdhesiveCase(
+            kernel, indenter, perturbed, stability(perturbed, perturbed.profile, indenter.reach, pinned=False)
         )
     pinned = isinstance(indenter, Cylinder)
     profile: RoundProfile = FlatFace() if pinned else mean_profile(indenter)

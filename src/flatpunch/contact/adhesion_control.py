@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._validation import Array
-from flatpunch.contact.adhesion_branch import AdhesiveContact, Branch
+from flatpunch.contact.adhesion_branch import AdhesiveContact, Equilibria
 from flatpunch.contact.adhesion_limits import Quantity, Stability, Stretch, largest_radius, slope_of
 
 _PER_DECADE = 24
@@ -14,7 +14,7 @@ _ITERATIONS = 60
 
 
 def stable_radius(
-    branch: Branch,
+    branch: Equilibria,
     stability: Stability,
     quantity: Quantity,
     target: Array,
@@ -64,7 +64,7 @@ def stable_radius(
     return radius
 
 
-def ends_of(branch: Branch, stretch: Stretch, quantity: Quantity) -> tuple[float, float]:
+def ends_of(branch: Equilibria, stretch: Stretch, quantity: Quantity) -> tuple[float, float]:
     """Lowest and highest depth or force of a stretch; without bounds where the stretch has none."""
     low, high = -np.inf, np.inf
     if stretch.start > 0:
@@ -79,7 +79,7 @@ def value_of(contact: AdhesiveContact, quantity: str) -> Array:
     return contact.depth if quantity == "depth" else contact.force
 
 
-def radius_on(branch: Branch, stretch: Stretch, quantity: Quantity, target: Array, reach: float) -> Array:
+def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: Array, reach: float) -> Array:
     """Radii at which one stable stretch has the given depths or forces, shape (n,).
 
     Newton in ln a inside brackets from a grid, by bisection where a step would leave its bracket.
@@ -107,7 +107,7 @@ def radius_on(branch: Branch, stretch: Stretch, quantity: Quantity, target: Arra
     return np.asarray(np.exp(x))
 
 
-def _grid(branch: Branch, quantity: str, most: float, stretch: Stretch, reach: float) -> Array:
+def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reach: float) -> Array:
     """Nodes of ln a from the start of a stretch to where the quantity exceeds `most`."""
     start = np.log(stretch.start) if stretch.start > 0 else np.log(min(reach, 1.0)) - _MOST_DECADES
     end = np.log(min(stretch.end, largest_radius(branch.kernel, reach)))

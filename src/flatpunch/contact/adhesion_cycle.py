@@ -13,6 +13,7 @@ either control (the machine stops while the contact is lost). The losses add up 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -143,7 +144,17 @@ def adhesion_loop(
 
 
 def contact_energy(case: AdhesiveCase, radius: Array) -> Array:
-    """Energy E of adhesive contacts against separated bodies [J], at radii of shape (n,)."""
+    """Energy E of adhesive contacts against separated bodies [J], at radii of shape (n,).
+
+    Non-round tips: along equilibria dE = F dd, from nothing.
+    """
+    if not case.indenter.round:
+
+        def work(r: Array) -> Array:
+            contact = case.branch.at(r)
+            return np.asarray(contact.force * contact.depth_slope)
+
+        return _up_to(work, radius)
     contact = case.branch.at(radius)
     plain, back = contact.plain, contact.retraction
     elastic = -plain.force * back + plain.stiffness * back**2 / 2
@@ -153,13 +164,22 @@ def contact_energy(case: AdhesiveCase, radius: Array) -> Array:
 
 
 def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
-    """U_n = int F_n dd_n up to each radius: Gauss rules on decades of ln a; below 1e-10 of the radius nothing is left."""
+    """U_n = int F_n dd_n up to each radius."""
+
+    def rate(r: Array) -> Array:
+        plain = case.branch.evaluate(r)
+        return np.asarray(plain.force * plain.depth_slope)
+
+    return _up_to(rate, radius)
+
+
+def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
+    """int rate dln a from nothing to each radius: Gauss rules on decades; below 1e-10 of the radius nothing is left."""
     t, weights = np.polynomial.legendre.leggauss(_NODES)
     width = np.log(10)
     start = np.log(radius)[:, None] - width * np.arange(1, _DECADES + 1)
     x = start[..., None] + width / 2 * (t + 1)
-    plain = case.branch.evaluate(np.exp(x).ravel())
-    return np.asarray((plain.force * plain.depth_slope).reshape(x.shape) @ (weights * width / 2) @ np.ones(_DECADES))
+    return np.asarray(rate(np.exp(x).ravel()).reshape(x.shape) @ (weights * width / 2) @ np.ones(_DECADES))
 
 
 def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.adhesion_branch import STEP, AdhesiveContact, Branch
+from flatpunch.contact.adhesion_branch import STEP, AdhesiveContact, Equilibria
 from flatpunch.contact.axisymmetric import RoundProfile
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
@@ -51,12 +51,12 @@ def slope_of(contact: AdhesiveContact, quantity: Quantity) -> Array:
     return contact.depth_slope if quantity == "depth" else contact.force_slope
 
 
-def stability(branch: Branch, profile: RoundProfile, reach: float, *, pinned: bool = False) -> Stability:
+def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned: bool = False) -> Stability:
     """Find the instabilities of a branch.
 
     Parameters
     ----------
-    branch : Branch
+    branch : Equilibria
         The equilibria.
     profile : RoundProfile
         The profile they belong to.
@@ -75,7 +75,11 @@ def stability(branch: Branch, profile: RoundProfile, reach: float, *, pinned: bo
         If the pull-off lies beyond the reach of the indenter or the resolution of the medium, or if there is none.
     """
     most = largest_radius(branch.kernel, reach)
-    length = branch.kernel.length / effective_beta(branch.kernel, 1.0) if not branch.kernel.homogeneous else np.inf
+    length = (
+        branch.kernel.length / effective_beta(branch.kernel, 1.0)
+        if not (branch.kernel.homogeneous or branch.kernel.exponent)
+        else np.inf
+    )
     guess = min(_half_space_balance(branch, profile, most), most / 10, length)
     x = np.log(guess) + np.log(10) * np.arange(-_PER_DECADE, _PER_DECADE // 2 + 1) / _PER_DECADE
     slopes = _slopes(branch, x)
@@ -91,17 +95,19 @@ def stability(branch: Branch, profile: RoundProfile, reach: float, *, pinned: bo
     )
 
 
-def _slopes(branch: Branch, x: Array) -> Array:
+def _slopes(branch: Equilibria, x: Array) -> Array:
     """Slopes of depth and force, shape (2, n)."""
     contact = branch.at(np.exp(x))
     return np.stack([contact.depth_slope, contact.force_slope])
 
 
-def _extend_down(branch: Branch, x: Array, slopes: Array) -> tuple[Array, Array]:
+def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Array]:
     """Towards small radii until adhesion wins in both slopes and the medium is its own surface's half-space."""
     kernel = branch.kernel
     for _ in range(_MOST_DECADES):
-        thin = not kernel.homogeneous and effective_beta(kernel, np.exp(x[0]) / kernel.length) > 0.1
+        thin = (
+            not (kernel.homogeneous or kernel.exponent) and effective_beta(kernel, np.exp(x[0]) / kernel.length) > 0.1
+        )
         if (slopes[:, 0] < 0).all() and not thin:
             return x, slopes
         more = x[0] - np.log(10) / _PER_DECADE * np.arange(_PER_DECADE, 0, -1)
@@ -112,7 +118,7 @@ def _extend_down(branch: Branch, x: Array, slopes: Array) -> tuple[Array, Array]
     )
 
 
-def _extend_up(branch: Branch, x: Array, slopes: Array, most: float, reach: float) -> tuple[Array, Array]:
+def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: float) -> tuple[Array, Array]:
     """Towards large radii until both slopes have been positive over the guard distance."""
     guard = _guard(branch.kernel)
     for _ in range(4 * _MOST_DECADES):
@@ -141,7 +147,7 @@ def _extend_up(branch: Branch, x: Array, slopes: Array, most: float, reach: floa
 
 def _guard(kernel: Kernel) -> float:
     """Distance in ln a over which softer material below could still turn the branch: radii grow like modulus^(-1/3)."""
-    if kernel.homogeneous:
+    if kernel.homogeneous or kernel.exponent:
         return float(np.log(10) / 4)
     kappa = np.geomspace(kernel.floor, kernel.cutoff, 60)
     softer = max(1.0, float(np.max(kernel.response(kappa))))
@@ -150,12 +156,12 @@ def _guard(kernel: Kernel) -> float:
 
 def largest_radius(kernel: Kernel, reach: float) -> float:
     """Largest radius at which the branch can be computed [m]: slopes need a little beyond."""
-    if kernel.homogeneous:
+    if kernel.homogeneous or kernel.exponent:
         return min(reach, 1e12)
     return min(reach, LARGEST / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-6 * STEP)))
 
 
-def _half_space_balance(branch: Branch, profile: RoundProfile, most: float) -> float:
+def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:
     """Radius at which depth and retraction balance on the half-space of the surface material."""
     radius = np.geomspace(1e-15, min(most, 1e6), 400)
     depth = np.pi * profile.moments(radius, 1).edge
@@ -164,7 +170,7 @@ def _half_space_balance(branch: Branch, profile: RoundProfile, most: float) -> f
     return float(radius[min(first, radius.size - 1)])
 
 
-def _stretches(branch: Branch, x: Array, slope: Array, quantity: Quantity) -> tuple[Stretch, ...]:
+def _stretches(branch: Equilibria, x: Array, slope: Array, quantity: Quantity) -> tuple[Stretch, ...]:
     """Stretches of positive slope, outermost first; their ends are roots of the slope to rounding."""
 
     def value(at: float) -> float:
