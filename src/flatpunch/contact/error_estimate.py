@@ -8,12 +8,14 @@ error changes by up to half as much again. Constants are those of the honesty ca
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import compliance
+from flatpunch.contact.control import Loading
 from flatpunch.contact.curve import Control, Extra
 from flatpunch.contact.expansion import PerturbedContact, power_expansion
 from flatpunch.contact.general_expansion import general_expansion
@@ -23,6 +25,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
 _OUTLINE = 0.45
+_NEWTON = 6
 _LAYERS = 1.6
 _FLOOR = 1e-5
 """Kinked outlines end at 1e-7 of the force, sampled general ones at 1e-4 (`general_expansion`)."""
@@ -65,14 +68,28 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=256)
 def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, float]:
-    """Relative differences of force and outline between first and second order on a half-space at a base radius."""
+    """Differences of force (relative) and outline (over the mean radius) between first and second order on a half-space.
+
+    Taken at the depth at which the mean profile has the contact radius `radius`.
+    """
     kernel = compliance(HalfSpace(1.0, 0.0))
     power = indenter.exponent is not None
     series = power_expansion(kernel, indenter, "second") if power else general_expansion(kernel, indenter)
-    second = series.evaluate(np.array([radius]))
-    _, first = mean_contact(kernel, indenter, Control("depth", second.depth))
+    _, first = mean_contact(kernel, indenter, Control("radius", np.array([radius])))
+    second = series.evaluate(_same_depth(series.loading, first.depth, radius, indenter.reach))
     phi = np.linspace(0, 2 * np.pi, 180, endpoint=False)
-    ratio = outline(kernel, indenter, first, phi) / series.outline(second, phi)
-    shape = float(np.max(np.abs(ratio - 1))) if np.all(np.isfinite(ratio)) else 1.0
+    difference = outline(kernel, indenter, first, phi) - series.outline(second, phi)
+    shape = float(np.max(np.abs(difference)) / second.mean_radius[0]) if np.all(np.isfinite(difference)) else 1.0
     own = second_order_error(second)
     return float(abs(first.force[0] / second.force[0] - 1) + own[0][0]), shape + float(own[1][0])
+
+
+def _same_depth(loading: Callable[[Array], Loading], depth: Array, radius: float, reach: float) -> Array:
+    """Base radius of a series at a depth, shape (1,): a few steps of Newton from the radius of the mean profile."""
+    found = np.array([radius])
+    for _ in range(_NEWTON):
+        path = loading(found)
+        if path.depth_slope[0] <= 0:
+            break
+        found = np.minimum(found * np.exp(np.clip((depth - path.depth) / path.depth_slope, -0.5, 0.5)), reach)
+    return found

@@ -25,11 +25,20 @@ from flatpunch.contact.perturbation import (
     X3,
     X4,
     PowerPerturbation,
+    limited_exponential,
 )
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.family import punch_family
 
 Order = Literal["second", "fourth"]
+
+_LARGEST_TERM = 2.0
+"""|ln(F/F_base)| beyond which a series is cut; tips of three sides reach 0.2."""
+
+_TINY = 1e-300
+
+_SMALLEST = 1e-3
+"""Pade denominator over x2 below which its pole is avoided; the sound range stays above 0.5."""
 
 _SAME_DEPTH = 3
 """Newton steps in ln a between two bases: they start within per cent of each other."""
@@ -152,12 +161,13 @@ class PowerExpansion:
         logarithm, growth, sound = self._force(values, slopes)
         # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
         slope = np.where(radius > 0, base.depth_slope, 1.0)
+        slope = np.where(np.abs(slope) > _TINY, slope, _TINY)
         stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
         return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""
-        outline = np.exp(self._shape.outline(contact.shape_radius, phi))
+        outline = limited_exponential(self._shape.outline(contact.shape_radius, phi))
         outline *= contact.size[:, None]
         return outline
 
@@ -165,17 +175,24 @@ class PowerExpansion:
         """ln(F/F_base), its derivative by ln a, and whether the series holds."""
         x2, x3, x4 = values[:, X2], values[:, X3], values[:, X4]
         if self.order == "second":
-            return x2, slopes[:, X2], np.isfinite(x2)
+            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes[:, X2]), np.isfinite(x2)
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
         # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
         denominator = safe - x3 + x3**2 / safe - x4
+        denominator = np.where(np.abs(denominator) > _SMALLEST * np.abs(safe), denominator, safe)
         bottom = slopes[:, X2] - slopes[:, X3] - slopes[:, X4]
         bottom += 2 * x3 * slopes[:, X3] / safe - x3**2 * slopes[:, X2] / safe**2
         pade = x2**2 / denominator
         growth = 2 * x2 * slopes[:, X2] / denominator - pade * bottom / denominator
         sound = (np.abs(x4) < _LARGEST_X4 * np.abs(x2)) | flat
-        return np.where(flat, 0.0, pade), np.where(flat, 0.0, growth), sound
+        kept = np.where(flat, 0.0, _where_kept(pade, growth))
+        return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept, sound
+
+
+def _where_kept(logarithm: Array, growth: Array) -> Array:
+    """Derivative of a logarithm that is cut at `_LARGEST_TERM`."""
+    return np.where(np.abs(logarithm) < _LARGEST_TERM, growth, 0.0)
 
 
 @lru_cache(maxsize=64)

@@ -10,9 +10,9 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from flatpunch._validation import Array
 
-_SMOOTH = (24, 7)
+_SMOOTH = (36, 7)
 _KINKED = (160, 3)
-"""Nodes per decade and spline degree: 1e-9 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
+"""Nodes per decade and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
 _OVERLAP = 6
 _SPANS = 3
 """Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
