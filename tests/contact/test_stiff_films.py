@@ -70,3 +70,17 @@ def test_flat_end_lifts_off_under_a_stiff_film():
     assert "negative in part" in curve.attrs["notes"]
     sound = fp.indent(film(0.01), fp.Cylinder(3 * H), depth=[0.0, 1e-9])
     assert sound["valid"].all()
+
+
+def test_a_contact_is_judged_alone_as_in_a_curve():
+    # Far out the flat punch of that radius presses everywhere, but the cone's pressure still has tension near the axis,
+    # left from the radii where the film bent away; farther out still the contact is sound again.
+    cone, medium = fp.Cone(0.1), film(100)
+    radii = np.array([1.0, 1.4, 1.6, 3.0, 8.0, 12.0, 20.0, 60.0, 80.0]) * H
+    share = np.geomspace(1e-3, 0.99, 200)
+    lowest = [fp.pressure(medium, cone, share * a, 0 * share, radius=a).min() for a in radii]
+    whole = fp.indent(medium, cone, radius=radii)["valid"].values
+    for a, least, in_curve in zip(radii, lowest, whole, strict=True):
+        alone = bool(fp.indent(medium, cone, radius=a)["valid"][0])
+        assert alone == (least > 0), a / H
+        assert bool(in_curve) == alone, a / H

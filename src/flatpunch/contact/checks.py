@@ -14,6 +14,7 @@ from flatpunch.contact.control import Loading
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.history import round_history, superpose
 from flatpunch.punch.family import punch_family
+from flatpunch.punch.matrix import effective_beta
 
 
 class Located(Loading, Protocol):
@@ -50,23 +51,35 @@ def soundness(kernel: Kernel, evaluate: Callable[[Array], Loading], contact: Loc
         contact.depth,
         f"the depth falls while the contact radius grows (a stiff film bends away). {_BEM_HINT}",
     )
-    live = contact.radius[contact.radius > 0]
-    if kernel.homogeneous or not live.size or punch_family(kernel).lowest_pressure(live / kernel.length) >= 0:
+    touching = contact.radius > 0
+    live = contact.radius[touching]
+    if kernel.homogeneous or not live.size or _punches_press(kernel, live):
         return ~turning, notes
-    limit = _first_tension(kernel, evaluate, live)
-    pulling = contact.radius >= limit
+    pulling = np.zeros_like(turning)
+    pulling[touching] = _tension(kernel, evaluate, live)
     notes += first_failure(pulling, contact.depth, f"the contact pressure is negative in part. {_BEM_HINT}")
     return ~(turning | pulling), notes
 
 
-def _first_tension(kernel: Kernel, evaluate: Callable[[Array], Loading], radii: Array) -> float:
-    """Smallest contact radius within the range of `radii` with tension inside; infinite if there is none."""
-    grid = np.geomspace(radii.min(), radii.max(), 48) if radii.size > 1 else radii[:1]
-    rho = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
+def _punches_press(kernel: Kernel, radii: Array) -> bool:
+    """Whether no flat punch of the whole loading history pulls anywhere; then no contact does.
+
+    Punches that are small against every length of the medium press like those on a half-space.
+    """
+    small = 0.1 * kernel.length / max(effective_beta(kernel, 1.0), 1.0)
+    start = min(small, radii.min())
+    path = np.geomspace(start, radii.max(), 2 + int(8 * np.log10(radii.max() / start)))
+    return punch_family(kernel).lowest_pressure(path / kernel.length) >= 0
+
+
+def _tension(kernel: Kernel, evaluate: Callable[[Array], Loading], radii: Array) -> Flags:
+    """At which contact radii the pressure is negative in part, shape of `radii`; decided on a grid of 48 over their range."""
+    grid = np.geomspace(radii.min(), radii.max(), 48) if radii.min() < radii.max() else radii[:1]
+    # films bend on the scale of their thickness, which may be near the axis of a large contact
+    rho = np.concatenate([np.geomspace(1e-3, 0.45, 32), np.linspace(0.5, 0.95, 10)])
     zero = np.zeros_like(rho)
     # one history serves all: a smaller contact is an earlier moment of it
     history = round_history(evaluate, float(grid[-1]))
-    for a in grid:
-        if superpose(kernel, replace(history, radius=float(a)), a * rho, zero).min() < 0:
-            return float(a)
-    return float("inf")
+    lowest = [superpose(kernel, replace(history, radius=float(a)), a * rho, zero).min() for a in grid]
+    # between a sound and a pulling radius of the grid: pulling
+    return np.asarray(np.interp(np.log(radii), np.log(grid), np.array(lowest) < 0) > 0)
