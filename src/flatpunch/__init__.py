@@ -9,7 +9,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
 from flatpunch.files import load, read_case, save
-from flatpunch.fit import Curve, CurveError, Free, fit
+from flatpunch.fit import Curve, CurveError, Free, fit, read_curve
 from flatpunch.indenters import (
     Cone,
     Cylinder,
@@ -48,8 +48,8 @@ __all__ = [
     "EllipticParaboloid",
     "ExponentialModulus",
     "FlatpunchWarning",
-    "Free",
     "Formula",
+    "Free",
     "GradedLayer",
     "HalfSpace",
     "Layer",
@@ -77,5 +77,6 @@ __all__ = [
     "pressure",
     "pull_off",
     "read_case",
+    "read_curve",
     "save",
 ]

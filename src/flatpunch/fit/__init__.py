@@ -4,6 +4,7 @@ from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.fitting import Free, Settings, fit
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.likelihood import Profile
+from flatpunch.fit.readers import read_curve
 from flatpunch.fit.result import Estimate, FitResult
 from flatpunch.fit.scaling import parameter_names
 
@@ -18,4 +19,5 @@ __all__ = [
     "Settings",
     "fit",
     "parameter_names",
+    "read_curve",
 ]

@@ -42,7 +42,7 @@ class Curve:
         Of the cantilever [N/m]. `depth` then is piezo minus deflection: noise in the force is noise in the depth as well, and
         the fit weighs for it.
     stiffness : array, shape (n,), optional
-        Measured contact stiffness [N/m] (nanoindentation).
+        Measured contact stiffness [N/m] (nanoindentation); NaN where there is none.
     name : str
         For tables and messages.
     meta : dict
@@ -74,7 +74,7 @@ class Curve:
                     f"{self.name}: {name} has shape {array.shape}, depth {np.shape(self.depth)}; both need (n,)."
                 )
             bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size:
+            if bad.size and name != "stiffness":
                 rows = ", ".join(map(str, bad[:5])) + (", ..." if bad.size > 5 else "")
                 raise CurveError(
                     f"{self.name}: {bad.size} of {array.size} values of {name} are no finite numbers (rows {rows}, counted "
@@ -201,9 +201,10 @@ def check_signal(curve: Curve, adhesion: Adhesion) -> tuple[Flags, tuple[str, ..
     if adhesion == "refuse":
         raise CurveError(
             f"{curve.name}: the force dips {dip:.3g} N below the baseline before it rises, "
-            f"{dip / (force.max() - baseline):.1%} of the largest force and {dip / max(noise, 1e-300):.0f} times the noise: "
-            "the tip is pulled in. A model without adhesion would put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (modulus "
-            "then still biased by the adhesive force), or measure in a liquid that screens it."
+            f"{dip / (force.max() - baseline):.1%} of the largest force and {dip / max(noise, 1e-300):.0f} times the noise: the "
+            "tip is pulled in. A model without adhesion would put the contact point wrong. Use adhesion='above' to fit the part "
+            "above the baseline only (the modulus is then still biased by the adhesive force), or measure in a liquid that "
+            "screens it."
         )
     back = lowest + int(np.argmax(force[lowest:] >= baseline))
     start = lowest

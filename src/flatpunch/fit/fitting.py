@@ -13,7 +13,7 @@ from flatpunch._validation import Array, real
 from flatpunch.fit.curve import Adhesion, Curve, CurveError, approach, check_signal
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.minimum import Minimum, covariance, minimise
-from flatpunch.fit.objective import NUISANCE, Objective, frame_of, scanned
+from flatpunch.fit.objective import NUISANCE, Objective, contact_range, frame_of, scanned
 from flatpunch.fit.report import judged
 from flatpunch.fit.result import Estimate, FitResult
 from flatpunch.fit.scaling import external, internal, replaced, slope, value_of
@@ -200,7 +200,14 @@ def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], setti
     count = len(objective.names)
     if used.depth.size <= count:
         raise CurveError(f"{curve.name}: {used.depth.size} points cannot determine {count} parameters.")
-    loose = {"contact": (-1.0, 1.0), "baseline": (-10.0, 10.0), "tilt": (-10.0, 10.0)}
+    low, high, _ = contact_range(used.depth, used.force)
+    origin, width, _ = objective.frame
+    slack = high - low
+    loose = {
+        "contact": ((low - slack - origin) / width, (high + slack / 3 - origin) / width),
+        "baseline": (-10.0, 10.0),
+        "tilt": (-10.0, 10.0),
+    }
     lower = np.append(lower, [loose[name][0] for name in objective.nuisance])
     upper = np.append(upper, [loose[name][1] for name in objective.nuisance])
     found, objective = _searched(objective, model, used, lower, upper, settings)
@@ -287,10 +294,11 @@ def _searched(
     objective: Objective, model: ForwardModel, curve: Curve, lower: Array, upper: Array, settings: Settings
 ) -> tuple[Minimum, Objective]:
     """Scan, descend on block means, then on all points; with weights behind a cantilever."""
-    coarse = objective.binned(_BINS)
+    low, high, first = contact_range(objective.depth, objective.force)
+    coarse = objective.binned(_BINS, first)
     moduli = [j for j, name in enumerate(model.free) if name.endswith("young")]
-    start = np.clip(scanned(objective.binned(_SCANNED), model.start(), moduli), lower, upper)
-    if coarse is not objective:
+    start = np.clip(scanned(objective.binned(_SCANNED, first), model.start(), moduli, (low, high)), lower, upper)
+    if coarse.depth.size < objective.depth.size:
         start = minimise(coarse.evaluate, start, lower, upper, settled=0.05).x
     if curve.spring_constant is not None:
         objective = replace(objective, weight=1 / (1 + objective.stiffness(start) / curve.spring_constant))

@@ -167,7 +167,8 @@ def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, met
         return _shared(_Family(medium, indenter, tuple(names), method, found))
     except TypeError:
         # an unhashable part (a user's own indenter): a table of its own
-        return Table(_solver(found, method), found.coordinates)
+        solve, limit = _solver(found, method)
+        return Table(solve, found.coordinates, limit)
 
 
 @dataclass(frozen=True)
@@ -183,30 +184,27 @@ class _Family:
 
 @lru_cache(maxsize=64)
 def _shared(family: _Family) -> Table:
-    return Table(_solver(family.scaling, family.method), family.scaling.coordinates)
+    solve, limit = _solver(family.scaling, family.method)
+    return Table(solve, family.scaling.coordinates, limit)
 
 
-def _solver(found: Scaling, method: str) -> Any:
-    def solve(q: tuple[float, ...], delta: Array) -> Array:
-        """Force of the scaled problem; NaN where the tip or the medium ends."""
+def _solver(found: Scaling, method: str) -> tuple[Any, Any]:
+    """The exact solution of the scaled problem, and how deep it goes."""
+
+    def limit(q: tuple[float, ...]) -> float:
+        """Depth at which a tip of finite extent, or the resolution of thin layers, ends."""
         medium, indenter = found.problem(q)
-        try:
-            return np.asarray(indent(medium, indenter, depth=delta, method=method, angles=_FEW_ANGLES)["force"].values)
-        except ValueError as error:
-            most = _deepest(medium, indenter, method, error)
-            inside = delta <= most
-            phi = np.full(delta.shape, np.nan)
-            phi[inside] = indent(medium, indenter, depth=delta[inside], method=method, angles=_FEW_ANGLES)[
-                "force"
-            ].values
-            return phi
+        if not np.isfinite(indenter.reach):
+            return float("inf")
+        curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
+        return float(np.log(curve["depth"].values[0]))
 
-    return solve
+    def solve(q: tuple[float, ...], delta: Array) -> Array:
+        medium, indenter = found.problem(q)
+        inside = np.log(delta) < limit(q)
+        phi = np.full(delta.shape, np.nan)
+        curve = indent(medium, indenter, depth=delta[inside], method=method, angles=_FEW_ANGLES)
+        phi[inside] = curve["force"].values
+        return phi
 
-
-def _deepest(medium: Any, indenter: Any, method: str, error: ValueError) -> float:
-    """Largest depth that a tip of finite extent can reach."""
-    if not np.isfinite(indenter.reach):
-        raise error
-    curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
-    return float(curve["depth"].values[0]) * (1 - 1e-9)
+    return solve, limit

@@ -107,15 +107,32 @@ class Objective:
             result[touching] = self.model.evaluate(inside[touching], theta)[1]
         return result
 
-    def binned(self, count: int) -> Objective:
-        """The same problem on block means: enough to get close, at a fraction of the cost."""
-        n = self.depth.size
-        size = n // count
-        if size < 2:
-            return self
-        cut = size * (n // size)
-        depth, force = (a[:cut].reshape(-1, size).mean(axis=1) for a in (self.depth, self.force))
+    def binned(self, count: int, first: int = 0) -> Objective:
+        """The same problem on block means from point `first` on: enough to get close, at a fraction of the cost."""
+        depth, force = self.depth[first:], self.force[first:]
+        size = depth.size // count
+        if size >= 2:
+            cut = size * (depth.size // size)
+            depth, force = (a[-cut:].reshape(-1, size).mean(axis=1) for a in (depth, force))
         return replace(self, depth=depth, force=force, weight=None)
+
+
+def contact_range(depth: Array, force: Array) -> tuple[float, float, int]:
+    """Where the contact can begin, and the first point that matters for finding it.
+
+    From a tenth of the force to its maximum the depth grows by 54 % to 90 % of all of it when the force goes like d to d^3
+    (flat end to ball on a thin layer); the contact is looked for between 2.5 and 0.9 times that stretch before the end.
+    """
+    window = max(force.size // 200, 1)
+    smooth = np.convolve(force, np.full(window, 1 / window), "same")
+    base = float(np.median(force[: max(force.size // 10, 4)]))
+    top = float(force[-max(window, 3) :].mean())
+    below = np.flatnonzero(smooth < base + 0.1 * (top - base))
+    tenth = float(depth[int(below[-1])]) if below.size else float(depth[0])
+    end = float(depth.max())
+    low, high = end - 2.5 * (end - tenth), end - 0.9 * (end - tenth)
+    before = np.flatnonzero(depth < low - (end - tenth))
+    return low, high, int(before[-1]) if before.size else 0
 
 
 def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:
@@ -123,7 +140,9 @@ def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:
     return float(depth.min()), float(np.ptp(depth)), float(np.ptp(force))
 
 
-def scanned(objective: Objective, theta: Array, moduli: Sequence[int], candidates: int = 40) -> Array:
+def scanned(
+    objective: Objective, theta: Array, moduli: Sequence[int], between: tuple[float, float], candidates: int = 32
+) -> Array:
     """Starting x: for each of many contact points the best amplitude and baseline, by linear least squares.
 
     Parameters
@@ -134,12 +153,14 @@ def scanned(objective: Objective, theta: Array, moduli: Sequence[int], candidate
         Starting parameters, internal.
     moduli : sequence of int
         Which of them are moduli; the amplitude goes into them.
+    between : tuple of float
+        Range of contact points [m].
     candidates : int
         Number of contact points tried.
     """
     origin, width, span = objective.frame
-    places = np.linspace(-0.02, 0.95, candidates) if "contact" in objective.nuisance else np.zeros(1)
-    tried = origin + width * places if "contact" in objective.nuisance else np.array([objective.held["contact"]])
+    free = "contact" in objective.nuisance
+    tried = np.linspace(*between, candidates) if free else np.array([objective.held["contact"]])
     inside = objective.depth - tried[:, None]
     model = np.zeros_like(inside)
     touching = inside > 0
@@ -162,5 +183,5 @@ def scanned(objective: Objective, theta: Array, moduli: Sequence[int], candidate
     start = theta.copy()
     for j in moduli:
         start[j] += np.log(amplitude[best]) / len(moduli)
-    rest = {"contact": places[best], "baseline": baseline[best], "tilt": 0.0}
+    rest = {"contact": (tried[best] - origin) / width, "baseline": baseline[best], "tilt": 0.0}
     return np.concatenate([start, [rest[name] for name in objective.nuisance]])

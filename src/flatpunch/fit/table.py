@@ -80,22 +80,36 @@ class Table:
         (q, delta of shape (n,)) -> phi of shape (n,): the exact solution.
     coordinates : sequence of Coordinate
         What q is made of.
+    limit : callable
+        q -> largest ln delta that can be solved, infinite for idealised tips.
     """
 
     solve: Solve
     coordinates: Sequence[Coordinate]
+    limit: Callable[[tuple[float, ...]], float]
     _window: tuple[int, int] = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[int, ...], Array] = field(default_factory=dict)
+    _limits: dict[tuple[int, ...], float] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], Piecewise] | None = None
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
         """Interpolant at coordinates q, good for ln delta up to `highest`."""
-        self._widen(highest)
+        self._widen(min(highest, self._highest(q)))
         key = (*q, *self._window)
         if self._last is None or self._last[0] != key:
             self._last = (key, Piecewise(self._window[0] * STEP, self._combined(q)))
         return self._last[1]
+
+    def _highest(self, q: Sequence[float]) -> float:
+        """Where the table must end, at the knot next to q, with a little to spare."""
+        index = tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True))
+        if index not in self._limits:
+            self._limits[index] = self.limit(self._values(index)) + 2 * STEP
+        return self._limits[index]
+
+    def _values(self, index: tuple[int, ...]) -> tuple[float, ...]:
+        return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
 
     def _combined(self, q: Sequence[float]) -> Array:
         if not self.coordinates:
@@ -131,9 +145,8 @@ class Table:
         low, high = self._window
         nodes = self._nodes.setdefault(index, {})
         wanted = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if i not in nodes]
-        q = tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
         if wanted:
-            phi = self.solve(q, np.exp(STEP * np.array(wanted)))
+            phi = self.solve(self._values(index), np.exp(STEP * np.array(wanted)))
             nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))
         grid = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if np.isfinite(nodes[i])]
         spline = make_interp_spline(np.array(grid, dtype=float), [nodes[i] for i in grid], k=_DEGREE)
