@@ -1,9 +1,9 @@
 """Bonded elliptic contact on a half-space in closed form: an independent judge of adhesion under elliptic paraboloids.
 
-Pressures (c_0 + c_1 x^2 + c_2 y^2)/sqrt(1 - x^2/A^2 - y^2/B^2) on the ellipse with semi-axes A, B press the surface into d - alpha x^2
-- beta y^2. With Hertz's integrals for sqrt(1 - ...) and their derivatives by A and B the three coefficients follow. The energy
-U - pi A B w, made stationary over A and B, gives the force at given depth. Real outlines are ellipses but for terms of
-second order, which enter the energy squared.
+Pressures (c_0 + c_1 x^2 + c_2 y^2)/sqrt(1 - x^2/A^2 - y^2/B^2) on the ellipse with semi-axes A, B press the surface into
+d - alpha x^2 - beta y^2. With Hertz's integrals for sqrt(1 - ...) and their derivatives by A and B the three coefficients
+follow. The energy U - pi A B w, made stationary over A and B, gives the force at given depth. Real outlines are ellipses but
+for terms of second order, which enter the energy squared.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 
 def _hertz(a, b):
-    """Coefficients (1, x^2, y^2) of the displacement under sqrt(1 - x^2/a^2 - y^2/b^2), and their derivatives by a and b; E* = 1."""
+    """Coefficients (1, x^2, y^2) of the displacement under sqrt(1 - x^2/a^2 - y^2/b^2) and their derivatives by a, b; E* = 1."""
     c = np.sqrt(a * b)
 
     def integral(p, q):

@@ -21,6 +21,14 @@ from flatpunch.indenters.profile import Indenter
 class FlatFace:
     """The flat end of a cylinder as a round profile: f = 0."""
 
+    def height(self, r: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(r)
+
+    def slope(self, r: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(r)
+
     def moments(self, radius: Array, terms: int) -> Moments:
         """Zero."""
         return Moments(np.zeros((radius.size, terms)), np.zeros_like(radius), np.zeros_like(radius))

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
@@ -38,6 +39,10 @@ from flatpunch.punch.panels import Panels
 
 _MOST_ORDERS = 192
 """Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
+
+_WIDTH = float(np.log(10) / 6)
+_NODES = 14
+"""Pieces of ln a and Chebyshev nodes on each: 1e-11 of functions that vary over one unit of ln a."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,11 @@ class PerturbedBranch:
         return np.asarray(self.angles.orders[: self.harmonics.size])
 
     @cached_property
+    def _pieces(self) -> dict[int, Array]:
+        """Chebyshev series of depth, force and area over pieces of ln a, made when first asked for."""
+        return {}
+
+    @cached_property
     def _panels(self) -> Panels:
         return Panels(self.kernel, self._answers)
 
@@ -95,25 +105,37 @@ class PerturbedBranch:
         return self.base.evaluate(radius)
 
     def at(self, radius: Array) -> AdhesiveContact:
-        """Equilibria at base radii > 0, shape (n,); slopes by central differences."""
-        steps = STEP * np.arange(-5, 6)[:, None]
-        samples = self._corrected((radius * np.exp(steps)).ravel()).reshape(3, 11, radius.size)
-        depth_slope, _ = central_derivatives(samples[0])
-        force_slope, _ = central_derivatives(samples[1])
+        """Equilibria at base radii > 0, shape (n,)."""
+        values, slopes = self._tabulated(np.log(radius))
         round_ = self.base.at(radius)
         return AdhesiveContact(
             radius=radius,
-            depth=samples[0, 5],
-            force=samples[1, 5],
+            depth=values[:, 0],
+            force=values[:, 1],
             retraction=round_.retraction,
-            depth_slope=depth_slope,
-            force_slope=force_slope,
+            depth_slope=slopes[:, 0],
+            force_slope=slopes[:, 1],
             plain=round_.plain,
         )
 
+    def _tabulated(self, x: Array) -> tuple[Array, Array]:
+        """Depth, force and area at ln a of shape (n,), and their derivatives by it, shape (n, 3) each."""
+        index = np.floor(x / _WIDTH).astype(int)
+        values, slopes = np.empty((x.size, 3)), np.empty((x.size, 3))
+        for i in np.unique(index):
+            if i not in self._pieces:
+                nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
+                sampled = self._corrected(np.exp((i + 0.5 + nodes / 2) * _WIDTH)).T
+                self._pieces[i] = np.asarray(chebyshev.chebfit(nodes, sampled, _NODES - 1), dtype=float)
+            inside = index == i
+            at = 2 * (x[inside] / _WIDTH - i) - 1
+            values[inside] = chebyshev.chebval(at, self._pieces[i]).T
+            slopes[inside] = chebyshev.chebval(at, chebyshev.chebder(self._pieces[i])).T * 2 / _WIDTH
+        return values, slopes
+
     def shape(self, radius: Array, phi: Array) -> tuple[Array, Array, Array]:
         """Outline, shape (n, p), mean radius a0 and area at base radii."""
-        area = self._corrected(radius)[2]
+        area = self._tabulated(np.log(radius))[0][:, 2]
         h = self._outline_harmonics(radius)
         fine = self.angles.start + 2 * np.pi * np.arange(2048) / 2048
         w = self._waves(h, fine)
@@ -139,9 +161,9 @@ class PerturbedBranch:
         plain = power_expansion(self.kernel, self.indenter, "second").evaluate(radius)
         contact = self.base.at(radius)
         scale = contact.plain.force + contact.plain.stiffness * contact.retraction
-        depth, force, _ = self._corrected(radius)
+        depth, force, _ = self._tabulated(np.log(radius))[0].T
         change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
-        return np.maximum(second_order_error(plain)[0], 2.5 * (change / scale) ** 2)
+        return np.asarray(np.maximum(second_order_error(plain)[0], 2.5 * (change / scale) ** 2))
 
     def weakest(self, radius: Array) -> Array:
         """Smallest of (D1 + D k_m)/D1 over the harmonics: not positive where the outline is unstable."""
