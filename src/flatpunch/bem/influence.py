@@ -80,8 +80,8 @@ def love_coefficients(shape: tuple[int, int]) -> Array:
 def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     """Add the part of the coefficients that the medium's L - 1 brings, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
-    farthest = spacing * float(np.hypot(*g.shape))
     near = near_cells(kernel, spacing)
+    farthest = spacing * max(float(np.hypot(*g.shape)), near)
     # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
     closest = max(near, 1e-4) * spacing
     averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
