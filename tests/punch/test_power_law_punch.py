@@ -46,7 +46,7 @@ def test_gibson_soil_is_a_bed_of_springs():
 @pytest.mark.parametrize("k", EXPONENTS)
 def test_flat_punch_pressure_sums_to_the_stiffness_and_moments(k):
     p = punch(k)
-    rho, weight = p._rule(60)
+    rho, weight = p.rule(60)
     a = 0.7
     scaled = p.pressure(a, a * rho) * (1 - rho**2) ** (-p.alpha)
     # Gauss-Jacobi is exact to rounding here
@@ -60,7 +60,7 @@ def test_flat_punch_pressure_sums_to_the_stiffness_and_moments(k):
 @pytest.mark.parametrize("m", [0, 1, 3])
 def test_basis_transforms_moments_and_edge(k, m):
     p = punch(k)
-    rho, weight = p._rule(80)
+    rho, weight = p.rule(80)
     x, norm = 3.7, 2**p.alpha * gamma(1 + p.alpha)
     for n, values in enumerate(p.regular_part(m, 4, rho)):
         bessel = norm * x ** (-1 - p.alpha) * jv(m + 2 * n + 1 + p.alpha, x)
