@@ -58,7 +58,7 @@ def test_growing_shrinking_and_growing_again(medium):
     curve = fp.indent(medium, fp.Paraboloid(radius), time=fine, depth=np.interp(fine, time, depth), relaxation=LAW)
     force, area = stepped(medium, radius, time, depth, float(curve.radius.max()))
     scale = float(curve.force.max())
-    # 64 cells across: elastic forces are off by 0.1 to 0.3 %; 48 linear steps add as much where the contact shrinks
-    assert np.allclose(force, curve.force.values[::10], rtol=0, atol=5e-3 * scale)
+    # 48 steps, linear within: measured 1.8e-3 where the contact shrinks, 4e-4 with twice as many; cells matter less
+    assert np.allclose(force, curve.force.values[::10], rtol=0, atol=2.5e-3 * scale)
     # areas jump by cells along the rim, 4 pi a/spacing of them: 2 % of the largest
     assert np.allclose(area, curve.area.values[::10], rtol=0, atol=0.03 * float(curve.area.max()))

@@ -33,7 +33,7 @@ class ExponentialSeries:
     constant : float
         [-].
     weights, rates : ndarray, shape (terms,)
-        [-], [1/s].
+        [-], [1/s]; rates ascending.
     """
 
     constant: float
@@ -55,7 +55,9 @@ def exponential_series(relaxation: Relaxation, shortest: float, longest: float) 
     if isinstance(relaxation, StandardLinearSolid):
         relaxation = relaxation.prony
     if isinstance(relaxation, Prony):
-        return ExponentialSeries(relaxation.equilibrium, np.array(relaxation.weights), 1 / np.array(relaxation.times))
+        ascending = np.argsort(relaxation.times)[::-1]
+        weights, times = np.array(relaxation.weights)[ascending], np.array(relaxation.times)[ascending]
+        return ExponentialSeries(relaxation.equilibrium, weights, 1 / times)
     if isinstance(relaxation, PowerLawRelaxation):
         return _power_series(relaxation, shortest, longest)
     raise TypeError(f"relaxation = {relaxation!r} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation.")

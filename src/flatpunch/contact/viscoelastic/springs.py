@@ -24,6 +24,9 @@ SPRINGS = 400
 
 _ITERATIONS = 50
 
+_GONE = 40.0
+"""Rate times step from which on exp(-z) is below rounding."""
+
 
 class Springs:
     """Row of springs for contacts up to the depth `deepest` (at which an elastic contact has the largest radius needed)."""
@@ -45,20 +48,26 @@ class Springs:
         z = step[:, None] * series.rates
         decay, gain = np.exp(-z), moments(z)[0] * series.weights
         total = series.constant + gain.sum(axis=1)
+        # rates ascend: terms that are gone after one step need no memory, unless a shorter step follows
+        lasting = [int(count) for count in np.sum(z < _GONE, axis=1)]
         deflection = np.zeros_like(self.touch)
-        memory = np.zeros((self.touch.size, series.rates.size))
+        memory = np.zeros((series.rates.size, self.touch.size))
+        scratch = np.empty_like(memory)
         result = np.zeros((3, time.size))
         depth = 0.0
         for n in range(time.size):
+            k = lasting[n]
             # what each spring does by itself, and the depth from which on the tip pushes it
-            free = -(series.constant * deflection + memory @ decay[n]) / total[n]
+            free = (series.constant * deflection + decay[n, :k] @ memory[:k]) / -total[n]
             threshold = self.touch + deflection + free
             depth = self._depth(threshold, total[n], target[n], depth) if by_force else float(target[n])
             pushed = np.maximum(depth - threshold, 0.0)
             moved = free + pushed
             deflection += moved
-            memory *= decay[n]
-            memory += moved[:, None] * gain[n]
+            memory[:k] *= decay[n, :k, None]
+            following = max(k, lasting[min(n + 1, time.size - 1)])
+            memory[k:following] = 0.0
+            memory[:following] += np.multiply(gain[n, :following, None], moved, out=scratch[:following])
             result[:, n] = depth, total[n] * (self.stiffness @ pushed), self._extent(depth - threshold)
         return result[0], result[1], result[2]
 
