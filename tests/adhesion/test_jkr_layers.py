@@ -175,3 +175,26 @@ def test_scaling():
     # the radius of a minimum is known to the noise of the slope, 1e-10
     assert other.radius == pytest.approx(one.radius * s, rel=1e-8)
     assert other.depth_minimum.depth == pytest.approx(one.depth_minimum.depth * s, rel=1e-11)
+
+
+def test_power_law_half_space():
+    from flatpunch.media import PowerLawHalfSpace
+
+    # pull-off -(3 + k)/2 pi w R, whatever the modulus
+    medium = PowerLawHalfSpace(modulus=1.0, depth=1.0, exponent=0.3, poisson=0.3)
+    point = fp.pull_off(medium, fp.Paraboloid(10.0), work_of_adhesion=0.3)
+    assert point.force == pytest.approx(-1.65 * np.pi * 0.3 * 10.0, rel=1e-11)
+
+
+def test_graded_layer_and_two_bodies():
+    from flatpunch.media import GradedLayer, TwoBodies
+
+    # a grading so slight that it is none; two halves of one compliance
+    plain = fp.pull_off(layer(0.3), fp.Paraboloid(10.0), work_of_adhesion=0.3)
+    graded = fp.Medium([GradedLayer(lambda z: 0.91 * (1 + 1e-9 * z), 0.3, 1.0)], base=fp.RigidBase())
+    # the grading itself, and the targets of graded punches, 1e-7
+    point = fp.pull_off(graded, fp.Paraboloid(10.0), work_of_adhesion=0.3)
+    assert point.force == pytest.approx(plain.force, rel=1e-7)
+    twice = fp.Medium([fp.Layer(2 * 0.91, 0.3, 1.0)], base=fp.RigidBase())
+    point = fp.pull_off(TwoBodies(twice, twice), fp.Paraboloid(10.0), work_of_adhesion=0.3)
+    assert point.force == pytest.approx(plain.force, rel=1e-10)

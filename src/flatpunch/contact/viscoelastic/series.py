@@ -2,8 +2,8 @@
 
 psi(t) = constant + sum_j weight_j exp(-rate_j t). Prony series are that already. For a power law the integral
 t^-alpha = (1/Gamma(alpha)) int exp(alpha u - t e^u) du is taken by the trapezoidal rule, whose relative error
-2 |Gamma(alpha + 2 pi i/h)|/Gamma(alpha) is the same at all times. Terms slower than the whole history act as a constant (their
-first-order change is kept in the slowest one), terms faster than a step as one fast term with the same first two moments.
+2 |Gamma(alpha + 2 pi i/h)|/Gamma(alpha) is the same at all times. Terms much slower than the whole history are joined into a
+constant and one term, terms faster than a step into one fast term with the same first two moments.
 """
 
 from __future__ import annotations
@@ -16,12 +16,18 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
-_SPACING = 0.38
+FINE = 0.38
 """h: the trapezoidal rule then errs by 2 |Gamma(alpha + 16.5 i)|/Gamma(alpha) < 1e-11."""
+
+COARSE = 0.6
+"""h for springs, themselves good to 1e-5: the error 2 |Gamma(alpha + 10.5 i)|/Gamma(alpha) is below 1e-6."""
 
 _FAST = 1e4
 _SLOW = 1e-8
 """Rates kept, over the inverse of the shortest step and of the whole history."""
+
+_PARABOLIC = 1e-3
+"""Rates times the whole history up to which the cube of it is below 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +56,9 @@ class ExponentialSeries:
         return np.asarray(self.constant + np.exp(-np.asarray(t)[..., None] * self.rates) @ self.weights)
 
 
-def exponential_series(relaxation: Relaxation, shortest: float, longest: float) -> ExponentialSeries:
+def exponential_series(
+    relaxation: Relaxation, shortest: float, longest: float, spacing: float = FINE
+) -> ExponentialSeries:
     """Series of a relaxation function for histories with steps from `shortest` on that last `longest` [s]."""
     if isinstance(relaxation, StandardLinearSolid):
         relaxation = relaxation.prony
@@ -59,12 +67,12 @@ def exponential_series(relaxation: Relaxation, shortest: float, longest: float) 
         weights, times = np.array(relaxation.weights)[ascending], np.array(relaxation.times)[ascending]
         return ExponentialSeries(relaxation.equilibrium, weights, 1 / times)
     if isinstance(relaxation, PowerLawRelaxation):
-        return _power_series(relaxation, shortest, longest)
+        return _power_series(relaxation, shortest, longest, spacing)
     raise TypeError(f"relaxation = {relaxation!r} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation.")
 
 
-def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> ExponentialSeries:
-    alpha, h = law.exponent, _SPACING
+def _power_series(law: PowerLawRelaxation, shortest: float, longest: float, h: float) -> ExponentialSeries:
+    alpha = law.exponent
     first, last = np.floor(np.log(_SLOW / longest) / h), np.ceil(np.log(_FAST / shortest) / h)
     u = h * np.arange(first, last + 1)
     scale = law.time**alpha * h / gamma(alpha)
@@ -74,7 +82,15 @@ def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> E
     area = scale * np.exp((alpha - 1) * (u[-1] + h)) / -np.expm1((alpha - 1) * h)
     moment = scale * np.exp((alpha - 2) * (u[-1] + h)) / -np.expm1((alpha - 2) * h)
     fast = area / moment
-    return ExponentialSeries(constant, np.append(weights, area * fast), np.append(rates, fast))
+    # slow terms are parabolas over the history: a constant and one term with the same three derivatives stand for them
+    slow = rates * longest < _PARABOLIC
+    first, second = weights[slow] @ rates[slow], weights[slow] @ rates[slow] ** 2
+    one = first**2 / second
+    return ExponentialSeries(
+        constant + float(weights[slow].sum()) - one,
+        np.concatenate([[one], weights[~slow], [area * fast]]),
+        np.concatenate([[second / first], rates[~slow], [fast]]),
+    )
 
 
 def moments(z: Array) -> Array:

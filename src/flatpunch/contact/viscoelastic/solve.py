@@ -15,7 +15,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
-from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series, moments
+from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, moments
 from flatpunch.contact.viscoelastic.springs import Springs
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase
@@ -63,7 +63,9 @@ def solve(
     check_medium(medium)
     check_history(control, time)
     kernel = compliance(medium)
-    series = exponential_series(relaxation, float(np.diff(time).min()), float(time[-1] - time[0]))
+    shortest, longest = float(np.diff(time).min()), float(time[-1] - time[0])
+    series = exponential_series(relaxation, shortest, longest)
+    coarse = exponential_series(relaxation, shortest, longest, COARSE)
     target = np.maximum(control.values, 0.0)
     if not target.any():
         raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
@@ -73,10 +75,10 @@ def solve(
         deepest = _deepest(medium, indenter, float(target.max()), series, time, phi, method, options)
     elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
     if control.name == "depth":
-        force, contact = _by_depth(time, control.values, relaxation, series, elastic)
+        force, contact = _by_depth(time, control.values, relaxation, (series, coarse), elastic)
         depth = control.values
     else:
-        depth, force, contact = _by_force(time, target, series, elastic, deepest)
+        depth, force, contact = _by_force(time, target, (series, coarse), elastic, deepest)
     return _curve(time, depth, force, contact, elastic, relaxation, phi)
 
 
@@ -116,15 +118,20 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
 
 
 def _by_depth(
-    time: Array, depth: Array, relaxation: Relaxation, series: ExponentialSeries, elastic: ElasticCurve
+    time: Array,
+    depth: Array,
+    relaxation: Relaxation,
+    series: tuple[ExponentialSeries, ExponentialSeries],
+    elastic: ElasticCurve,
 ) -> tuple[Array, Array]:
+    """Force and contact depth; `series` is psi finely and coarsely."""
     fine, at = refined(time, depth)
     pressed = np.maximum(np.interp(fine, time, depth), 0.0)
     if (np.diff(pressed[last_rise(pressed) :]) <= 0).all():
-        force, contact = one_cycle(fine, pressed, relaxation, series, elastic)
+        force, contact = one_cycle(fine, pressed, relaxation, series[0], elastic)
     else:
         # the true depth, also above the surface: a free spring may stand below it
-        springs = Springs(elastic, series, float(depth.max()))
+        springs = Springs(elastic, series[1], float(depth.max()))
         _, force, contact = springs.follow(fine, np.interp(fine, time, depth), by_force=False)
     force, contact = force[at], contact[at]
     if depth[0] > 0:
@@ -134,15 +141,19 @@ def _by_depth(
 
 
 def _by_force(
-    time: Array, force: Array, series: ExponentialSeries, elastic: ElasticCurve, deepest: float
+    time: Array,
+    force: Array,
+    series: tuple[ExponentialSeries, ExponentialSeries],
+    elastic: ElasticCurve,
+    deepest: float,
 ) -> tuple[Array, Array, Array]:
     fine, at = refined(time, force)
     loads = np.interp(fine, time, force)
-    elastic_force = grown_force(fine, loads, series)
+    elastic_force = grown_force(fine, loads, series[0])
     if (np.diff(elastic_force) >= 0).all():
         depth = elastic.depth_of(elastic_force[at], deepest)
         return depth, force, depth
-    depth, _, contact = Springs(elastic, series, deepest).follow(fine, loads, by_force=True)
+    depth, _, contact = Springs(elastic, series[1], deepest).follow(fine, loads, by_force=True)
     return depth[at], force, contact[at]
 
 
