@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from flatpunch import bem
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
+from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.perturbed import Expansion
 from flatpunch.indenters.profile import Indenter
 
@@ -29,6 +31,8 @@ _RADIUS_TOLERANCE = 4e-3
 """Interpolation error of the mean radius that is accepted."""
 _GRID_ERROR = 5.0
 """Relative force error of the grid times the number of cells; pyramids reach two thirds of it, ellipses a tenth."""
+_RIM_ERROR = 1.5
+"""Error of the traced outline over the mean radius, times the cells per side."""
 
 FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 """Columns of the ratios; the outline's angles follow from OUTLINE on."""
@@ -36,13 +40,16 @@ FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class Ratios:
-    """Logarithms of (boundary elements)/(second order) and their derivatives by ln a; shape (n, 3 + angles)."""
+    """Logarithms of (boundary elements)/(second order) and their derivatives by ln a; shape (n, 3 + angles).
+
+    `traced` is False at points beside a solution whose contact has no outline.
+    """
 
     values: Array
     slopes: Array
     error: float
     outline_error: float
-    solutions: int
+    traced: Flags
 
 
 class Correction:
@@ -56,13 +63,17 @@ class Correction:
         Polar angles of the outline.
     cells : int
         Cells per side of the boundary element grids.
+    folder : str, optional
+        Where solutions are kept on disk.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int) -> None:
+    def __init__(
+        self, kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int, folder: str | None
+    ) -> None:
         self.kernel, self.indenter, self.expansion = kernel, indenter, expansion
         self.angles, self.cells = angles, cells
-        self.known: dict[float, Array] = {}
-        self.notes: dict[str, None] = {}
+        self._cache = CorrectionCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
+        self.known: dict[float, Array] = self._cache.load() if self._cache else {}
 
     def at(self, radius: Array, rtol: float) -> Ratios:
         """Ratios at base radii > 0, shape (n,), interpolated to `rtol` in force.
@@ -72,17 +83,23 @@ class Correction:
         x = self._clipped(np.log(radius))
         nodes = self._refine(float(x.min()), float(x.max()), rtol)
         table = np.array([self.known[node] for node in nodes])
+        lost = np.isnan(table[:, OUTLINE])
+        table[lost, OUTLINE:] = 0.0
         grid = _GRID_ERROR / self.cells**2
+        rim = _RIM_ERROR / self.cells
         if nodes.size == 1:
             values = np.repeat(table, x.size, axis=0)
-            return Ratios(values, np.zeros_like(values), grid, 1.5 / self.cells, 1)
+            return Ratios(values, np.zeros_like(values), grid, rim, np.full(x.size, not lost[0]))
         spline = _spline(nodes, table)
         frozen = x != np.log(radius)
         slopes = np.where(frozen[:, None], 0.0, spline(x, nu=1))
         left = _left_out(nodes, table)
         error = float(np.max(left[:, FORCE])) + grid
-        outline = float(np.nanmax(left[:, OUTLINE:])) + 1.5 / self.cells
-        return Ratios(spline(x), slopes, error, outline, nodes.size)
+        kept = ~lost
+        kept[1:] &= ~lost[:-1]
+        kept[:-1] &= ~lost[1:]
+        outline = float(np.max(left[kept, OUTLINE:], initial=0.0)) + rim
+        return Ratios(spline(x), slopes, error, outline, _beside(nodes, ~lost, x))
 
     def _clipped(self, x: Array) -> Array:
         """Positions ln a at which to look the ratios up: one place for media without a length, the thin end clamped."""
@@ -110,7 +127,7 @@ class Correction:
                 self._solve(np.array([nodes.mean()]))
                 continue
             table = np.array([self.known[node] for node in nodes])
-            wrong = _left_out(nodes, table)
+            wrong = _left_out(nodes, np.nan_to_num(table))
             score = np.maximum(wrong[:, FORCE] / rtol, wrong[:, RADIUS] / _RADIUS_TOLERANCE)
             split = (np.maximum(score[1:], score[:-1]) > 1) & (np.diff(nodes) > _FINEST)
             if not split.any():
@@ -122,11 +139,17 @@ class Correction:
         new = np.array([x for x in positions if x not in self.known])
         if not new.size:
             return
-        contact = self.expansion.evaluate(np.exp(new))
-        phi = np.linspace(0, 2 * np.pi, self.angles, endpoint=False)
+        self.known.update(zip(new.tolist(), self.solutions(new), strict=True))
+        if self._cache:
+            self._cache.save(self.known)
+
+    def solutions(self, positions: Array) -> Array:
+        """Ratios at positions ln a, one boundary element solution each, shape (n, 3 + angles); NaN for missing outlines."""
+        contact = self.expansion.evaluate(np.exp(positions))
+        phi: Array = np.arange(self.angles) * (2 * np.pi / self.angles)
         shapes = self.expansion.outline(contact, phi)
         half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
-        solutions = bem.solve(
+        found = bem.solve(
             self.kernel,
             self.indenter,
             depths=contact.depth,
@@ -135,17 +158,14 @@ class Correction:
             tolerance=_TOLERANCE,
             angles=self.angles,
         )
-        for i, solution in enumerate(solutions):
-            self.notes |= dict.fromkeys(solution.notes)
-            outline = np.log(solution.outline.contour / shapes[i])
-            radius = np.log(solution.radius / contact.mean_radius[i])
-            self.known[float(new[i])] = np.concatenate(
-                [
-                    [np.log(solution.force / contact.force[i]), radius if np.isfinite(radius) else 0.0],
-                    [np.log(solution.area / contact.area[i])],
-                    np.where(np.isfinite(outline), outline, 0.0),
-                ]
-            )
+        # a contact without an outline has the radius of a disc of its area
+        area = np.array([solution.area for solution in found])
+        radius = np.array([solution.radius for solution in found])
+        radius = np.where(np.isfinite(radius), radius, np.sqrt(area / np.pi))
+        force = np.array([solution.force for solution in found])
+        measures = [force / contact.force, radius / contact.mean_radius, area / contact.area]
+        outlines = np.array([solution.outline.contour for solution in found]) / shapes
+        return np.log(np.column_stack([*measures, outlines]))
 
 
 def _spline(nodes: Array, table: Array) -> CubicSpline:
@@ -169,7 +189,16 @@ def _left_out(nodes: Array, table: Array) -> Array:
     return wrong
 
 
+def _beside(nodes: Array, good: Flags, x: Array) -> Flags:
+    """Whether both nodes around each point are good, or the one node it coincides with."""
+    upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
+    at = np.abs(nodes[upper] - x) < 1e-9
+    return np.asarray((good[upper - 1] | at) & (good[upper] | (np.abs(nodes[upper - 1] - x) < 1e-9)))
+
+
 @lru_cache(maxsize=32)
-def correction(kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int) -> Correction:
+def correction(
+    kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int, folder: str | None = None
+) -> Correction:
     """The corrections of a medium and an indenter; solutions already made are shared."""
-    return Correction(kernel, indenter, expansion, angles, cells)
+    return Correction(kernel, indenter, expansion, angles, cells, folder)

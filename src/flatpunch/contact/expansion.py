@@ -16,6 +16,7 @@ import numpy as np
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import PowerProfile, round_contact
+from flatpunch.contact.mean import resolved_radius
 from flatpunch.contact.perturbation import (
     LOG_MEAN,
     LOG_SQUARE,
@@ -129,7 +130,7 @@ class PowerExpansion:
         values, slopes = self.series.at(radius)
         path, sound = self._loading(radius, values, slopes)
         shape_radius, shape = self._shape_at(radius, path.depth, values)
-        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-shape[:, STIFFENING]), radius)
+        size = radius_of_stiffness(self.kernel, path.stiffness, shape[:, STIFFENING], radius)
         return PerturbedContact(
             radius=radius,
             depth=path.depth,
@@ -201,17 +202,21 @@ def power_expansion(kernel: Kernel, indenter: Indenter, order: Order) -> PowerEx
     return PowerExpansion(kernel, indenter, order)
 
 
-def radius_of_stiffness(kernel: Kernel, stiffness: Array, guess: Array) -> Array:
-    """Radius of the cylindrical flat punch with the given stiffness, by Newton in ln a; shape (n,)."""
+def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Array) -> Array:
+    """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
+
+    Where there is none (stiffness not positive, beyond a turning point) it is the guess.
+    """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()
-    x, wanted = np.log(guess[live]), np.log(stiffness[live])
+    most = float(np.log(resolved_radius(kernel)))
+    x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -_LARGEST_TERM, _LARGEST_TERM)
     for _ in range(20):
         answers = punch_family(kernel).at(np.exp(x) / kernel.length)
         flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]
         # dln K/dln a = pi e^2/c_0, positive for every medium (Krein)
         step = (wanted - x - np.log(2 * np.pi * kernel.modulus * flat)) * flat / (np.pi * edge**2)
-        x = x + np.clip(step, -1, 1)
+        x = np.minimum(x + np.clip(step, -1, 1), most)
         if not step.size or np.abs(step).max() < 1e-9:
             break
     radius[live] = np.exp(x)

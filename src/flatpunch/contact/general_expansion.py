@@ -72,7 +72,7 @@ class GeneralExpansion:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self._at(radius)
         path = self._path(radius, values, slopes)
-        size = radius_of_stiffness(self.kernel, path.stiffness * np.exp(-values[:, _STIFFENING]), radius)
+        size = radius_of_stiffness(self.kernel, path.stiffness, values[:, _STIFFENING], radius)
         zero = np.zeros_like(radius)
         return PerturbedContact(
             radius=radius,

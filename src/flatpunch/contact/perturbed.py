@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from typing import Protocol
 
@@ -21,6 +21,12 @@ from flatpunch.contact.mean import half_space_radius, resolved_radius
 from flatpunch.indenters.profile import Indenter
 
 _OUTLINE_ANGLES = 720
+
+_SPACING, _MARGIN = np.log(10) / 12, 1.0
+"""Grid over ln a in which a mean radius is looked for, and by how much it reaches beyond the wanted ones."""
+_SECANTS, _STEPS = 12, 70
+_ROUNDING = 1e-14
+_TINY = 1e-300
 
 LARGEST_SWING = 1.2
 """|ln a(phi)/abar| above which outlines were off by tens of per cent under stiff films."""
@@ -47,7 +53,7 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
     """Contacts at the prescribed depths, forces or mean radii a0."""
     if control.name == "radius":
         check_reach(indenter, control.values)
-        return expansion.evaluate(_base_radius(expansion, control.values))
+        return expansion.evaluate(_base_radius(kernel, indenter, expansion, control.values))
     guess = half_space_radius(kernel, expansion.base, control, indenter.reach)
     resolved = resolved_radius(kernel)
     radius = radius_for(expansion.loading, control.name, control.values, guess, indenter.reach, resolved)
@@ -60,24 +66,63 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
     return replace(contact, force=control.values, depth=contact.depth + np.where(contact.stiffness > 0, rest, 0.0))
 
 
-def _base_radius(expansion: Expansion, mean_radius: Array) -> Array:
-    """Base radii whose contacts have the mean radii a0; a0 over a varies slowly, so that plain iteration converges."""
+def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_radius: Array) -> Array:
+    """Base radii whose contacts have the mean radii a0, shape (n,).
+
+    Under stiff films a0 need not grow with the base radius; as in depth control the first radius that reaches the wanted one
+    counts. A secant within that interval, halved where it leaves it, ends at rounding.
+    """
     radius = mean_radius.copy()
     live = mean_radius > 0
-    before = np.zeros(int(live.sum()))
-    x, step = np.log(mean_radius[live]), before
-    for count in range(60):
-        ratio = np.log(expansion.evaluate(np.exp(x)).mean_radius / mean_radius[live])
-        # secant in each point once two are known
-        change = ratio - before
+    if not live.any():
+        return radius
+    wanted = np.log(mean_radius[live])
+
+    def excess(x: Array) -> Array:
+        # a contact that the series cannot size counts as too small
+        size = expansion.evaluate(np.exp(x)).mean_radius
+        return np.asarray(np.log(np.where(size > 0, size, _TINY)))
+
+    most = min(indenter.reach, resolved_radius(kernel))
+    nodes, found = _mean_radii(excess, float(wanted.min()), float(wanted.max()), float(np.log(most)))
+    reached = np.maximum.accumulate(found)
+    missing = wanted > reached[-1]
+    if missing.any():
+        raise ValueError(
+            f"radius = {np.exp(wanted[missing][0]):.6g} m is reached by no contact of this method: the largest mean radius is "
+            f"{np.exp(reached[-1]):.6g} m. Prescribe depth or force instead, or choose method='bem'."
+        )
+    upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
+    low, high = nodes[upper - 1], nodes[upper]
+    x = low + (high - low) * np.clip((wanted - found[upper - 1]) / (found[upper] - found[upper - 1]), 0, 1)
+    before_x, before = low, found[upper - 1] - wanted
+    for count in range(_STEPS):
+        here = excess(x) - wanted
+        low, high = np.where(here < 0, x, low), np.where(here < 0, high, x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = np.where((count > 0) & (np.abs(change) > 1e-14), change / step, 1.0)
-        step = -ratio / np.where((slope > 0.3) & (slope < 3), slope, 1.0)
-        x, before = x + step, ratio
-        if not step.size or np.abs(step).max() < 1e-14:
+            trial = x - here * (x - before_x) / (here - before)
+        middle = (low + high) / 2
+        inside = (trial >= low) & (trial <= high) & (count < _SECANTS)
+        following = np.where(here == 0, x, np.where(inside, trial, middle))
+        before_x, before, step, x = x, here, np.abs(following - x), following
+        if step.max() < _ROUNDING:
             break
     radius[live] = np.exp(x)
     return radius
+
+
+def _mean_radii(excess: Callable[[Array], Array], low: float, high: float, most: float) -> tuple[Array, Array]:
+    """Logarithms of base radii from below all wanted ones upwards, and of their mean radii."""
+    start, stop = low - _MARGIN, min(high + _SPACING, most)
+    while True:
+        nodes = np.linspace(start, stop, max(int(np.ceil((stop - start) / _SPACING)), 2) + 1)
+        found = excess(nodes)
+        if found[0] > low and start > low - 4 * _MARGIN:
+            start -= _MARGIN
+        elif found.max() < high and stop < min(most, high + 3 * _MARGIN):
+            stop = min(stop + _MARGIN / 2, most)
+        else:
+            return nodes, found
 
 
 def solve_expansion(

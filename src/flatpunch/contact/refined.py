@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from flatpunch._validation import Array, positive
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction
-from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.perturbed import Expansion, controlled, superpose_expansion
@@ -32,12 +33,14 @@ class RefinedExpansion:
         Wanted relative interpolation error of the force.
     cells : int
         Cells per side of the boundary element grids.
+    folder : str, optional
+        Where their solutions are kept on disk.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, rtol: float, cells: int) -> None:
+    def __init__(self, kernel: Kernel, indenter: Indenter, rtol: float, cells: int, folder: str | None = None) -> None:
         self.series: Expansion = expansion_of(kernel, indenter)
         self.base, self.rtol = self.series.base, rtol
-        self.correction = correction(kernel, indenter, self.series, _ANGLES, cells)
+        self.correction = correction(kernel, indenter, self.series, _ANGLES, cells, folder)
 
     def ratios(self, radius: Array) -> Ratios:
         """Corrections at base radii, those of the smallest positive one at zero."""
@@ -78,7 +81,14 @@ class RefinedExpansion:
 
 
 def solve(
-    kernel: Kernel, indenter: Indenter, control: Control, phi: Array, *, rtol: float = 5e-4, cells: int = 256
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    phi: Array,
+    *,
+    rtol: float = 5e-4,
+    cells: int = 256,
+    cache: str | Path | None = None,
 ) -> Curve:
     """A whole curve; round indenters are solved exactly.
 
@@ -90,27 +100,40 @@ def solve(
         Relative error of the force that the interpolation between boundary element solutions may have.
     cells : int
         Cells per side of their grids.
+    cache : path, optional
+        Folder in which the solutions are kept, so that a later session need not repeat them.
     """
     rtol = positive("rtol", rtol)
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
-    expansion = RefinedExpansion(kernel, indenter, rtol, cells)
+    expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache))
     contact = _controlled(kernel, indenter, expansion, control)
     ratios = expansion.ratios(contact.radius)
-    ones = np.ones_like(contact.depth)
+    ones, traced = np.ones_like(contact.depth), ratios.traced
+    contour = expansion.outline(contact, phi)
+    contour[~traced] = np.nan
+    notes = first_failure(
+        ~traced,
+        contact.depth,
+        "the contact has holes or several parts, so it has no outline a(phi); the radius is that of a disc of equal area.",
+    )
     return Curve(
         depth=contact.depth,
         force=contact.force,
         radius=contact.mean_radius,
         area=contact.area,
         stiffness=contact.stiffness,
-        contour=expansion.outline(contact, phi),
+        contour=contour,
         valid=np.ones(contact.depth.size, dtype=bool),
-        notes=tuple(expansion.correction.notes),
-        extra=estimates(ratios.error * ones, ratios.outline_error * ones),
+        notes=notes,
+        extra=estimates(ratios.error * ones, np.where(traced, ratios.outline_error, np.inf)),
     )
+
+
+def _folder(cache: str | Path | None) -> str | None:
+    return None if cache is None else str(cache)
 
 
 def pressure(
@@ -122,11 +145,12 @@ def pressure(
     *,
     rtol: float = 5e-4,
     cells: int = 256,
+    cache: str | Path | None = None,
 ) -> Array:
     """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
-    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells)
+    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache))
     return superpose_expansion(kernel, indenter, expansion, control, r, phi)
 
 

@@ -1,0 +1,51 @@
+"""Make src/flatpunch/contact/data/corrections.npz: corrections of standard tips on one layer on a rigid base.
+
+python scripts/make_corrections.py [cells per side, 256]
+
+About seven hundred boundary element solutions, some minutes. The table is described in src/flatpunch/contact/tabulated.py.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.contact.correction import OUTLINE, Correction
+from flatpunch.contact.second_order import expansion_of
+from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
+
+FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
+
+
+def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
+    """Logarithms of the ratios at all nodes of beta, the outline averaged over the symmetric sectors."""
+    kernel = compliance(medium)
+    solved = Correction(kernel, tip, expansion_of(kernel, tip), ANGLES, cells, None).solutions(np.log(BETAS))
+    count = sector(name)
+    period = 2 * (count - 1)
+    outline = solved[:, OUTLINE:].reshape(len(BETAS), -1, period).mean(axis=1)
+    mirrored = (outline + outline[:, -np.arange(period) % period]) / 2
+    return np.hstack([solved[:, :OUTLINE], mirrored[:, :count]])
+
+
+def main(cells: int) -> None:
+    """Solve everything and write the table."""
+    layers = [layer(root) for root in (*ROOTS, None)]
+    tables = {}
+    for sides in SIDES:
+        tables[str(sides)] = np.array([rows(medium, fp.Pyramid(sides, 0.4), str(sides), cells) for medium in layers])
+        print(sides, "sides", np.abs(tables[str(sides)][..., 0]).max(), flush=True)
+    ellipses = [fp.EllipticParaboloid(1 - s, 1 + s) for s in np.sqrt(SQUARES)]
+    tables["ellipse"] = np.array([[rows(medium, tip, "ellipse", cells) for tip in ellipses] for medium in layers])
+    FILE.parent.mkdir(exist_ok=True)
+    # single precision holds 1e-7 of logarithms below one
+    np.savez_compressed(FILE, **{name: table.astype(np.float32) for name, table in tables.items()})
+    print(FILE.stat().st_size, "bytes")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 256)

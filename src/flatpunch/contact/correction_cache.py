@@ -1,0 +1,72 @@
+"""Boundary element corrections kept on disk, one file for each medium, tip and grid.
+
+The key is made of what the numbers depend on: samples of the medium's response, its length and the tip's heights, beside its
+record. The modulus is not among them, ratios do not depend on it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from flatpunch._record import record
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.indenters.profile import Indenter
+
+_FORMAT = 1
+_DIGITS = 11
+
+
+class CorrectionCache:
+    """Nodes of one correction in one file of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where files are kept; made when first needed.
+    kernel, indenter
+        Medium and indenter.
+    angles, cells : int
+        Polar angles of the outline and cells per side of the grids.
+    """
+
+    def __init__(self, folder: Path, kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> None:
+        self.path = Path(folder) / f"correction-{_key(kernel, indenter, angles, cells)}.npz"
+
+    def load(self) -> dict[float, Array]:
+        """Rows of ratios by position ln a; empty if there are none yet or the file cannot be read."""
+        try:
+            with np.load(self.path) as file:
+                return dict(zip(file["positions"].tolist(), file["rows"], strict=True))
+        except (OSError, ValueError, KeyError):
+            return {}
+
+    def save(self, known: dict[float, Array]) -> None:
+        """Write all rows; the file appears whole or not at all."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=self.path.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez_compressed(file, positions=np.array(list(known)), rows=np.array(list(known.values())))
+            os.replace(name, self.path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+
+
+def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:
+    response = kernel.response(np.geomspace(1e-4, 30.0, 60))
+    scale = indenter.reach if np.isfinite(indenter.reach) else 1.0
+    r, phi = scale * np.geomspace(1e-6, 1.0, 25)[:, None], 2 * np.pi * np.arange(97) / 97
+    heights = np.asarray(indenter.height(r, phi))
+    parts = [_FORMAT, angles, cells, f"{kernel.length:.{_DIGITS}g}", kernel.exponent, record(indenter)]
+    digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
+    for samples in (response, heights):
+        digest.update(" ".join(f"{value:.{_DIGITS}g}" for value in samples.ravel()).encode())
+    return digest.hexdigest()[:32]

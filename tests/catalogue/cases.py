@@ -1,0 +1,128 @@
+"""Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.contact.curve import Control
+from flatpunch.contact.mean import mean_contact
+from flatpunch.indenters import Ellipsoid, Rounded, Superellipse, Truncated
+from flatpunch.media import GradedLayer, LinearModulus, TwoBodies
+
+PER_TIP = 9
+SIZES = (0.02, 0.1, 0.3, 1.0, 2.0, 4.0, 10.0)
+"""Contact radius of the mean profile over the thickness of the layer."""
+
+
+@dataclass(frozen=True)
+class FourierOutline:
+    """psi(phi) = 1 + sum over m = 2 .. 7 of amplitudes of random phase, at most `amplitude` in all."""
+
+    seed: int
+    amplitude: float
+
+    def __call__(self, phi: Any) -> Any:
+        rng = np.random.default_rng(self.seed)
+        orders = np.arange(2, 8)
+        size, phase = rng.uniform(0, 1, orders.size) / orders, rng.uniform(0, 2 * np.pi, orders.size)
+        size *= self.amplitude / size.sum()
+        return 1 + np.cos(np.multiply.outer(phi, orders) + phase) @ size
+
+
+def ellipse(eccentricity: float) -> fp.EllipticParaboloid:
+    """Level lines of the given eccentricity, A = (1 - e^2) B."""
+    return fp.EllipticParaboloid(1 - eccentricity**2, 1.0)
+
+
+TIPS: dict[str, Callable[[], Any]] = {
+    **{f"ellipse-{e}": lambda e=e: ellipse(e) for e in (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)},
+    **{f"pyramid-{n}": lambda n=n: fp.Pyramid(n, 0.35) for n in (3, 4, 5, 6, 8)},
+    "superellipse-2.5": lambda: Superellipse(1.0, 0.8, 0.3, 2.5, 2.0),
+    "superellipse-4": lambda: Superellipse(1.0, 1.0, 0.3, 4.0, 2.0),
+    "superellipse-3-pointed": lambda: Superellipse(1.0, 0.7, 0.3, 3.0, 1.0),
+    "rhombus": lambda: Superellipse(1.0, 0.7, 0.3, 1.0, 1.0),
+    **{
+        f"fourier-{seed}": lambda seed=seed, size=size, n=n: fp.PowerLaw(n, FourierOutline(seed, size))
+        for seed, (size, n) in enumerate(
+            [(0.05, 2), (0.1, 2), (0.15, 2), (0.2, 2), (0.1, 1), (0.2, 1), (0.2, 1.5), (0.2, 3)]
+        )
+    },
+    "rounded-4": lambda: Rounded(fp.Pyramid(4, 0.35), 1.0),
+    "rounded-3": lambda: Rounded(fp.Pyramid(3, 0.35), 1.0),
+    "truncated-4": lambda: Truncated(fp.Pyramid(4, 0.35), 0.02),
+    "ellipsoid": lambda: Ellipsoid(20.0, 15.0, 12.0),
+}
+
+
+def _on(young: float, poisson: float = 0.3) -> Callable[[], Any]:
+    return lambda: fp.Medium([fp.Layer(young, poisson, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+
+
+MEDIA: dict[str, Callable[[], Any]] = {
+    "half-space": lambda: fp.HalfSpace(1.0, 0.3),
+    "incompressible": lambda: fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()),
+    "compressible": lambda: fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.RigidBase()),
+    "sliding": lambda: fp.Medium([fp.Layer(1.0, 0.5, 1.0, bonded=False)], base=fp.RigidBase()),
+    **{f"film-{ratio:g}": _on(ratio) for ratio in (0.01, 0.1, 0.5, 2.0, 4.0, 10.0, 30.0, 100.0)},
+    "soft-stiff-soft": lambda: fp.Medium(
+        [fp.Layer(1.0, 0.45, 1.0), fp.Layer(20.0, 0.25, 0.5), fp.Layer(0.5, 0.4, 2.0)], base=fp.HalfSpace(5.0, 0.3)
+    ),
+    "stiff-soft-stiff": lambda: fp.Medium(
+        [fp.Layer(3.0, 0.25, 1.0), fp.Layer(0.5, 0.4, 1.0)], base=fp.HalfSpace(10.0, 0.3)
+    ),
+    "graded-stiffer": lambda: fp.Medium(
+        [GradedLayer(LinearModulus(1.0, 3.0, 1.0), 0.3, 1.0)], base=fp.HalfSpace(3.0, 0.3)
+    ),
+    "graded-softer": lambda: fp.Medium(
+        [GradedLayer(LinearModulus(3.0, 1.0, 1.0), 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)
+    ),
+    "two-bodies": lambda: TwoBodies(fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()), fp.HalfSpace(4.0, 0.3)),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One contact of the catalogue."""
+
+    number: int
+    tip: str
+    medium: str
+    size: float
+
+    def build(self) -> tuple[Any, Any]:
+        """Medium and indenter."""
+        return _medium(self.medium), _tip(self.tip)
+
+    def depth(self) -> float:
+        """Depth [m] at which the mean profile has the radius `size`."""
+        medium, tip = self.build()
+        control = Control("radius", np.array([self.size]))
+        return float(mean_contact(compliance(medium), tip, control)[1].depth[0])
+
+
+@lru_cache
+def _medium(name: str) -> Any:
+    return MEDIA[name]()
+
+
+@lru_cache
+def _tip(name: str) -> Any:
+    return TIPS[name]()
+
+
+def cases() -> list[Case]:
+    """The whole catalogue: every tip on nine media, each medium and size as often as any other."""
+    rng = np.random.default_rng(20230511)
+    media, sizes = list(MEDIA), list(SIZES)
+    total = PER_TIP * len(TIPS)
+    names = np.concatenate([rng.permutation(media) for _ in range(total // len(media) + 1)])
+    radii = np.concatenate([rng.permutation(sizes) for _ in range(total // len(sizes) + 1)])
+    tips = [tip for tip in TIPS for _ in range(PER_TIP)]
+    return [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]

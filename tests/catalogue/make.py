@@ -1,0 +1,140 @@
+"""Make the tables of the honesty catalogue.
+
+    python tests/catalogue/make.py truth     # truth.csv: boundary elements, about a quarter of an hour
+    python tests/catalogue/make.py judge     # catalogue.csv: errors and estimates of every method against truth.csv
+
+truth.csv holds the force on two grids, so that the grid's own error is known, and the outline at equal angles.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from cases import Case, cases
+
+import flatpunch as fp
+
+HERE = Path(__file__).parent
+ANGLES = 72
+GRIDS = (256, 512)
+METHODS = ("first-order", "second-order", "fourth-order", "refined")
+HEAD = ["number", "tip", "medium", "size"]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Boundary element solution of one case; `outline` is empty where the contact has none."""
+
+    case: Case
+    depth: float
+    coarse: float
+    force: float
+    radius: float
+    area: float
+    outline: np.ndarray
+    converged: bool
+
+    @property
+    def grid_error(self) -> float:
+        """Relative error of the force left by the finer grid: forces converge at first order or better."""
+        return abs(self.coarse / self.force - 1)
+
+
+def solve(case: Case, grids: tuple[int, int] = GRIDS) -> Truth:
+    """Boundary elements on a coarse and a fine grid."""
+    medium, tip = case.build()
+    depth = case.depth()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fp.FlatpunchWarning)
+        coarse, fine = (fp.indent(medium, tip, depth=depth, method="bem", grid=grid, angles=ANGLES) for grid in grids)
+    outline = fine.contour.values[0]
+    return Truth(
+        case,
+        depth,
+        float(coarse.force[0]),
+        float(fine.force[0]),
+        float(fine.radius[0]),
+        float(fine.area[0]),
+        outline if np.all(np.isfinite(outline)) else np.empty(0),
+        bool(fine.valid[0]) and bool(coarse.valid[0]),
+    )
+
+
+def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
+    """True error and estimate of the force (relative), and of the outline (over the mean radius)."""
+    medium, tip = truth.case.build()
+    # the refined method is asked for a range, so that its solutions do not lie at the depth of the case
+    depths = np.array([truth.depth / 4, truth.depth]) if method == "refined" else truth.depth
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fp.FlatpunchWarning)
+        result = fp.indent(medium, tip, depth=depths, method=method, angles=ANGLES).isel(step=-1)
+    force = abs(float(result.force) / truth.force - 1)
+    outline = float("nan")
+    if truth.outline.size:
+        outline = float(np.max(np.abs(result.contour.values - truth.outline)) / truth.radius)
+    return force, float(result.force_error), outline, float(result.contour_error)
+
+
+def read_truth() -> list[Truth]:
+    """Rows of truth.csv."""
+    with (HERE / "truth.csv").open() as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return [
+        Truth(
+            Case(int(row["number"]), row["tip"], row["medium"], float(row["size"])),
+            *(float(row[name]) for name in ("depth", "coarse", "force", "radius", "area")),
+            float(row["radius"]) * np.array([float(value) for value in row["outline"].split()]),
+            row["converged"] == "True",
+        )
+        for row in rows
+    ]
+
+
+def make_truth() -> None:
+    lines = [
+        "# Boundary elements at 512 x 512 cells (column coarse: force at 256 x 256); made by make.py. Lengths in layer",
+        "# thicknesses. outline: a(phi)/radius at 72 equal angles from 0, empty where the contact has none.",
+        ",".join([*HEAD, "depth", "coarse", "force", "radius", "area", "converged", "outline"]),
+    ]
+    for case in cases():
+        if case.depth() <= 0:
+            print(case, "lies within the flat end of the tip", flush=True)
+            continue
+        truth = solve(case)
+        numbers = (truth.depth, truth.coarse, truth.force, truth.radius, truth.area)
+        outline = " ".join(f"{value:.5f}" for value in truth.outline / truth.radius)
+        head = [str(case.number), case.tip, case.medium, f"{case.size:g}"]
+        lines.append(",".join([*head, *(f"{value:.9g}" for value in numbers), str(truth.converged), outline]))
+        (HERE / "truth.csv").write_text("\n".join(lines) + "\n")
+        print(case, f"{truth.grid_error:.1e}", flush=True)
+
+
+def make_catalogue() -> None:
+    """Errors and estimates of every method against truth.csv."""
+    names = [f"{method} {what}" for method in METHODS for what in ("force", "estimate", "outline", "outline_estimate")]
+    lines = [
+        "# True error and estimate of every method against truth.csv; made by make.py. Forces relative, outlines over the mean",
+        "# radius (nan where the contact has no outline). Blank: the method does not take this tip or depth.",
+        ",".join([*HEAD, "grid_error", "outlined", *names]),
+    ]
+    for truth in read_truth():
+        case = truth.case
+        row = [str(case.number), case.tip, case.medium, f"{case.size:g}", f"{truth.grid_error:.3g}", str(truth.outline.size)]
+        for method in METHODS:
+            try:
+                row += [f"{value:.4g}" for value in judge(truth, method)]
+            except ValueError as error:
+                print(case, method, error, flush=True)
+                row += [""] * 4
+        lines.append(",".join(row))
+        print(lines[-1], flush=True)
+    (HERE / "catalogue.csv").write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    {"truth": make_truth, "judge": make_catalogue}[sys.argv[1]]()
