@@ -80,6 +80,6 @@ def test_curves_and_loop(tip):
 
 def test_refusals():
     with pytest.raises(ValueError, match="second-order"):
-        fp.indent(UNIT, fp.Pyramid(4, 0.3), depth=0.1, work_of_adhesion=0.1)
+        fp.indent(UNIT, fp.Pyramid(4, 0.3), depth=0.1, work_of_adhesion=0.1, method="fourth-order")
     with pytest.raises(ValueError, match="round indenters only"):
         fp.pressure(UNIT, fp.Pyramid(4, 0.3), 0.0, 0.0, depth=0.1, work_of_adhesion=0.1, method="second-order")
