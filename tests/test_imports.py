@@ -29,6 +29,7 @@ ALLOWED = {
     "paper": _CONTACT | {"atlas", "paper"},
     "files": _FILES,
     "plots": _FILES | {"plots"},
+    "plots_indenter": _FILES | {"plots", "plots_indenter"},
     "fit": _FILES | {"fit", "reference", "plots"},
     "cli": _FILES | {"plots", "cli", "atlas", "paper", "fit"},
 }

@@ -8,17 +8,32 @@ from flatpunch._validation import FlatpunchWarning
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
-from flatpunch.files import load, read_case, save
+from flatpunch.files import load, read_case, read_height_map, save
 from flatpunch.fit import Curve, CurveError, Free, fit, read_curve
 from flatpunch.indenters import (
+    AfmPyramid,
+    AreaFunction,
+    Berkovich,
     Cone,
+    CubeCorner,
     Cylinder,
+    Ellipsoid,
     EllipticParaboloid,
+    FacetedPyramid,
+    HeightMap,
+    Knoop,
     Paraboloid,
     PowerLaw,
     Pyramid,
     RadialProfile,
+    Rounded,
     Sphere,
+    SpheroCone,
+    Spheroid,
+    Superellipse,
+    Tilted,
+    Truncated,
+    Vickers,
 )
 from flatpunch.media import (
     DepthTable,
@@ -40,18 +55,26 @@ from flatpunch.media import (
 from flatpunch.punch import flat_punch
 
 __all__ = [
+    "AfmPyramid",
+    "AreaFunction",
+    "Berkovich",
     "Cone",
+    "CubeCorner",
     "Curve",
     "CurveError",
     "Cylinder",
     "DepthTable",
+    "Ellipsoid",
     "EllipticParaboloid",
     "ExponentialModulus",
+    "FacetedPyramid",
     "FlatpunchWarning",
     "Formula",
     "Free",
     "GradedLayer",
     "HalfSpace",
+    "HeightMap",
+    "Knoop",
     "Layer",
     "LinearModulus",
     "Medium",
@@ -64,9 +87,16 @@ __all__ = [
     "Pyramid",
     "RadialProfile",
     "RigidBase",
+    "Rounded",
     "Sphere",
+    "SpheroCone",
+    "Spheroid",
     "StandardLinearSolid",
+    "Superellipse",
+    "Tilted",
+    "Truncated",
     "TwoBodies",
+    "Vickers",
     "__version__",
     "adhesion_loop",
     "compliance",
@@ -78,5 +108,6 @@ __all__ = [
     "pull_off",
     "read_case",
     "read_curve",
+    "read_height_map",
     "save",
 ]

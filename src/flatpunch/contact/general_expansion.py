@@ -218,7 +218,8 @@ class GeneralExpansion:
 
     def _is_regular(self) -> bool:
         scale = self.indenter.reach if np.isfinite(self.indenter.reach) else 1.0
-        r = scale * np.geomspace(1e-6, 1.0, 61)[:, None]
+        # within the border of a flat f is zero, however far the shape reaches
+        r = np.append(scale * np.geomspace(1e-6, 1.0, 61), 0.5 * np.array(self.indenter.rings))[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             g = np.log(np.asarray(self.indenter.height(r, self._phi)))
             return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))

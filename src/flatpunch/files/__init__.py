@@ -2,7 +2,18 @@
 
 from flatpunch.files.cases import Case, read_case
 from flatpunch.files.describe import describe, shipped_cases
+from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.results import ResultError, load, save
 from flatpunch.files.tables import CaseError
 
-__all__ = ["Case", "CaseError", "ResultError", "describe", "load", "read_case", "save", "shipped_cases"]
+__all__ = [
+    "Case",
+    "CaseError",
+    "ResultError",
+    "describe",
+    "load",
+    "read_case",
+    "read_height_map",
+    "save",
+    "shipped_cases",
+]

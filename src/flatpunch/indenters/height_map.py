@@ -10,19 +10,23 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
-from scipy.ndimage import gaussian_filter
 
-from flatpunch._validation import Array, Indices, non_negative, positive, values
+from flatpunch._validation import Array, non_negative, positive
+from flatpunch.indenters.height_grid import (
+    checked_grid,
+    even_spacing,
+    fitted,
+    largest_circle,
+    lowest_point,
+    oriented,
+    plane,
+)
 from flatpunch.indenters.star import first_fall
-
-_MARGIN = 4
-"""Points kept around the largest circle, so that the spline does not feel the cut."""
-_SMALLEST = 7
-"""Points across the map that leave a circle worth the name."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +74,7 @@ class HeightMap:
     digest: str
     _spline: RectBivariateSpline = field(repr=False)
     _offset: float = field(repr=False)
+    _hessian: tuple[float, float, float] = field(repr=False)
 
     def __init__(
         self,
@@ -83,17 +88,19 @@ class HeightMap:
         near: tuple[float, float] | None = None,
         reach: float | Literal["usable"] | None = None,
     ) -> None:
-        columns, rows, heights = _checked_grid(x, y, z)
+        columns, rows, heights = checked_grid(x, y, z)
         smoothing = non_negative("HeightMap.smoothing", smoothing, "0 interpolates the map as it is.")
-        heights = _oriented(heights, apex)
+        heights = oriented(heights, apex)
         if level:
-            heights = heights - _plane(columns, rows, heights)
+            heights = heights - plane(columns, rows, heights)
         if smoothing > 0:
-            heights = gaussian_filter(heights, smoothing / np.array(_even_spacing(columns, rows)), mode="nearest")
-        lowest = _lowest_point(columns, rows, heights, near)
-        circle = _largest_circle(columns, rows, lowest)
+            from scipy.ndimage import gaussian_filter
+
+            heights = gaussian_filter(heights, smoothing / np.array(even_spacing(columns, rows)), mode="nearest")
+        lowest = lowest_point(columns, rows, heights, near)
+        circle = largest_circle(columns, rows, lowest)
         wanted = circle if reach is None or reach == "usable" else positive("HeightMap.reach", reach)
-        spline, centre, offset = _fitted(columns, rows, heights, lowest, max(wanted, 0.0))
+        spline, centre, offset = fitted(columns, rows, heights, lowest, max(wanted, 0.0))
         fits = min(centre[0] - columns[0], columns[-1] - centre[0], centre[1] - rows[0], rows[-1] - centre[1])
         if reach is not None and reach != "usable" and wanted > fits:
             raise ValueError(
@@ -101,6 +108,7 @@ class HeightMap:
                 f"{centre[1]:.6g}) m, "
                 f"{fits:.6g} m."
             )
+        at = partial(spline.ev, centre[1], centre[0])
         _set(
             self,
             shape=heights.shape,
@@ -111,6 +119,7 @@ class HeightMap:
             digest=hashlib.sha256(b"".join(a.tobytes() for a in (columns, rows, heights))).hexdigest()[:16],
             _spline=spline,
             _offset=offset,
+            _hessian=(float(at(dy=2)), float(at(dx=1, dy=1)), float(at(dx=2))),
         )
         self._check_star(usable=reach == "usable")
 
@@ -160,13 +169,15 @@ class HeightMap:
         beyond = r - inside
         if np.any(beyond > 0):
             gap = gap + beyond * self._radial(x, y, phi)
-        # rounding beside the apex must not make the gap negative
-        return np.where(r == 0, 0.0, np.maximum(gap, 0.0))
+        # beside the apex the differences of heights would be rounding; there the spline is its own curvature
+        close = r <= self._beside
+        return np.where(close, 0.5 * r**2 * self._curvature(phi), gap) if np.any(close) else np.asarray(gap)
 
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
-        _, phi, inside = self._within(r, phi)
-        return np.asarray(self._radial(*self._points(inside, phi), phi))
+        r, phi, inside = self._within(r, phi)
+        slope, close = self._radial(*self._points(inside, phi), phi), r <= self._beside
+        return np.where(close, r * self._curvature(phi), slope) if np.any(close) else slope
 
     def _within(self, r: Array, phi: Array) -> tuple[Array, Array, Array]:
         r, phi = np.broadcast_arrays(np.asarray(r, dtype=float), np.asarray(phi, dtype=float))
@@ -178,6 +189,16 @@ class HeightMap:
     def _radial(self, x: Array, y: Array, phi: Array) -> Array:
         along_x, along_y = self._spline.ev(y, x, dy=1), self._spline.ev(y, x, dx=1)
         return np.asarray(along_x * np.cos(phi) + along_y * np.sin(phi))
+
+    @property
+    def _beside(self) -> float:
+        """Radius below which f is taken from the curvature at the apex: rounding and third derivatives both count 1e-5 there."""
+        return 1e-5 * min(self.spacing)
+
+    def _curvature(self, phi: Array) -> Array:
+        xx, xy, yy = self._hessian
+        c, s = np.cos(phi), np.sin(phi)
+        return np.asarray(xx * c * c + 2 * xy * c * s + yy * s * s)
 
     def _check_star(self, *, usable: bool) -> None:
         fall = first_fall(self)
@@ -204,124 +225,3 @@ class HeightMap:
 def _set(tip: HeightMap, **fields: object) -> None:
     for name, value in fields.items():
         object.__setattr__(tip, name, value)
-
-
-def _checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
-    columns = values("HeightMap.x", x, minimum=-np.inf)
-    rows = values("HeightMap.y", y, minimum=-np.inf)
-    try:
-        heights = np.array(z, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(
-            "HeightMap.z must be a table of numbers, one row for each y and one column for each x."
-        ) from None
-    if heights.shape != (rows.size, columns.size) or min(heights.shape) < _SMALLEST:
-        raise ValueError(
-            f"HeightMap.z has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must "
-            "be (ny, nx), "
-            f"{_SMALLEST} or more each."
-        )
-    missing = ~np.isfinite(heights)
-    if missing.any():
-        j, i = (int(n) for n in np.argwhere(missing)[0])
-        raise ValueError(
-            f"HeightMap.z has {int(missing.sum())} gaps or infinite values, the first in row {j}, column {i}. "
-            "Fill them or cut the "
-            "map to where it was measured."
-        )
-    for name, axis, direction in (("x", 1, np.diff(columns)), ("y", 0, np.diff(rows))):
-        if (direction < 0).all():
-            heights = np.flip(heights, axis)
-        elif not (direction > 0).all():
-            raise ValueError(f"HeightMap.{name} must increase or decrease strictly: it is the coordinate of a grid.")
-    return np.sort(columns), np.sort(rows), np.ascontiguousarray(heights)
-
-
-def _oriented(heights: Array, apex: str) -> Array:
-    if apex not in ("lowest", "highest"):
-        raise ValueError(
-            f"HeightMap.apex = {apex!r} must be 'lowest' (heights grow away from the apex) or 'highest' (image of "
-            "a tip that points "
-            "up)."
-        )
-    return heights if apex == "lowest" else -heights
-
-
-def _even_spacing(columns: Array, rows: Array) -> tuple[float, float]:
-    """Distances of rows and columns, for filters in units of points."""
-    for name, axis in (("x", columns), ("y", rows)):
-        steps = np.diff(axis)
-        if np.ptp(steps) > 1e-3 * steps.mean():
-            raise ValueError(f"HeightMap.{name} is not evenly spaced, which smoothing needs. Resample the map first.")
-    return float(np.diff(rows).mean()), float(np.diff(columns).mean())
-
-
-def _plane(columns: Array, rows: Array, heights: Array) -> Array:
-    """Best plane through the whole map."""
-    x, y = columns - columns.mean(), (rows - rows.mean())[:, None]
-    rest = heights - heights.mean()
-    along_x, along_y = (rest * x).sum() / (x * x).sum() / rows.size, (rest * y).sum() / (y * y).sum() / columns.size
-    return np.asarray(heights.mean() + along_x * x + along_y * y)
-
-
-def _lowest_point(columns: Array, rows: Array, heights: Array, near: tuple[float, float] | None) -> tuple[int, int]:
-    """Row and column of the apex: the lowest point, or the one reached from `near` by descending."""
-    if near is None:
-        j, i = (int(n) for n in np.unravel_index(np.argmin(heights), heights.shape))
-    else:
-        i, j = int(np.argmin(np.abs(columns - near[0]))), int(np.argmin(np.abs(rows - near[1])))
-        while True:
-            top, left = max(j - 1, 0), max(i - 1, 0)
-            window = heights[top : j + 2, left : i + 2]
-            dj, di = (int(n) for n in np.unravel_index(np.argmin(window), window.shape))
-            if heights[top + dj, left + di] >= heights[j, i]:
-                break
-            j, i = top + dj, left + di
-    if not (1 < j < rows.size - 2 and 1 < i < columns.size - 2):
-        raise ValueError(
-            f"HeightMap has its apex at the border, at x = {columns[i]:.6g} m, y = {rows[j]:.6g} m: nothing is "
-            "left of it to press in. "
-            "Check `apex` (which way the tip points), remove a tilt with level=True, or name a point with `near`."
-        )
-    return j, i
-
-
-def _largest_circle(columns: Array, rows: Array, at: tuple[int, int]) -> float:
-    x, y = columns[at[1]], rows[at[0]]
-    return float(min(x - columns[0], columns[-1] - x, y - rows[0], rows[-1] - y))
-
-
-def _fitted(
-    columns: Array, rows: Array, heights: Array, at: tuple[int, int], radius: float
-) -> tuple[RectBivariateSpline, tuple[float, float], float]:
-    """Spline of the square about the apex, the apex between the points, and the height there."""
-    x, y = columns[at[1]], rows[at[0]]
-    i, j = _window(columns, x, radius), _window(rows, y, radius)
-    # heights from the lowest point on: nothing is lost to rounding at the apex
-    spline = RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
-    point = np.array([x, y])
-    step = max(float(np.diff(columns).max()), float(np.diff(rows).max()))
-    for _ in range(30):
-        gradient = np.array([spline.ev(point[1], point[0], dy=1), spline.ev(point[1], point[0], dx=1)])
-        mixed = spline.ev(point[1], point[0], dx=1, dy=1)
-        curvature = np.array(
-            [[spline.ev(point[1], point[0], dy=2), mixed], [mixed, spline.ev(point[1], point[0], dx=2)]]
-        )
-        smallest = float(np.linalg.eigvalsh(curvature)[0])
-        if smallest <= 0:
-            # a saddle or plateau of the spline: go downhill
-            move = -gradient / max(float(np.hypot(*gradient)), 1e-300) * step / 10
-        else:
-            move = -np.linalg.solve(curvature, gradient)
-            move *= min(1.0, step / 2 / max(float(np.hypot(*move)), 1e-300))
-        point = point + move
-        if np.abs(move).max() < 1e-14 * step:
-            break
-    if np.abs(point - [x, y]).max() > 2 * step:
-        point = np.array([x, y])
-    return spline, (float(point[0]), float(point[1])), float(spline.ev(point[1], point[0]))
-
-
-def _window(axis: Array, centre: float, radius: float) -> Indices:
-    inside = np.flatnonzero(np.abs(axis - centre) <= radius)
-    return np.arange(max(inside[0] - _MARGIN, 0), min(inside[-1] + _MARGIN + 1, axis.size))

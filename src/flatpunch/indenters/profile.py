@@ -8,10 +8,10 @@ pieces joined without an edge may name the joints in `seams`, polar angles like 
 angle is then split there as well. A shape laid through the points of a table says so by `tabulated = True`, for
 quadrature along the radius then needs more points.
 
-A shape with kinks that lie neither along rays nor on circles about the apex (the border of a square flat, the rounding of an edge)
-may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles are no use, and
-`scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it gives the smallest
-and the largest distance of such a line from the axis.
+A shape with kinks that lie neither along rays nor on circles about the apex (the border of a square flat, the rounding
+of an edge) may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles
+are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
+gives the smallest and the largest distance of such a line from the axis.
 """
 
 from __future__ import annotations

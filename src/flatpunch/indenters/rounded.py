@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatpunch._validation import Array, positive
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.cone import Cone
 from flatpunch.indenters.facets import FacetedPyramid, edge_directions, face_gradients
 from flatpunch.indenters.pyramid import Pyramid
@@ -145,23 +145,29 @@ class Rounded:
     def _evaluate(self, r: Array, phi: Array) -> tuple[Array, Array]:
         """Height and slope: on the cap where its gradient lies in the polygon, else at the best gradient on the border."""
         assert self._gradients is not None
-        r, phi = np.broadcast_arrays(np.asarray(r, dtype=float), np.asarray(phi, dtype=float))
-        cosine, sine = np.cos(phi), np.sin(phi)
-        cap_slope = self._cap_slope(r)
-        on_cap = np.ones(r.shape, dtype=bool)
-        height, slope = np.full(r.shape, -np.inf), np.zeros(r.shape)
-        for start, end in zip(self._gradients, np.roll(self._gradients, -1, axis=0), strict=True):
+        r, phi = np.asarray(r, dtype=float), np.asarray(phi, dtype=float)
+        sides = list(zip(self._gradients, np.roll(self._gradients, -1, axis=0), strict=True))
+        if isinstance(self.tip, Pyramid):
+            # seen from one sector between the middles of two faces, the side of that sector is the best
+            phi, sides = np.mod(phi, FULL_TURN / self.tip.sides), sides[:1]
+        cap_slope, cosine, sine = self._cap_slope(r), np.cos(phi), np.sin(phi)
+        shape = np.broadcast_shapes(r.shape, phi.shape)
+        on_cap = np.ones(shape, dtype=bool)
+        height, slope = np.full(shape, -np.inf), np.zeros(shape)
+        for start, end in sides:
             along = (end - start) / np.hypot(*(end - start))
-            normal = np.array([along[1], -along[0]])
-            # notation: on this side of the polygon k = gamma normal + tau along
-            gamma = float(normal @ start)
-            across, aside = normal[0] * cosine + normal[1] * sine, along[0] * cosine + along[1] * sine
+            # notation: on this side of the polygon k = gamma normal + tau along, the normal being `along` turned clockwise
+            gamma = float(along[1] * start[0] - along[0] * start[1])
+            across, aside = along[1] * cosine - along[0] * sine, along[0] * cosine + along[1] * sine
             on_cap &= cap_slope * across <= gamma
             tau = np.clip(self._best(r * aside, gamma), along @ start, along @ end)
             inclined = gamma * across + tau * aside
-            value = r * inclined - self._support(gamma**2 + tau**2)
-            higher = value > height
-            height, slope = np.where(higher, value, height), np.where(higher, inclined, slope)
+            value = r * inclined - self._support(gamma**2 + tau * tau)
+            if len(sides) == 1:
+                height, slope = value, inclined
+            else:
+                higher = value > height
+                height, slope = np.where(higher, value, height), np.where(higher, inclined, slope)
         return np.where(on_cap, self._cap(r), height), np.where(on_cap, cap_slope, slope)
 
     def _support(self, square: Array) -> Array:

@@ -171,16 +171,32 @@ class _Recentred:
             self.tip.height(np.array(math.hypot(*self.apex)), np.array(math.atan2(self.apex[1], self.apex[0])))
         )
         plane = self.gradient[0] * x + self.gradient[1] * y
-        # rounding of the difference must not make the gap negative beside the apex
-        gap = np.maximum(np.asarray(self.tip.height(rho, angle)) - lowest + plane, 0.0)
-        return spread(np.where(np.asarray(r) == 0, 0.0, gap), phi)
+        gap = np.asarray(self.tip.height(rho, angle)) - lowest + plane
+        # beside the apex the difference would be rounding; there the shape is its own curvature
+        close = np.asarray(r) <= self._beside
+        if np.any(close):
+            curved = 0.5 * np.square(r) / self._beside * self._slope(np.array(self._beside), phi)
+            gap = np.where(close, curved, gap)
+        return spread(gap, phi)
 
     def slope(self, r: Array, phi: Array) -> Array:
+        close = np.asarray(r) <= self._beside
+        slope = self._slope(r, phi)
+        if np.any(close):
+            slope = np.where(close, np.asarray(r) / self._beside * self._slope(np.array(self._beside), phi), slope)
+        return spread(slope, phi)
+
+    @property
+    def _beside(self) -> float:
+        """Radius below which f is taken from the curvature at the new apex: rounding and third derivatives count 1e-5 there."""
+        return max(1e-5 * math.hypot(*self.apex), 1e-300)
+
+    def _slope(self, r: Array, phi: Array) -> Array:
         rho, angle, _, _ = self._polar(r, phi)
         radial, around = _gradient(self.tip, rho, angle)
         turn = np.asarray(phi) - angle
         own = radial * np.cos(turn) + around * np.sin(turn)
-        return spread(own + self.gradient[0] * np.cos(phi) + self.gradient[1] * np.sin(phi), phi)
+        return np.asarray(own + self.gradient[0] * np.cos(phi) + self.gradient[1] * np.sin(phi))
 
     def _polar(self, r: Array, phi: Array) -> tuple[Array, Array, Array, Array]:
         """Polar coordinates about the tip's own apex, and the step from the new one."""

@@ -1,0 +1,94 @@
+"""Height maps from files: NumPy archives, and every format that the package SurfaceTopography reads (an optional extra)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from flatpunch._validation import Array, positive
+from flatpunch.files import units
+from flatpunch.indenters import HeightMap
+
+
+def read_height_map(
+    path: str | Path,
+    *,
+    apex: Literal["lowest", "highest"] = "lowest",
+    level: bool = False,
+    smoothing: float = 0.0,
+    near: tuple[float, float] | None = None,
+    reach: float | Literal["usable"] | None = None,
+    channel: int | None = None,
+    height_scale: float = 1.0,
+) -> HeightMap:
+    """Read a height map as an indenter.
+
+    Parameters
+    ----------
+    path : str or Path
+        `.npz` with the arrays x (nx,), y (ny,) and z (ny, nx) in metres, or any file that SurfaceTopography opens (gwy, nc, opd,
+        sdf, spm, top, x3p, ...), which needs `pip install flatpunch[topography]`. There x and y start at zero in one corner of
+        the scan.
+    apex, level, smoothing, near, reach
+        As for `HeightMap`; lengths in metres.
+    channel : int, optional
+        Which channel of the file, counted from 0; its default channel if not given.
+    height_scale : float
+        Factor on the heights, > 0, where the file's calibration is off.
+
+    Raises
+    ------
+    ValueError
+        If the file is not readable, is no map, or has no length unit.
+    ImportError
+        If SurfaceTopography is needed and not installed.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"{path} is no file; the height map is read from there.")
+    x, y, z = _from_archive(path) if path.suffix.lower() == ".npz" else _from_topography(path, channel)
+    z = z * positive("height_scale", height_scale)
+    return HeightMap(x, y, z, apex=apex, level=level, smoothing=smoothing, near=near, reach=reach)
+
+
+def _from_archive(path: Path) -> tuple[Array, Array, Array]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            missing = [name for name in "xyz" if name not in archive]
+            if missing:
+                raise ValueError(f"{path.name} has no array {missing[0]}; it must hold x, y and z in metres.")
+            return archive["x"], archive["y"], archive["z"]
+    except (OSError, EOFError) as error:
+        raise ValueError(f"{path.name} is no readable NumPy archive ({error}).") from None
+
+
+def _from_topography(path: Path, channel: int | None) -> tuple[Array, Array, Array]:
+    try:
+        from SurfaceTopography import open_topography
+        from SurfaceTopography.Exceptions import ReadFileError, UnknownFileFormat
+    except ImportError:
+        raise ImportError(
+            f"Reading {path.name} needs the package SurfaceTopography: pip install 'flatpunch[topography]'. Without it a .npz "
+            "file with the arrays x, y and z in metres can be read."
+        ) from None
+    try:
+        with open_topography(str(path)) as reader:
+            topography = reader.topography() if channel is None else reader.topography(channel_index=channel)
+            return _arrays(topography, path.name)
+    except (ReadFileError, UnknownFileFormat, IndexError, OSError) as error:
+        reason = str(error) or type(error).__name__
+        raise ValueError(f"{path.name} is not readable as a height map: {reason}") from None
+
+
+def _arrays(topography: Any, name: str) -> tuple[Array, Array, Array]:
+    if topography.dim != 2:
+        raise ValueError(f"{name} holds a line scan; a height map is needed. A round tip from a line is RadialProfile.")
+    if topography.unit is None:
+        raise ValueError(f"{name} does not say in which unit its lengths are; convert it to a .npz in metres.")
+    metre = units.to_si(f"1 {topography.unit}", units.LENGTH)
+    heights: Array = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+    spacing = metre * np.asarray(topography.physical_sizes) / topography.nb_grid_pts
+    x, y = (step * np.arange(count) for step, count in zip(spacing, heights.shape, strict=True))
+    return x, y, metre * heights.T
