@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationError
 
 from flatpunch._validation import Array, positive, values
-from flatpunch.contact import METHODS
+from flatpunch.contact import METHODS, default_method
 from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables import CaseError, Count, Force, Length, Table, explain
@@ -120,7 +120,7 @@ class CaseTable(Table):
     """The whole file."""
 
     title: str = ""
-    method: str = "first-order"
+    method: str | None = None
     angles: Count = 360
     layers: list[LayerTable] = Field(default=[])
     base: BaseTable | None = None
@@ -131,7 +131,7 @@ class CaseTable(Table):
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
-        if self.method not in METHODS:
+        if self.method is not None and self.method not in METHODS:
             raise ValueError(f"method = {self.method!r} is unknown; it is one of {', '.join(map(repr, METHODS))}.")
         if self.angles < 8:
             raise ValueError(
@@ -139,7 +139,8 @@ class CaseTable(Table):
             )
         control, steps = self.control.built
         medium = body(self.layers, self.base, self.upper, self.lower)
-        return Case(self.title, medium, self.indenter.built, control, steps, self.method, self.angles)
+        method = self.method or default_method(self.indenter.built)
+        return Case(self.title, medium, self.indenter.built, control, steps, method, self.angles)
 
 
 def read_case(path: str | Path) -> Case:
