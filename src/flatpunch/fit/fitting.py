@@ -196,6 +196,7 @@ def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], setti
             "tilt": 0.0,
         },
         frame=frame_of(used.depth, used.force),
+        spring=used.spring_constant,
     )
     count = len(objective.names)
     if used.depth.size <= count:
@@ -210,7 +211,7 @@ def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], setti
     }
     lower = np.append(lower, [loose[name][0] for name in objective.nuisance])
     upper = np.append(upper, [loose[name][1] for name in objective.nuisance])
-    found, objective = _searched(objective, model, used, lower, upper, settings)
+    found = _searched(objective, model, curve.name, lower, upper, settings)
     polished = None
     if settings.engine == "lmfit" and count:
         from flatpunch.fit.lmfit_engine import polish
@@ -291,26 +292,24 @@ def _limit(name: str, which: str, value: float) -> float:
 
 
 def _searched(
-    objective: Objective, model: ForwardModel, curve: Curve, lower: Array, upper: Array, settings: Settings
-) -> tuple[Minimum, Objective]:
-    """Scan, descend on block means, then on all points; with weights behind a cantilever."""
+    objective: Objective, model: ForwardModel, name: str, lower: Array, upper: Array, settings: Settings
+) -> Minimum:
+    """Scan, descend on block means, then on all points."""
     low, high, first = contact_range(objective.depth, objective.force)
     coarse = objective.binned(_BINS, first)
-    moduli = [j for j, name in enumerate(model.free) if name.endswith("young")]
+    moduli = [j for j, free in enumerate(model.free) if free.endswith("young")]
     start = np.clip(scanned(objective.binned(_SCANNED, first), model.start(), moduli, (low, high)), lower, upper)
     if coarse.depth.size < objective.depth.size:
         start = minimise(coarse.evaluate, start, lower, upper, settled=0.05).x
-    if curve.spring_constant is not None:
-        objective = replace(objective, weight=1 / (1 + objective.stiffness(start) / curve.spring_constant))
     found = minimise(objective.evaluate, start, lower, upper)
     if settings.loss != "linear":
         found = _robust(objective, found, lower, upper, settings.loss)
     if not found.converged:
         raise CurveError(
-            f"{curve.name}: no minimum found after {found.evaluations} evaluations, residual "
+            f"{name}: no minimum found after {found.evaluations} evaluations, residual "
             f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
         )
-    return found, objective
+    return found
 
 
 def influence(loss: Loss, r: Array) -> tuple[Array, Array]:

@@ -20,6 +20,7 @@ from flatpunch._validation import Array
 from flatpunch.contact import METHODS, indent
 from flatpunch.fit.scaling import Scaling, external, internal, replaced, scaling, slope, value_of
 from flatpunch.fit.table import Table
+from flatpunch.indenters import Cylinder
 
 _FEW_ANGLES = 8
 """Outlines are of no interest here."""
@@ -194,7 +195,7 @@ def _solver(found: Scaling, method: str) -> tuple[Any, Any]:
     def limit(q: tuple[float, ...]) -> float:
         """Depth at which a tip of finite extent, or the resolution of thin layers, ends."""
         medium, indenter = found.problem(q)
-        if not np.isfinite(indenter.reach):
+        if isinstance(indenter, Cylinder) or not np.isfinite(indenter.reach):
             return float("inf")
         curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
         return float(np.log(curve["depth"].values[0]))

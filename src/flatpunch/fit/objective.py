@@ -2,9 +2,12 @@
 
     r = w (b + t (z - z_1) + M(z - z0; theta) - F)
 
-z0 contact point, b baseline, t its tilt. Behind a cantilever of stiffness k the noise of F moves the tip by -noise/k as well,
-so that r has the spread sigma (1 + M'/k): w = 1/(1 + M'/k), from a first fit and then held, which leaves the estimate
-unbiased to first order in the noise.
+z0 contact point, b baseline, t its tilt. Behind a cantilever of stiffness k the noise of F has moved the tip by -noise/k as
+well: known exactly is the piezo's position z + F/k. There r is the difference to the force that the model has at that position,
+
+    r = b + t (z - z_1) + M(z - r/k - z0; theta) - F,
+
+solved point by point by Newton's method, dr = dM/(1 + M'/k).
 """
 
 from __future__ import annotations
@@ -18,6 +21,9 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.fit.forward import ForwardModel
 
+_NEWTON = 8
+_SETTLED = 1e-3
+"""Newton's method behind a cantilever ends when a step is this small against the residuals."""
 NUISANCE = ("contact", "baseline", "tilt")
 
 
@@ -36,6 +42,7 @@ class Objective:
     held: dict[str, float]
     frame: tuple[float, float, float]
     weight: Array | None = None
+    spring: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,13 +68,8 @@ class Objective:
         theta, rest = self.split(x)
         origin, width, span = self.frame
         depth = self.depth - rest["contact"]
-        touching = depth > 0
-        # a mask costs as much as the model; where everything or a block touches, a slice will do
-        start = int(np.argmax(touching)) if touching.any() else depth.size
-        block: Any = slice(start, None) if touching[start:].all() else np.flatnonzero(touching)
-        force, stiffness, by_theta = self.model.evaluate(depth[block], theta)
-        residual = (rest["baseline"] + rest["tilt"] * (self.depth - origin) - self.force) / span
-        residual[block] += force / span
+        straight = rest["baseline"] + rest["tilt"] * (self.depth - origin) - self.force
+        residual, block, stiffness, by_theta = self._residual(depth, straight, theta)
         jacobian = np.zeros((x.size, depth.size))
         count = theta.size
         jacobian[:count, block] = by_theta / span
@@ -78,10 +80,33 @@ class Objective:
                 jacobian[j] = 1.0
             else:
                 jacobian[j] = (self.depth - origin) / width
+        if self.spring is not None:
+            jacobian[:, block] /= 1 + stiffness / self.spring
+        residual = residual / span
         if self.weight is not None:
             residual *= self.weight
             jacobian *= self.weight
         return residual, jacobian
+
+    def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
+        """Residual [N], the points in contact, and stiffness and derivatives of M there."""
+        at, residual = depth, np.zeros_like(depth)
+        for turn in range(_NEWTON):
+            block = _touching(at)
+            force, stiffness, by_theta = self.model.evaluate(at[block], theta)
+            miss = straight - residual
+            miss[block] += force
+            if self.spring is None:
+                return miss, block, stiffness, by_theta
+            step = miss.copy()
+            step[block] /= 1 + stiffness / self.spring
+            residual = residual + step
+            at = depth - residual / self.spring
+            # what is left is second order in the noise but of one sign: it must vanish beside the error of a mean
+            left = step if turn else miss - step
+            if np.abs(left).max() < _SETTLED * np.sqrt(np.mean(residual**2)):
+                break
+        return residual, block, stiffness, by_theta
 
     def prediction(self, x: Array) -> Array:
         """Fitted force at the points [N]."""
@@ -96,16 +121,6 @@ class Objective:
         if touching.any():
             result[touching] += self.model.evaluate(inside[touching], theta)[0]
         return np.asarray(result)
-
-    def stiffness(self, x: Array) -> Array:
-        """dM/dd at the points [N/m]; zero outside the contact."""
-        theta, rest = self.split(x)
-        inside = self.depth - rest["contact"]
-        touching = inside > 0
-        result = np.zeros_like(inside)
-        if touching.any():
-            result[touching] = self.model.evaluate(inside[touching], theta)[1]
-        return result
 
     def binned(self, count: int, first: int = 0) -> Objective:
         """The same problem on block means from point `first` on: enough to get close, at a fraction of the cost."""
@@ -133,6 +148,13 @@ def contact_range(depth: Array, force: Array) -> tuple[float, float, int]:
     low, high = end - 2.5 * (end - tenth), end - 0.9 * (end - tenth)
     before = np.flatnonzero(depth < low - (end - tenth))
     return low, high, int(before[-1]) if before.size else 0
+
+
+def _touching(depth: Array) -> Any:
+    """Points in contact: a slice where they are one stretch to the end, as a mask costs as much as the model."""
+    inside = depth > 0
+    start = int(np.argmax(inside)) if inside.any() else depth.size
+    return slice(start, None) if inside[start:].all() else np.flatnonzero(inside)
 
 
 def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:

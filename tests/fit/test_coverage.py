@@ -1,0 +1,67 @@
+"""Intervals that mean what they say: synthetic curves with known truth, 1 % noise and unknown contact point.
+
+Measured with 500 curves for each case (`-m slow`): bias at most 0.06 %, the 95 % intervals cover in 93.8 to 96.0 %.
+"""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+from synthetic import synthetic
+
+from flatpunch.fit import fit
+from flatpunch.indenters import Cone, Pyramid, Sphere
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+
+H = 1e-6
+TIPS = {"sphere": Sphere(3e-6), "cone": Cone(0.35), "pyramid": Pyramid(4, 0.35)}
+YOUNG = "layers[0].young"
+
+
+def _media():
+    yield "gel", Medium([Layer(5e3, 0.5, H)], RigidBase()), 0.4e-6
+    for ratio in (0.1, 1, 10):
+        yield (
+            f"film-{ratio}",
+            Medium([Layer(2e9 * ratio, 0.35, H)], HalfSpace(2e9, 0.3)),
+            0.1e-6 if ratio == 10 else 0.2e-6,
+        )
+
+
+CASES = [(medium, tip, deepest, f"{name}-{shape}") for name, medium, deepest in _media() for shape, tip in TIPS.items()]
+
+
+def _ratios(medium, tip, deepest, count):
+    """Deviations from the truth in standard errors and relative, and whether the interval covers."""
+    truth = medium.layers[0].young
+    start = Medium([Layer(1.7 * truth, medium.layers[0].poisson, H)], medium.base)
+    exact = synthetic(medium, tip, deepest, noise=0)
+    rng = np.random.default_rng(20260)
+    relative, covered = [], 0
+    for _ in range(count):
+        noise = 0.01 * exact.force.max() * rng.normal(size=exact.force.size)
+        contact, offset = rng.uniform(-0.3, 0.3) * deepest, 0.02 * exact.force.max() * rng.normal()
+        curve = type(exact)(exact.depth + contact, exact.force + noise + offset)
+        estimate = fit(curve, start, tip, [YOUNG], engine="normal-equations").estimates[YOUNG]
+        relative.append(estimate.value / truth - 1)
+        covered += estimate.low <= truth <= estimate.high
+    return np.array(relative), covered
+
+
+FEW = [case for case in CASES if case[-1] in ("gel-sphere", "gel-pyramid", "film-0.1-cone", "film-10-sphere")]
+
+
+@pytest.mark.parametrize(("medium", "tip", "deepest", "name"), FEW, ids=[c[-1] for c in FEW])
+def test_coverage_of_a_few(medium, tip, deepest, name):
+    """30 curves: no bias beyond 4 standard errors of the mean, and a coverage that 0.95 has with more than 1e-4 probability."""
+    relative, covered = _ratios(medium, tip, deepest, 30)
+    assert abs(relative.mean()) < 4 * relative.std() / np.sqrt(30)
+    assert binom.cdf(covered, 30, 0.95) > 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("medium", "tip", "deepest", "name"), CASES, ids=[c[-1] for c in CASES])
+def test_coverage_of_five_hundred(medium, tip, deepest, name):
+    """The project's targets: bias under 0.5 %, coverage in 93 to 97 %."""
+    relative, covered = _ratios(medium, tip, deepest, 500)
+    assert abs(relative.mean()) < 0.005
+    assert 0.93 <= covered / 500 <= 0.97
