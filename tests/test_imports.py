@@ -7,7 +7,7 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 
-_GROUND = {"_validation", "_record", "_version"}
+_GROUND = {"_validation", "_record", "_version", "_progress"}
 _MEDIA = _GROUND | {"media"}
 _PUNCH = _MEDIA | {"compliance", "punch"}
 _BEM = _PUNCH | {"indenters", "bem"}
@@ -17,6 +17,7 @@ _FILES = _CONTACT | {"files"}
 ALLOWED = {
     "_validation": set(),
     "_record": set(),
+    "_progress": set(),
     "_version": set(),
     "reference": {"reference"},
     "media": _MEDIA,

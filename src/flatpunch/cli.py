@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch.paper.command import paper
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -90,6 +92,9 @@ def check(case: CaseFile) -> None:
             out.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
+app.command()(paper)
+
+
 @app.command()
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results and pictures.")] = Path(
@@ -123,6 +128,7 @@ def _copy(source: Path, target: Path) -> None:
 def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     """Solve one case, write what was asked for, print the curve."""
     import flatpunch as fp
+    from flatpunch._progress import listening
     from flatpunch.files import save
 
     written = []
@@ -133,7 +139,8 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         warnings.simplefilter("always", fp.FlatpunchWarning)
         step("solving")
         control: dict[str, Any] = {case.control: case.values}
-        result = fp.indent(case.medium, case.indenter, method=case.method, angles=case.angles, **control)
+        with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
+            result = fp.indent(case.medium, case.indenter, method=case.method, angles=case.angles, **control)
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))
@@ -207,9 +214,9 @@ def _progress(title: str, total: int) -> Iterator[Any]:
         task = bar.add_task(title, total=total)
         started = False
 
-        def step(what: str) -> None:
+        def step(what: str, advance: int = 1) -> None:
             nonlocal started
-            bar.update(task, description=f"{title}: {what}", advance=1 if started else 0)
+            bar.update(task, description=f"{title}: {what}", advance=advance if started else 0)
             started = True
 
         yield step

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from flatpunch import bem
+from flatpunch._progress import Report, reporting
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-6
+_SINGLE_TOLERANCE = 1e-5
 
 
 def solve(
@@ -24,12 +25,12 @@ def solve(
     phi: Array,
     *,
     grid: bem.Grid | int | None = None,
-    tolerance: float = _TOLERANCE,
+    tolerance: float | None = None,
     fields: bool = False,
     single: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: bool | Report | None = None,
 ) -> Curve:
-    """A whole curve; each step starts from the one before.
+    """A whole curve; operator and grids are shared between the steps that fit on them.
 
     Parameters
     ----------
@@ -38,22 +39,24 @@ def solve(
     grid : Grid or int, optional
         One grid for all steps, or cells per side (256) of a grid fitted to each contact.
     tolerance : float
-        Largest gap error in contact and penetration outside it, relative to the depth.
+        Largest gap error in contact and penetration outside it, relative to the depth: 1e-6, or 1e-5 in single precision.
     fields : bool
         Whether to return pressure(step, y, x), displacement and contact; they then share one grid, that of the largest
         contact.
     single : bool
-        Single precision (tolerance 1e-5 or more).
-    progress : callable, optional
-        Called with (steps done, steps in all).
+        Single precision: half the memory.
+    progress : bool or callable, optional
+        True shows a bar; a function is called with (steps done, steps in all).
     """
     live = _live(control)
     targets = control.values[live]
+    tolerance = tolerance or (_SINGLE_TOLERANCE if single else _TOLERANCE)
     if fields and targets.size and not isinstance(grid, bem.Grid):
         grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single)[0].grid
-    found = _solutions(
-        kernel, indenter, control.name, targets, grid, tolerance, single, phi.size, stiffness=True, progress=progress
-    )
+    with reporting("Boundary elements", progress) as report:
+        found = _solutions(
+            kernel, indenter, control.name, targets, grid, tolerance, single, phi.size, stiffness=True, progress=report
+        )
     rows = np.flatnonzero(live)
 
     def collect(name: str) -> Array:
@@ -128,7 +131,7 @@ def _solutions(
     angles: int = 360,
     *,
     stiffness: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Report | None = None,
 ) -> list[bem.Solution]:
     if not targets.size:
         return []
