@@ -14,7 +14,8 @@ from flatpunch.media import Medium, TwoBodies
 
 _UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth"), "m"),
+    **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z"), "m"),
+    **dict.fromkeys(("height_at_axes", "limit", "start", "unit", "smoothing", "reach"), "m"),
     **dict.fromkeys(("A", "B"), "1/m"),
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any, Literal
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -56,12 +57,15 @@ def read_height_map(
 def _from_archive(path: Path) -> tuple[Array, Array, Array]:
     try:
         with np.load(path, allow_pickle=False) as archive:
-            missing = [name for name in "xyz" if name not in archive]
-            if missing:
-                raise ValueError(f"{path.name} has no array {missing[0]}; it must hold x, y and z in metres.")
-            return archive["x"], archive["y"], archive["z"]
-    except (OSError, EOFError) as error:
-        raise ValueError(f"{path.name} is no readable NumPy archive ({error}).") from None
+            arrays = {name: archive[name] for name in "xyz" if name in archive}
+    except (OSError, EOFError, ValueError, BadZipFile):
+        raise ValueError(
+            f"{path.name} is no readable NumPy archive; numpy.savez(path, x=x, y=y, z=z) writes one."
+        ) from None
+    for name in "xyz":
+        if name not in arrays:
+            raise ValueError(f"{path.name} has no array {name}; it must hold x, y and z in metres.")
+    return arrays["x"], arrays["y"], arrays["z"]
 
 
 def _from_topography(path: Path, channel: int | None) -> tuple[Array, Array, Array]:

@@ -13,6 +13,7 @@ from flatpunch import indenters
 from flatpunch._validation import positive
 from flatpunch.files import units
 from flatpunch.files.tables import Angle, Count, Curvature, Length, Number, Table
+from flatpunch.files.tip_tables import TIP_TABLES, WornTable
 
 
 class ParaboloidTable(Table):
@@ -75,7 +76,7 @@ class EllipticTable(Table):
         return indenters.EllipticParaboloid(0.5 / x, 0.5 / y)
 
 
-class _Inclined(Table):
+class _Inclined(WornTable):
     """Faces given by their inclination to the surface, or by the half opening angle between axis and face."""
 
     inclination: Angle | None = None
@@ -103,7 +104,7 @@ class ConeTable(_Inclined):
 
     def build(self, folder: Path) -> Any:
         """Return the indenter."""
-        return indenters.Cone(self.angle())
+        return self.worn(indenters.Cone(self.angle()))
 
 
 class PyramidTable(_Inclined):
@@ -115,7 +116,7 @@ class PyramidTable(_Inclined):
 
     def build(self, folder: Path) -> Any:
         """Return the indenter."""
-        return indenters.Pyramid(self.sides, self.angle())
+        return self.worn(indenters.Pyramid(self.sides, self.angle()))
 
 
 class PowerLawTable(Table):
@@ -226,6 +227,7 @@ IndenterTable = Annotated[
     | PyramidTable
     | PowerLawTable
     | ProfileTable
-    | CylinderTable,
+    | CylinderTable
+    | TIP_TABLES,
     Field(discriminator="kind", description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
 ]

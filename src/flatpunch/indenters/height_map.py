@@ -114,7 +114,7 @@ class HeightMap:
             shape=heights.shape,
             spacing=(float(np.diff(columns).mean()), float(np.diff(rows).mean())),
             centre=centre,
-            reach=float(min(wanted, fits)),
+            reach=float(fits if reach is None or reach == "usable" else wanted),
             smoothing=smoothing,
             digest=hashlib.sha256(b"".join(a.tobytes() for a in (columns, rows, heights))).hexdigest()[:16],
             _spline=spline,

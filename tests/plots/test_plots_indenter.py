@@ -1,0 +1,51 @@
+"""Pictures of indenters: every kind is drawn, in readable units, with level lines where the heights say."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import flatpunch as fp
+from flatpunch import plots, plots_indenter
+
+X = np.linspace(-1e-6, 1e-6, 41)
+TIPS = [
+    fp.Vickers(tip_radius=1e-7),
+    fp.Berkovich(height_removed=5e-8),
+    fp.Knoop(),
+    fp.Tilted(fp.Sphere(1e-6), 0.1),
+    fp.Superellipse(1e-6, 6e-7, 1e-7),
+    fp.SpheroCone(0.9, 5e-8),
+    fp.HeightMap(X, X, (X**2 + X[:, None] ** 2) / 4e-6),
+    fp.AreaFunction((24.5, 300.0), 1e-6, unit=1e-9),
+]
+
+
+@pytest.mark.parametrize("tip", TIPS, ids=lambda tip: type(tip).__name__)
+def test_every_tip_is_drawn(tip, tmp_path):
+    figure = plots_indenter.indenter_figure(tip, extent=4e-7)
+    assert len(figure.axes) == 3
+    assert all("(nm)" in axes.get_xlabel() for axes in figure.axes)
+    assert plots.save_figure(figure, tmp_path / "tip.png").stat().st_size > 20_000
+
+
+def test_level_lines_lie_at_their_heights():
+    tip = fp.EllipticParaboloid(2e5, 5e5)
+    axes = plots_indenter.level_lines(tip, Figure().subplots(), 1e-6)
+    # the lowest height on the border is 2e5 (1e-6)^2 = 200 nm, nine steps of 22.2 nm
+    assert axes.get_title() == "level lines every 22.2 nm"
+    line = axes.patches[-1].get_xy() * 1e-6  # drawn in um
+    np.testing.assert_allclose(2e5 * line[:, 0] ** 2 + 5e5 * line[:, 1] ** 2, 2e-7, rtol=1e-12)
+
+
+def test_sections_go_where_the_tip_is_steepest_and_flattest():
+    axes = plots_indenter.sections(fp.EllipticParaboloid(2e5, 5e5), Figure().subplots(), 1e-6)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["along 90°", "along 0°"]
+    assert max(axes.lines[0].get_ydata()) == pytest.approx(500)  # nm
+    assert len(plots_indenter.sections(fp.Sphere(1e-6), Figure().subplots(), 1e-6).lines) == 1
+
+
+def test_a_flat_without_anything_beyond_is_refused():
+    with pytest.raises(ValueError, match="Draw a larger extent"):
+        plots_indenter.indenter_figure(fp.Vickers(height_removed=1e-7), extent=1e-8)
+    with pytest.raises(ValueError, match="extent"):
+        plots_indenter.indenter_figure(fp.Cone(0.4), extent=0)
