@@ -27,7 +27,7 @@ ALLOWED = {
     "bem": _BEM,
     "contact": _CONTACT,
     "atlas": _CONTACT | {"atlas"},
-    "paper": _CONTACT | {"atlas", "paper"},
+    "paper": _CONTACT | {"atlas", "paper", "reference"},
     "files": _FILES,
     "plots": _FILES | {"plots"},
     "plots_indenter": _FILES | {"plots", "plots_indenter"},
