@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch.fit.commands import add_commands
 from flatpunch.paper.command import paper
 
 if TYPE_CHECKING:
@@ -237,6 +238,9 @@ def _friendly() -> Iterator[None]:
     except (ValueError, TypeError, OSError) as error:
         typer.echo(f"Error: {error}", err=True)
         raise typer.Exit(2) from None
+
+
+add_commands(app, _friendly, _progress)
 
 
 def main() -> None:

@@ -118,7 +118,7 @@ class FitCaseTable(Table):
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
         settings = Settings(method=self.method, **(self.fit.built if self.fit else {}))
-        medium = body(self.layers, self.base.built, None, None)
+        medium = body(self.layers, self.base, None, None)
         return FitCase(self.title, medium, self.indenter.built, {}, settings, self.curve.built if self.curve else {})
 
 

@@ -1,0 +1,221 @@
+"""Commands `flatpunch fit` and `flatpunch correct`.
+
+The command line adds them with `add_commands`, which takes what all commands share: how bad input is told, and the bar that
+shows progress. Heavy imports happen inside the commands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from flatpunch.fit.case import FitCase
+
+CurveFile = Annotated[
+    Path, typer.Argument(metavar="CURVE", help="Measured curve, or a folder of curves.", show_default=False)
+]
+FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file of the fit.", show_default=False)]
+
+
+def add_commands(
+    app: typer.Typer,
+    friendly: Callable[[], AbstractContextManager[None]],
+    progress: Callable[[str, int], AbstractContextManager[Any]],
+) -> None:
+    """Register the commands.
+
+    Parameters
+    ----------
+    app : Typer
+        The command line.
+    friendly : callable
+        Context in which bad input becomes one message.
+    progress : callable
+        (title, total) -> context that gives a function to call at each step.
+    """
+
+    @app.command()
+    def fit(
+        curve: CurveFile,
+        case: FitCaseFile,
+        output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
+        plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        profile: Annotated[
+            bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
+        ] = False,
+        workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
+    ) -> None:
+        """Fit a case to a measured curve, or to every curve in a folder.
+
+        In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
+        start, and limits if there are any. The contact point and the baseline are fitted with the rest.
+
+        [bold]flatpunch fit curve.csv gel.toml --plot fit.png[/bold]
+        """
+        with friendly():
+            _check_target("--output", output, (".csv", ".nc"))
+            _check_target("--plot", plot, (".png", ".pdf", ".svg"))
+            from flatpunch.fit.case import read_fit_case
+
+            loaded = read_fit_case(case)
+            if curve.is_dir():
+                _fit_folder(curve, loaded, output, plot, workers, progress)
+            else:
+                _fit_one(curve, loaded, output, plot, profile)
+
+    @app.command()
+    def correct(
+        case: FitCaseFile,
+        reported: Annotated[str, typer.Option(help="Young's modulus that was reported, '8 kPa'.")],
+        depth: Annotated[str, typer.Option(help="Depth of that fit, '300 nm'.")],
+        model: Annotated[str | None, typer.Option(help="hertz, sneddon, flat, bilodeau or rico.")] = None,
+        poisson: Annotated[float | None, typer.Option(help="Poisson ratio that was assumed there.")] = None,
+        over: Annotated[
+            str, typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth.")
+        ] = "curve",
+    ) -> None:
+        """From a reported half-space modulus to the true modulus of the layer.
+
+        The case file describes layers, base and indenter; the modulus of its top layer does not matter. Beside the answer stand
+        those of published corrections.
+
+        [bold]flatpunch correct gel.toml --reported "8 kPa" --depth "300 nm"[/bold]
+        """
+        with friendly():
+            _correct(case, reported, depth, model, poisson, over)
+
+
+def _fit_one(path: Path, case: FitCase, output: Path | None, plot: Path | None, profile: bool) -> None:
+    from dataclasses import asdict
+
+    from flatpunch.fit.batch import Batch
+    from flatpunch.fit.fitting import fit
+    from flatpunch.fit.readers import read_curve
+    from flatpunch.fit.report import quantity, unit_of
+
+    curve = read_curve(path, **case.reading)
+    result = fit(curve, case.medium, case.indenter, case.free, **asdict(case.settings))
+    _say(result.summary())
+    if profile:
+        for name in result.objective.model.free:
+            found = result.profile(name)
+            unit = unit_of(name)
+            _say(f"  {name:<20} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+    written = []
+    if output is not None:
+        if output.suffix.lower() == ".csv":
+            written.append(Batch((result.row(),)).save(output))
+        else:
+            from flatpunch.files.results import save
+
+            written.append(save(result.dataset(), output))
+    if plot is not None:
+        from flatpunch.fit.pictures import fit_figure
+        from flatpunch.plots import save_figure
+
+        written.append(save_figure(fit_figure(result), plot))
+    _told(written)
+
+
+def _fit_folder(
+    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, progress: Any
+) -> None:
+    from dataclasses import asdict
+
+    import numpy as np
+
+    from flatpunch.fit.batch import files_in, fit_batch
+    from flatpunch.fit.report import quantity, unit_of
+
+    files = files_in(folder)
+    settings = {**asdict(case.settings), "engine": "normal-equations"}
+    with progress("Fitting", len(files)) as step:
+        before = 0
+
+        def advanced(done: int) -> None:
+            nonlocal before
+            step(f"{done} of {len(files)}", done - before)
+            before = done
+
+        batch = fit_batch(
+            files,
+            case.medium,
+            case.indenter,
+            case.free,
+            workers=workers,
+            progress=advanced,
+            reading=case.reading,
+            **settings,
+        )
+    good = len(batch.rows) - len(batch.failed)
+    _say(f"{good} of {len(batch.rows)} curves fitted")
+    for name in case.free:
+        values = np.asarray(batch.column(name), dtype=float)
+        values = values[np.isfinite(values)]
+        if values.size:
+            low, middle, high = (quantity(float(v), unit_of(name)) for v in np.percentile(values, [16, 50, 84]))
+            _say(f"  {name:<20} median {middle}, middle two thirds {low} .. {high}")
+    for row in batch.failed:
+        _say(f"  {row['reason']}")
+    written = [batch.save(output)] if output is not None else []
+    if plot is not None and case.free:
+        from flatpunch.fit.pictures import map_figure
+        from flatpunch.plots import save_figure
+
+        written.append(save_figure(map_figure(batch, next(iter(case.free))), plot))
+    _told(written)
+    if not good:
+        raise ValueError("no curve could be fitted.")
+
+
+def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: str) -> None:
+    from flatpunch.files import units
+    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fit.correction import correct
+
+    loaded = read_fit_case(case)
+    found = correct(
+        _quantity("--reported", reported, units.PRESSURE),
+        loaded.medium,
+        loaded.indenter,
+        _quantity("--depth", depth, units.LENGTH),
+        model=model,
+        reported_poisson=poisson,
+        over=over,  # type: ignore[arg-type]
+        method=loaded.settings.method,
+    )
+    _say(found.summary())
+
+
+def _quantity(option: str, value: str, dimension: Any) -> float:
+    from flatpunch.files import units
+
+    try:
+        return units.to_si(value, dimension)
+    except ValueError as error:
+        raise ValueError(f"{option} = {value!r} {error}") from None
+
+
+def _check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
+    """Refuse endings and folders that cannot work before anything is fitted."""
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
+
+
+def _say(text: str) -> None:
+    Console().print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _told(written: list[Path]) -> None:
+    if written:
+        _say("Written: " + ", ".join(str(path) for path in written))

@@ -1,0 +1,158 @@
+"""Pictures of fits: the curve with its fit, the ridge between two parameters, a map of values."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flatpunch.files.units import readable
+from flatpunch.fit.report import quantity, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from flatpunch.fit.batch import Batch
+    from flatpunch.fit.result import FitResult
+
+_DATA, _FIT, _GREY = "#8fa9bf", "#1f4e79", "#8c8c8c"
+_JOINT = (2.30, 5.99, 11.83)
+"""Growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters."""
+
+
+def fit_figure(result: FitResult, *, ridge: bool | None = None) -> Figure:
+    """Curve with fit, residuals, and, where two parameters are hard to tell apart, their ridge.
+
+    Parameters
+    ----------
+    result : FitResult
+        The fit.
+    ridge : bool, optional
+        Whether to draw the ridge of the two most correlated free parameters; where the notes complain if left out.
+    """
+    pair = most_tangled(result)
+    wanted = pair is not None and (ridge if ridge is not None else _complains(result))
+    figure = Figure(figsize=(9.6 if wanted else 5.6, 4.6), layout="constrained")
+    grid = figure.add_gridspec(2, 2 if wanted else 1, height_ratios=[3, 1])
+    top = figure.add_subplot(grid[0, 0])
+    _curve(result, top, figure.add_subplot(grid[1, 0], sharex=top))
+    if wanted and pair is not None:
+        _ridge(result, *pair, figure.add_subplot(grid[:, 1]))
+    return figure
+
+
+def most_tangled(result: FitResult) -> tuple[str, str] | None:
+    """The two free parameters with the largest correlation; None if there are fewer than two."""
+    free = result.objective.model.free
+    names = list(result.names)
+    pairs = list(combinations(free, 2))
+    if not pairs:
+        return None
+
+    def strength(pair: tuple[str, str]) -> float:
+        found = abs(result.correlation[names.index(pair[0]), names.index(pair[1])])
+        # undetermined pairs have no correlation; they are as tangled as can be
+        return float(found) if np.isfinite(found) else 2.0
+
+    return max(pairs, key=strength)
+
+
+def _complains(result: FitResult) -> bool:
+    return any("apart" in note or "combination" in note for note in result.notes)
+
+
+def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
+    x_factor, x_unit = readable(float(np.abs(result.depth).max()), "m")
+    y_factor, y_unit = readable(float(np.abs(result.curve.force).max()), "N")
+    x, order = result.depth * x_factor, np.argsort(result.depth)
+    left = ~result.used
+    top.plot(x, result.curve.force * y_factor, ".", ms=2, color=_DATA, label="measured", rasterized=True)
+    if left.any():
+        top.plot(
+            x[left], result.curve.force[left] * y_factor, ".", ms=2, color=_GREY, label="left out", rasterized=True
+        )
+    top.plot(x[order], result.force[order] * y_factor, color=_FIT, lw=1.4, label="fitted")
+    top.axvline(0, color=_GREY, lw=0.6, ls=":")
+    top.set_ylabel(f"force / {y_unit}")
+    top.legend(frameon=False, fontsize=8, loc="upper left")
+    words = [f"{name} = {quantity(e.value, unit_of(name))}" for name, e in result.estimates.items() if "." in name]
+    top.set_title(f"{result.curve.name}: {', '.join(words)}", fontsize=9)
+    bottom.plot(x, result.residual * y_factor, ".", ms=2, color=_DATA, rasterized=True)
+    bottom.axhline(0, color=_FIT, lw=0.8)
+    bottom.set_xlabel(f"depth / {x_unit}")
+    bottom.set_ylabel(f"residual / {y_unit}")
+    for axes in (top, bottom):
+        axes.grid(alpha=0.25, lw=0.6)
+
+
+def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
+    found = result.ridge(first, second)
+    scales = [
+        readable(float(np.abs(found[name]).max()), unit_of(label))
+        for name, label in (("first", first), ("second", second))
+    ]
+    x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
+    axes.contourf(x, y, found["growth"].values.T, levels=[0, *_JOINT], colors=["#1f4e79", "#6f95b8", "#c4d5e4"])
+    axes.plot(x, found["line"].values * scales[1][0], color="#b8541a", lw=1.2, label="best for each value")
+    axes.plot(
+        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=0.8
+    )
+    axes.set_xlim(x.min(), x.max())
+    axes.set_ylim(y.min(), y.max())
+    if not first.endswith("poisson"):
+        axes.set_xscale("log")
+    if not second.endswith("poisson"):
+        axes.set_yscale("log")
+    axes.set_xlabel(f"{first} / {scales[0][1] or '1'}")
+    axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")
+    axes.set_title("68, 95, 99.7 % regions", fontsize=9)
+    axes.legend(frameon=False, fontsize=8)
+
+
+def map_figure(batch: Batch, name: str) -> Figure:
+    """Values of one parameter over the positions of a force map; over the order of the curves if there are no positions.
+
+    Parameters
+    ----------
+    batch : Batch
+        The fits.
+    name : str
+        Column of the table.
+    """
+    values = np.asarray(batch.column(name), dtype=float)
+    finite = np.abs(values[np.isfinite(values)])
+    factor, unit = readable(float(finite.max()) if finite.size else 0.0, unit_of(name))
+    figure = Figure(figsize=(5.6, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    x, y = (np.asarray(batch.column(f"position {axis}"), dtype=float) for axis in ("x", "y"))
+    placed = np.isfinite(x) & np.isfinite(y)
+    if placed.sum() > 1:
+        span = max(np.ptp(x[placed]), np.ptp(y[placed]))
+        scale, length = readable(float(span), "m")
+        drawn: Any = axes.scatter(
+            (x - x[placed].min()) * scale,
+            (y - y[placed].min()) * scale,
+            c=values * factor,
+            s=28,
+            marker="s",
+            cmap="viridis",
+        )
+        bad = placed & ~np.isfinite(values)
+        axes.plot((x[bad] - x[placed].min()) * scale, (y[bad] - y[placed].min()) * scale, "x", color=_GREY)
+        figure.colorbar(drawn, label=f"{name} / {unit or '1'}")
+        axes.set_aspect("equal")
+        axes.set_xlabel(f"x / {length}")
+        axes.set_ylabel(f"y / {length}")
+    else:
+        low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
+        order = np.arange(values.size)
+        axes.vlines(order, low * factor, high * factor, color=_DATA, lw=1)
+        axes.plot(order, values * factor, ".", ms=4, color=_FIT)
+        axes.set_xlabel("curve")
+        axes.set_ylabel(f"{name} / {unit or '1'}")
+        axes.grid(alpha=0.25, lw=0.6)
+    failed = len(batch.failed)
+    axes.set_title(f"{values.size - failed} curves" + (f", {failed} failed" if failed else ""), fontsize=9)
+    return figure
