@@ -207,7 +207,7 @@ def _level_radius(indenter: Any, level: float, phi: Array, limit: float) -> Arra
             if not short.any():
                 break
             high = np.where(short, 2 * high, high)
-    for _ in range(60):
+    for _ in range(90):
         middle = (low + high) / 2
         above = np.asarray(indenter.height(middle, phi)) > level
         low, high = np.where(above, low, middle), np.where(above, middle, high)
