@@ -17,9 +17,9 @@ from pydantic import Field, ValidationError
 
 from flatpunch.files import CaseError
 from flatpunch.files import units as si
-from flatpunch.files.cases import ControlTable
 from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, LayerTable, body
+from flatpunch.files.steps import ControlTable
 from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, explain
 from flatpunch.fit.columns import STIFFNESS
 from flatpunch.fit.fitting import Free, Settings

@@ -120,6 +120,8 @@ def _crossing(result: FitResult, root: Callable[[float], float], j: int, side: i
 def ridge(result: FitResult, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
     """Growth of the sum of squares over two parameters, all others fitted anew: a long valley is a ridge of likelihood.
 
+    The grid follows the valley: for each value of the first parameter it spreads about the best value of the second.
+
     Parameters
     ----------
     result : FitResult
@@ -127,48 +129,60 @@ def ridge(result: FitResult, first: str, second: str, points: int = 25, width: f
     first, second : str
         Two of `names`.
     points : int
-        Points along each axis.
+        Points along and across.
     width : float
-        Half width of the map in standard errors (at most a factor 20 for logarithmic parameters).
+        Half width of the map in standard errors, along those of the first parameter, across those of the second when the
+        first is held (at most a factor 20 for logarithmic parameters).
 
     Returns
     -------
     xarray.Dataset
-        `growth`(first, second): in units of the noise variance; 5.99 bounds the joint 95 % region. `line`: the best
-        value of the second parameter for each of the first.
+        `growth`(along, across): in units of the noise variance; 5.99 bounds the joint 95 % region. `first`(along),
+        `second`(along, across): values [SI]. `line`(along): best value of the second parameter for each of the first.
     """
     j, k = result.index(first), result.index(second)
-    axes = []
-    for i in (j, k):
-        error = np.sqrt(result.covariance[i, i])
-        reach = min(width * error, _FAR) if np.isfinite(error) else _FAR
-        low, high = result.bounds[0][i], result.bounds[1][i]
-        axes.append(np.linspace(max(result.minimum.x[i] - reach, low), min(result.minimum.x[i] + reach, high), points))
+    low, high = result.bounds
+    x, cov = result.minimum.x, result.covariance
+    error = float(np.sqrt(cov[j, j]))
+    reach = min(width * error, _FAR) if np.isfinite(error) else _FAR
+    u = np.linspace(max(x[j] - reach, low[j]), min(x[j] + reach, high[j]), points)
+    across = width * _held_error(result, j, k) * np.linspace(-1, 1, points)
     freedom = max(result.objective.depth.size - len(result.names), 1)
     variance = max(result.minimum.cost / freedom, 1e-300)
-    fixed = np.zeros(len(result.names), dtype=bool)
-    fixed[[j, k]] = True
-    only = fixed.copy()
-    only[k] = False
-    growth, line = np.empty((points, points)), np.empty(points)
-    start = result.minimum.x
-    for a, u in enumerate(axes[0]):
-        trial = start.copy()
-        trial[j] = u
-        along = minimise(result.objective.evaluate, trial, *result.bounds, fixed=only)
-        line[a] = along.x[k]
-        for b, v in enumerate(axes[1]):
-            trial = along.x.copy()
-            trial[k] = v
-            cost = minimise(result.objective.evaluate, trial, *result.bounds, fixed=fixed, settled=1e-2).cost
-            growth[a, b] = max(cost - result.minimum.cost, 0.0) / variance
+    only = np.zeros(len(result.names), dtype=bool)
+    only[j] = True
+    fixed = only.copy()
+    fixed[k] = True
+    growth, line, grid = np.empty((points, points)), np.empty(points), np.empty((points, points))
+    # from the best point outwards, each start from its neighbour
+    middle = int(np.argmin(np.abs(u - x[j])))
+    for side in (range(middle, points), range(middle - 1, -1, -1)):
+        start = x
+        for a in side:
+            trial = start.copy()
+            trial[j] = u[a]
+            along = minimise(result.objective.evaluate, trial, *result.bounds, fixed=only)
+            start, line[a] = along.x, along.x[k]
+            grid[a] = np.clip(along.x[k] + across, low[k], high[k])
+            for b, v in enumerate(grid[a]):
+                trial = along.x.copy()
+                trial[k] = v
+                cost = minimise(result.objective.evaluate, trial, *result.bounds, fixed=fixed, settled=1e-2).cost
+                growth[a, b] = max(cost - result.minimum.cost, 0.0) / variance
+    second_values = np.array([result.external(k, row) for row in grid])
     return xr.Dataset(
         {
-            "growth": (("first", "second"), growth),
-            "line": ("first", result.external(k, line), {"units": unit_of(second)}),
-        },
-        {
-            "first": ("first", result.external(j, axes[0]), {"units": unit_of(first), "long_name": first}),
-            "second": ("second", result.external(k, axes[1]), {"units": unit_of(second), "long_name": second}),
-        },
+            "growth": (("along", "across"), growth),
+            "first": ("along", result.external(j, u), {"units": unit_of(first), "long_name": first}),
+            "second": (("along", "across"), second_values, {"units": unit_of(second), "long_name": second}),
+            "line": ("along", result.external(k, line), {"units": unit_of(second)}),
+        }
     )
+
+
+def _held_error(result: FitResult, j: int, k: int) -> float:
+    """Standard error of parameter k when j is held."""
+    cov = result.covariance
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = cov[k, k] - cov[k, j] ** 2 / cov[j, j]
+    return float(np.sqrt(variance)) if np.isfinite(variance) and variance > 0 else 0.1

@@ -94,17 +94,20 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
         for name, label in (("first", first), ("second", second))
     ]
     x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
-    axes.contourf(x, y, found["growth"].values.T, levels=[0, *_JOINT], colors=["#1f4e79", "#6f95b8", "#c4d5e4"])
+    axes.contourf(
+        np.broadcast_to(x[:, None], y.shape),
+        y,
+        found["growth"].values,
+        levels=[0, *_JOINT],
+        colors=["#1f4e79", "#6f95b8", "#c4d5e4"],
+    )
     axes.plot(x, found["line"].values * scales[1][0], color="#b8541a", lw=1.2, label="best for each value")
     axes.plot(
         result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=0.8
     )
-    axes.set_xlim(x.min(), x.max())
-    axes.set_ylim(y.min(), y.max())
-    if not first.endswith("poisson"):
-        axes.set_xscale("log")
-    if not second.endswith("poisson"):
-        axes.set_yscale("log")
+    for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
+        if not name.endswith("poisson") and values.max() > 5 * values.min():
+            scale("log")
     axes.set_xlabel(f"{first} / {scales[0][1] or '1'}")
     axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")
     axes.set_title("68, 95, 99.7 % regions", fontsize=9)

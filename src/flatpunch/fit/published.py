@@ -12,10 +12,18 @@ import numpy as np
 
 from flatpunch._validation import Array
 
+_DIMITRIADIS_HALF = (1.0, 1.133, 1.283, 0.769, 0.0975)
+
 
 def dimitriadis(x: Array, poisson: float, bonded: bool) -> Array:
-    """Factor for paraboloids, to fourth order in X = sqrt(R d)/h."""
+    """Factor for paraboloids, to fourth order in X = sqrt(R d)/h.
+
+    For bonded incompressible layers programs use the numbers that are printed for that case; their last one, +0.0975, has the
+    opposite sign of what the general formula gives there.
+    """
     nu = poisson
+    if bonded and nu == 0.5:
+        return np.asarray(np.polynomial.polynomial.polyval(x, _DIMITRIADIS_HALF))
     if bonded:
         a0 = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
         b0 = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1 - nu)

@@ -1,0 +1,75 @@
+"""Real files, where they are at hand: they load, they fit, and the control gives its known modulus."""
+
+from pathlib import Path
+
+import pytest
+
+from flatpunch.fit import CurveError, fit, fit_film, read_curve, read_nanoindentation, tip_in_workbook
+from flatpunch.fit.afm import read_afm
+from flatpunch.indenters import Sphere
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"measured data not found at {DATA}")
+BULK = HalfSpace(1e3, 0.5)
+
+
+def _file(pattern):
+    return next((DATA / "afmformats").glob(pattern))
+
+
+def test_chiaro_ball_on_soft_sample():
+    """The instrument's own Hertz fit says 117 Pa (header of the file); the whole approach with its contact point gives 123 Pa."""
+    pytest.importorskip("afmformats")
+    curve = read_curve(_file("*.zip"))
+    assert curve.spring_constant == 0.019
+    result = fit(curve, BULK, Sphere(27.5e-6), ["base.young"])
+    assert result["base.young"] == pytest.approx(117, rel=0.07)
+    # a soft biological sample: the model is not the whole truth, and that is said
+    assert any("Neighbouring residuals" in note for note in result.notes)
+
+
+@pytest.mark.parametrize("pattern", ["*.jpk-force", "*.tab"])
+def test_jpk_and_tab(pattern):
+    pytest.importorskip("afmformats")
+    curve = read_curve(_file(pattern))
+    assert curve.depth.size > 3000
+    for medium, name in ((BULK, "base.young"), (Medium([Layer(1e3, 0.5, 5e-6)], RigidBase()), "layers[0].young")):
+        result = fit(curve, medium, Sphere(10e-6), [name])
+        estimate = result.estimates[name]
+        assert 0 < estimate.low < estimate.value < estimate.high
+    # a base below makes the same curve the work of a softer layer
+    assert result["layers[0].young"] < fit(curve, BULK, Sphere(10e-6), ["base.young"])["base.young"]
+
+
+def test_ntmdt_with_decimal_commas():
+    """No header: spring constant and sensitivity come from the user. The tip is pulled in, which is refused unless asked for."""
+    pytest.importorskip("afmformats")
+    path = _file("*ntmdt*")
+    curve = read_curve(path, spring_constant=0.05, sensitivity=70.0)
+    with pytest.raises(CurveError, match="the tip is pulled in"):
+        fit(curve, BULK, Sphere(10e-6), ["base.young"])
+    result = fit(curve, BULK, Sphere(10e-6), ["base.young"], adhesion="above")
+    assert any("points of the dip are left out" in note for note in result.notes)
+    with pytest.raises(CurveError, match=r"Pass spring_constant=... \[N/m\] and sensitivity"):
+        read_afm(path)
+
+
+@pytest.mark.parametrize("test", ["Test 001", "Test 002"])
+def test_fused_silica_control(test):
+    """72 to 75 GPa for fused silica, from 100 nm to 2 um with the frame's compliance fitted, which the file has set to zero."""
+    path = DATA / "micromechanics" / "Example.xls"
+    curve, tip = read_nanoindentation(path, test), tip_in_workbook(path)
+    result = fit_film(curve, HalfSpace(60e9, 0.18), tip, ["base.young", "frame"], depths=(100e-9, 2e-6))
+    assert 72e9 < result["base.young"] < 75e9
+    # a few hundred nm/N is what nanoindenters have if nobody takes it out
+    assert 1e-7 < result["frame"] < 3e-7
+
+
+def test_the_files_own_modulus():
+    """With the file's settings (beta = 1, no frame, 100 to 200 nm) its own averages come out: 76.318 and 77.749 GPa, to 0.5 %."""
+    path = DATA / "micromechanics" / "Example.xls"
+    tip = tip_in_workbook(path, beta=1.0)
+    for test, modulus in (("Test 001", 76.318e9), ("Test 002", 77.749e9)):
+        result = fit_film(read_nanoindentation(path, test), HalfSpace(60e9, 0.18), tip, depths=(100e-9, 200e-9))
+        assert result["base.young"] == pytest.approx(modulus, rel=0.005)
