@@ -1,13 +1,12 @@
 """Make src/flatpunch/contact/data/corrections.npz: corrections of standard tips on one layer on a rigid base.
 
-python scripts/make_corrections.py [cells per side, 256]
+python scripts/make_corrections.py
 
-About seven hundred boundary element solutions, some minutes. The table is described in src/flatpunch/contact/tabulated.py.
+About eight hundred boundary element solutions, a quarter of an hour. src/flatpunch/contact/tabulated.py describes the table.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,8 @@ from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
+SHARP_CELLS, SMOOTH_CELLS = 448, 256
+"""Cells per side: at the corners of pyramids an outline is known to a cell, elsewhere to a tenth."""
 
 
 def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
@@ -32,15 +33,19 @@ def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
     return np.hstack([solved[:, :OUTLINE], mirrored[:, :count]])
 
 
-def main(cells: int) -> None:
+def main() -> None:
     """Solve everything and write the table."""
     layers = [layer(root) for root in (*ROOTS, None)]
     tables = {}
     for sides in SIDES:
-        tables[str(sides)] = np.array([rows(medium, fp.Pyramid(sides, 0.4), str(sides), cells) for medium in layers])
+        tables[str(sides)] = np.array(
+            [rows(medium, fp.Pyramid(sides, 0.4), str(sides), SHARP_CELLS) for medium in layers]
+        )
         print(sides, "sides", np.abs(tables[str(sides)][..., 0]).max(), flush=True)
     ellipses = [fp.EllipticParaboloid(1 - s, 1 + s) for s in np.sqrt(SQUARES)]
-    tables["ellipse"] = np.array([[rows(medium, tip, "ellipse", cells) for tip in ellipses] for medium in layers])
+    tables["ellipse"] = np.array(
+        [[rows(medium, tip, "ellipse", SMOOTH_CELLS) for tip in ellipses] for medium in layers]
+    )
     FILE.parent.mkdir(exist_ok=True)
     # single precision holds 1e-7 of logarithms below one
     np.savez_compressed(FILE, **{name: table.astype(np.float32) for name, table in tables.items()})
@@ -48,4 +53,4 @@ def main(cells: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 256)
+    main()

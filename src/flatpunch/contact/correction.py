@@ -19,6 +19,7 @@ from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.perturbed import Expansion
+from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, TableRows
 from flatpunch.indenters.profile import Indenter
 
 _START = np.log(10) / 4
@@ -146,7 +147,7 @@ class Correction:
     def solutions(self, positions: Array) -> Array:
         """Ratios at positions ln a, one boundary element solution each, shape (n, 3 + angles); NaN for missing outlines."""
         contact = self.expansion.evaluate(np.exp(positions))
-        phi: Array = np.arange(self.angles) * (2 * np.pi / self.angles)
+        phi = np.asarray(np.arange(self.angles) * (2 * np.pi / self.angles))
         shapes = self.expansion.outline(contact, phi)
         half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
         found = bem.solve(
@@ -166,6 +167,14 @@ class Correction:
         measures = [force / contact.force, radius / contact.mean_radius, area / contact.area]
         outlines = np.array([solution.outline.contour for solution in found]) / shapes
         return np.log(np.column_stack([*measures, outlines]))
+
+
+def tabulated(table: TableRows, radius: Array) -> Ratios:
+    """Ratios at base radii > 0 from the table of standard tips; those of its first node below it."""
+    x = np.maximum(np.log(radius), table.nodes[0])
+    spline = _spline(table.nodes, table.rows)
+    slopes = np.where((x > table.nodes[0])[:, None], spline(x, nu=1), 0.0)
+    return Ratios(spline(x), slopes, FORCE_ERROR, OUTLINE_ERROR, np.ones(radius.size, dtype=bool))
 
 
 def _spline(nodes: Array, table: Array) -> CubicSpline:

@@ -16,6 +16,7 @@ import numpy as np
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import PowerProfile, round_contact
+from flatpunch.contact.control import Loading
 from flatpunch.contact.mean import resolved_radius
 from flatpunch.contact.perturbation import (
     LOG_MEAN,
@@ -69,7 +70,7 @@ class PerturbedContact:
     swing : ndarray
         Largest |w|.
     terms : ndarray, shape (n, 3)
-        x2, x3, x4 of ln F.
+        x2, x3, x4 of ln F; of general profiles x2, its product with <w^3>/<w^2> (of the size of x3) and zero.
     sound : ndarray of bool
         Whether the series holds at the order asked for.
     """
@@ -120,6 +121,10 @@ class PowerExpansion:
         if order == "fourth" and not indenter.corners:
             self._shape = PowerPerturbation(kernel, indenter, 0.0, fourth=False)
             self._shape_base = PowerProfile(indenter.exponent, self._shape.angles.mean)
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii of shape (n,), >= 0 [m], with the force of the base."""
+        return round_contact(self.kernel, self.base, radius)
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""

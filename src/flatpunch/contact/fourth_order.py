@@ -22,7 +22,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         return first_order.solve(kernel, indenter, control, phi)
     _check(indenter)
     curve, contact = solve_expansion(kernel, indenter, power_expansion(kernel, indenter, "fourth"), control, phi)
-    curve = replace(curve, extra=estimates(*fourth_order_error(contact)))
+    curve = replace(curve, extra=estimates(*fourth_order_error(indenter, contact)))
     if contact.sound.all():
         return curve
     note = first_failure(

@@ -41,7 +41,7 @@ _LARGEST_TERM = 2.0
 """|ln(F/F_base)| at which the force term is cut."""
 _TINY = 1e-300
 
-_DEPTH, _SLOPE, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SWING = range(8)
+_DEPTH, _SLOPE, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SKEW, _SWING = range(9)
 
 
 class GeneralExpansion:
@@ -62,6 +62,10 @@ class GeneralExpansion:
         self._logarithmic = self._is_regular()
         self.base = SampledProfile(self._base_height, self._base_slope, indenter.rings)
         self._table = LogTable(self._columns, indenter.reach, kinked=bool(indenter.rings))
+
+    def descent(self, radius: Array) -> PathPoint:
+        """Depth and its derivative at base radii of shape (n,); here no cheaper than `loading`."""
+        return self.loading(radius)
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives at base radii of shape (n,), >= 0 [m]."""
@@ -85,7 +89,7 @@ class GeneralExpansion:
             mean_radius=size * np.exp(values[:, _LOG_MEAN]),
             area=np.pi * size**2 * np.exp(values[:, _LOG_SQUARE]),
             swing=values[:, _SWING],
-            terms=np.column_stack([values[:, _X2], zero, zero]),
+            terms=np.column_stack([values[:, _X2], values[:, _SKEW], zero]),
             sound=np.ones(radius.size, dtype=bool),
         )
 
@@ -145,6 +149,8 @@ class GeneralExpansion:
             rise * stiffened,
             np.log(np.mean(np.exp(w), axis=1)),
             np.log(np.mean(np.exp(2 * w), axis=1)),
+            # of the size of x3, which is not known here; zero of an ellipse as x3 is
+            pull / np.maximum(force, _TINY) * np.mean(w**3, axis=1) / np.maximum(mean_square, _TINY),
             np.abs(w).max(axis=1),
         ]
         flat = 2 * np.pi * base.answers.flat[:, :1]

@@ -11,9 +11,11 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundProfile
+from flatpunch.contact.causes import LARGEST_SWING as LARGEST_SWING
+from flatpunch.contact.causes import outline_causes, steepness
 from flatpunch.contact.checks import soundness
 from flatpunch.contact.control import Loading, radius_for
-from flatpunch.contact.curve import Control, Curve, check_reach, first_failure
+from flatpunch.contact.curve import Control, Curve, check_reach
 from flatpunch.contact.expansion import PerturbedContact
 from flatpunch.contact.flat_end import punch_stiffness
 from flatpunch.contact.history import History, log_radii, spline, spline_outline, superpose
@@ -28,9 +30,6 @@ _SECANTS, _STEPS = 12, 70
 _ROUNDING = 1e-14
 _TINY = 1e-300
 
-LARGEST_SWING = 1.2
-"""|ln a(phi)/abar| above which outlines were off by tens of per cent under stiff films."""
-
 
 class Expansion(Hashable, Protocol):
     """Perturbation series of one indenter on one medium over its base radius."""
@@ -38,6 +37,9 @@ class Expansion(Hashable, Protocol):
     @property
     def base(self) -> RoundProfile:
         """Profile of the round base contact."""
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii, shape (n,); the force is not to be used."""
 
     def loading(self, radius: Array) -> Loading:
         """Depth, force and their derivatives at base radii, shape (n,)."""
@@ -56,7 +58,8 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
         return expansion.evaluate(_base_radius(kernel, indenter, expansion, control.values))
     guess = half_space_radius(kernel, expansion.base, control, indenter.reach)
     resolved = resolved_radius(kernel)
-    radius = radius_for(expansion.loading, control.name, control.values, guess, indenter.reach, resolved)
+    path = expansion.descent if control.name == "depth" else expansion.loading
+    radius = radius_for(path, control.name, control.values, guess, indenter.reach, resolved)
     contact = expansion.evaluate(radius)
     # what rounding leaves of the radius goes along the curve, so that the prescribed value is met exactly
     if control.name == "depth":
@@ -131,13 +134,8 @@ def solve_expansion(
     """A whole curve, and the contacts it was made from."""
     contact = controlled(kernel, indenter, expansion, control)
     valid, notes = soundness(kernel, expansion.loading, contact)
-    wide = contact.swing > LARGEST_SWING
-    notes += first_failure(
-        wide,
-        contact.depth,
-        "the outline deviates so much from a circle (|ln a/abar| above 1.2) that outline and area are uncertain by ten per "
-        "cent and more; the force is less affected. Refine outline and area with method='refined' or 'bem'.",
-    )
+    notes += outline_causes(kernel, indenter, contact)
+    notes += steepness(indenter, contact.mean_radius, contact.depth)
     curve = Curve(
         depth=contact.depth,
         force=contact.force,

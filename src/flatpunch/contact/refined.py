@@ -11,12 +11,16 @@ import numpy as np
 from flatpunch._validation import Array, positive
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
-from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction
+from flatpunch.contact.causes import steepness
+from flatpunch.contact.control import Loading
+from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction, tabulated
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.perturbed import Expansion, controlled, superpose_expansion
 from flatpunch.contact.second_order import expansion_of
+from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
+from flatpunch.contact.tabulated import tabulated_rows
 from flatpunch.indenters.profile import Indenter
 
 _ANGLES = 360
@@ -35,18 +39,35 @@ class RefinedExpansion:
         Cells per side of the boundary element grids.
     folder : str, optional
         Where their solutions are kept on disk.
+    tables : bool
+        Whether the corrections that come with the package may take their place.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, rtol: float, cells: int, folder: str | None = None) -> None:
+    def __init__(
+        self,
+        kernel: Kernel,
+        indenter: Indenter,
+        rtol: float,
+        cells: int,
+        folder: str | None = None,
+        tables: bool = True,
+    ) -> None:
         self.series: Expansion = expansion_of(kernel, indenter)
         self.base, self.rtol = self.series.base, rtol
+        self.table = tabulated_rows(kernel, indenter) if tables and rtol >= TABLE_ERROR else None
         self.correction = correction(kernel, indenter, self.series, _ANGLES, cells, folder)
 
     def ratios(self, radius: Array) -> Ratios:
         """Corrections at base radii, those of the smallest positive one at zero."""
         live = radius[radius > 0]
-        smallest = live.min() if live.size else 1.0
-        return self.correction.at(np.where(radius > 0, radius, smallest), self.rtol)
+        places = np.where(radius > 0, radius, live.min() if live.size else 1.0)
+        if self.table is not None and places.max() <= np.exp(self.table.nodes[-1]):
+            return tabulated(self.table, places)
+        return self.correction.at(places, self.rtol)
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii, shape (n,): those of the series."""
+        return self.series.descent(radius)
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives at base radii, shape (n,)."""
@@ -89,6 +110,7 @@ def solve(
     rtol: float = 5e-4,
     cells: int = 256,
     cache: str | Path | None = None,
+    tables: bool = True,
 ) -> Curve:
     """A whole curve; round indenters are solved exactly.
 
@@ -102,13 +124,16 @@ def solve(
         Cells per side of their grids.
     cache : path, optional
         Folder in which the solutions are kept, so that a later session need not repeat them.
+    tables : bool
+        Whether the corrections of standard tips on one layer that come with the package may replace solutions; they hold
+        the force to 0.02 %.
     """
     rtol = positive("rtol", rtol)
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
-    expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache))
+    expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
     contact = _controlled(kernel, indenter, expansion, control)
     ratios = expansion.ratios(contact.radius)
     ones, traced = np.ones_like(contact.depth), ratios.traced
@@ -119,6 +144,7 @@ def solve(
         contact.depth,
         "the contact has holes or several parts, so it has no outline a(phi); the radius is that of a disc of equal area.",
     )
+    notes += steepness(indenter, contact.mean_radius, contact.depth)
     return Curve(
         depth=contact.depth,
         force=contact.force,
@@ -146,11 +172,12 @@ def pressure(
     rtol: float = 5e-4,
     cells: int = 256,
     cache: str | Path | None = None,
+    tables: bool = True,
 ) -> Array:
     """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
-    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache))
+    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
     return superpose_expansion(kernel, indenter, expansion, control, r, phi)
 
 

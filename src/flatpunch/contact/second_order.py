@@ -20,7 +20,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     curve, contact = solve_expansion(kernel, indenter, expansion_of(kernel, indenter), control, phi)
-    return replace(curve, extra=estimates(*second_order_error(contact)))
+    return replace(curve, extra=estimates(*second_order_error(indenter, contact)))
 
 
 def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
