@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -44,12 +45,13 @@ class Panel:
 
     def at(self, log_beta: Array, outputs: int | None = None) -> Array:
         """Values of the first `outputs` columns (all by default), shape (n, outputs)."""
-        return np.asarray(chebyshev.chebvander(self._unit(log_beta), NODES - 1) @ self.series[:, :outputs])
+        return np.asarray(_polynomials(self._unit(log_beta)) @ self.series[:, :outputs])
 
-    def slope(self, log_beta: Array) -> Array:
-        """Derivatives by log(beta), shape (n, outputs)."""
-        series = chebyshev.chebder(self.series) * (2 / (self.high - self.low))
-        return np.asarray(chebyshev.chebvander(self._unit(log_beta), NODES - 2) @ series)
+    def with_slope(self, log_beta: Array) -> Array:
+        """Values and derivatives by log(beta) side by side, shape (n, 2 outputs)."""
+        slopes = _derivative() @ self.series * (2 / (self.high - self.low))
+        basis = _polynomials(self._unit(log_beta))
+        return np.hstack([basis @ self.series, basis[:, :-1] @ slopes])
 
     def _unit(self, log_beta: Array) -> Array:
         return np.asarray((2 * log_beta - self.low - self.high) / (self.high - self.low))
@@ -99,9 +101,11 @@ class Panels:
         """Values at log(beta), shape (n, outputs); all panels must have the same number of outputs."""
         return self._gather(logs, Panel.at)
 
-    def slope(self, logs: Array) -> Array:
-        """Derivatives by log(beta), shape (n, outputs)."""
-        return self._gather(logs, Panel.slope)
+    def with_slope(self, logs: Array) -> tuple[Array, Array]:
+        """Values and derivatives by log(beta), shapes (n, outputs)."""
+        both = self._gather(logs, Panel.with_slope)
+        outputs = both.shape[1] // 2
+        return both[:, :outputs], both[:, outputs:]
 
     def _gather(self, logs: Array, take: Callable[[Panel, Array], Array]) -> Array:
         result = np.empty((logs.size, 0))
@@ -139,6 +143,22 @@ def log_derivative(beta: Array) -> Array:
     stretch = (t[0] - t[-1]) / np.log(beta[0] / beta[-1])
     coefficients = chebyshev.chebder(nodal_transform()) * stretch
     return np.asarray(chebyshev.chebvander(t, NODES - 2) @ coefficients)
+
+
+def _polynomials(x: Array) -> Array:
+    """T_0(x) ... T_(NODES-1)(x), shape (n, NODES)."""
+    values = np.empty((NODES, x.size))
+    values[0], values[1], twice = 1.0, x, 2 * x
+    for n in range(2, NODES):
+        np.multiply(twice, values[n - 1], out=values[n])
+        values[n] -= values[n - 2]
+    return values.T
+
+
+@lru_cache(maxsize=1)
+def _derivative() -> Array:
+    """Matrix from Chebyshev coefficients to those of the derivative, shape (NODES - 1, NODES)."""
+    return np.asarray(chebyshev.chebder(np.eye(NODES)))
 
 
 def _unit_nodes() -> Array:
