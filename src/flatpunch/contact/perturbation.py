@@ -127,7 +127,7 @@ class PowerPerturbation:
             values[~live] = self._columns(np.zeros(1))
         if live.any():
             logs = np.log(beta[live])
-            values[live], slopes[live] = self._panels.at(logs), self._panels.slope(logs)
+            values[live], slopes[live] = self._panels.with_slope(logs)
         return values, slopes
 
     def outline(self, radius: Array, phi: Array) -> Array:
