@@ -139,9 +139,9 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     ):
         warnings.simplefilter("always", fp.FlatpunchWarning)
         step("solving")
-        control: dict[str, Any] = {case.control: case.values}
         with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
-            result = fp.indent(case.medium, case.indenter, method=case.method, angles=case.angles, **control)
+            result = fp.indent(case.medium, case.indenter, **case.arguments)
+        leaving = _pull_off(case) if case.work_of_adhesion is not None else []
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))
@@ -152,11 +152,30 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
             written.append(plots.save_figure(plots.figure(result, case.medium, case.indenter, title=case.title), plot))
     _print_curve(case, result)
     out = Console()
+    for line in leaving:
+        out.print(line, markup=False, highlight=False)
     for line in dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)]):
         out.print(f"Note: {line}", style="yellow", markup=False, highlight=False)
     if written:
         out.print("Written: " + ", ".join(str(path) for path in written), markup=False, highlight=False, soft_wrap=True)
     out.print()
+
+
+def _pull_off(case: Case) -> list[str]:
+    """Say where the contact is lost."""
+    import flatpunch as fp
+    from flatpunch.files.units import text
+
+    lost = fp.pull_off(
+        case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion, range_of_action=case.range_of_action
+    )
+    lines = [
+        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
+        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
+    ]
+    if lost.tabor is not None:
+        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
+    return lines
 
 
 def _print_curve(case: Case, result: xr.Dataset) -> None:
@@ -168,7 +187,9 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
 
     steps = result.sizes["step"]
     chosen = np.unique(np.linspace(0, steps - 1, min(_ROWS, steps)).round().astype(int))
-    columns = {"depth": "m", "force": "N", "radius": "m", "area": "m^2", "stiffness": "N/m"}
+    columns = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
+    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
+    columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
     table = Table(
         title=case.title, caption=f"{len(chosen)} of {steps} steps, method {case.method}", title_justify="left"
     )

@@ -105,10 +105,13 @@ def pressure_map(
     x = np.linspace(-half, half, points)
     # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
     control = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
-    field = pressure(medium, indenter, x[None, :], x[:, None], method=result.attrs["method"], **control)
+    work = result.attrs.get("work_of_adhesion")
+    field = pressure(
+        medium, indenter, x[None, :], x[:, None], method=result.attrs["method"], work_of_adhesion=work, **control
+    )
     factor, unit = readable(half, "m")
     values, pressure_unit = _scaled(field, "Pa", quantile=True)
-    _coloured(axes, x * factor, values, f"pressure $p$ ({pressure_unit})")
+    (_coloured if work is None else _tension_and_pressure)(axes, x * factor, values, f"pressure $p$ ({pressure_unit})")
     axes.plot(*_curve(result["contour"].values[last], result["phi"].values, factor), color=_OUTLINE, linewidth=1.0)
     axes.grid(visible=False)
     _frame(axes, half * factor, unit)
@@ -132,8 +135,25 @@ def _coloured(axes: Axes, x: Array, values: Array, label: str) -> None:
     drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="max" if top < largest else "neither")
 
 
+def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str) -> None:
+    """Draw an adhesive pressure: tension red, pressure blue, none white.
+
+    At the edge tension is infinite: a twentieth of the contact, along the edge, takes the darkest red.
+    """
+    inside = values[values != 0]
+    lowest = float(np.quantile(inside, 0.05)) if inside.size else -1.0
+    limit = max(float(inside.max()) if inside.size else 1.0, -lowest)
+    shown = np.where(values == 0, np.nan, values)
+    mesh = axes.pcolormesh(x, x, shown, cmap="RdBu", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="min")
+
+
 def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
     """Return force-depth curve, outline and pressure map side by side.
+
+    Adhesive contacts get the loop of approach and withdrawal, histories force and depth over time instead.
 
     Parameters
     ----------
@@ -151,7 +171,14 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
     """
     import matplotlib
 
+    # both modules draw with what is here
+    from flatpunch import plots_adhesion, plots_history
+
     with matplotlib.rc_context(_STYLE):
+        if "relaxation" in result.attrs:
+            return plots_history.figure(result, medium, indenter, title=title)
+        if "work_of_adhesion" in result.attrs:
+            return plots_adhesion.figure(result, medium, indenter, title=title)
         drawn = Figure(figsize=(13.2, 4.2), layout="constrained")
         left, middle, right = drawn.subplots(1, 3, width_ratios=(1.15, 1, 1.15))
         force_depth(result, left)

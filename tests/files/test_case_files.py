@@ -110,7 +110,7 @@ def test_profile_from_a_csv_beside_the_case(read, tmp_path):
     ("text", "message"),
     [
         ("r, f\n0, 0\n1, 50\n2, 200\n", "column heading 'r'"),
-        ("r [um], f [s]\n0, 0\n1, 50\n2, 200\n", r"'f \[s\]', whose unit has the dimension \[time\]"),
+        ("r [um], f [s]\n0, 0\n1, 50\n2, 200\n", r"'f \[s\]', whose unit has the dimension of a time"),
         ("r [um], f [nm]\n0, 0\n1\n2, 200\n", "1 columns in line 3"),
         ("r [um], f [nm]\n0, 0\n1, x\n2, 200\n", "no two numbers in line 3: '1, x'"),
         ("r [um], f [nm]\n", "a header and two or more points"),

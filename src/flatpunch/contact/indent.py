@@ -108,12 +108,13 @@ def indent(
         given = {"depth": depth, "force": force, "radius": radius, "work_of_adhesion": work_of_adhesion}
         return _history(medium, indenter, given, time, relaxation, method, angles, options)
     if work_of_adhesion is not None:
-        solver = _adhesive(method, indenter)
+        solver = adhesive_method(method, indenter)
         control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
         dataset = _dataset(curve, phi, medium, indenter, control, method)
-        return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion))
+        ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
+        return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
     solver = _method(method, indenter)
     phi = _angles(angles)
@@ -161,7 +162,7 @@ def pressure(
     else:
         control, solver = (
             adhesion.adhesive_control(depth=depth, force=force, radius=radius),
-            _adhesive(method, indenter),
+            adhesive_method(method, indenter),
         )
         options = {**options, "work": work_of_adhesion}
     if control.values.size != 1:
@@ -207,7 +208,8 @@ def _method(method: str, indenter: Indenter) -> Any:
     return flat_end if isinstance(indenter, Cylinder) else METHODS[method]
 
 
-def _adhesive(method: str, indenter: Indenter) -> Any:
+def adhesive_method(method: str, indenter: Indenter) -> Any:
+    """Return the module that solves adhesive contacts by this method, or refuse it."""
     _method(method, indenter)
     if method == "bem":
         raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")

@@ -5,16 +5,19 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-import numpy as np
-from pydantic import Discriminator, Field, Tag, ValidationError
+from pydantic import Field, ValidationError
 
-from flatpunch._validation import Array, positive, values
+from flatpunch._validation import Array, positive
 from flatpunch.contact import METHODS, default_method
+from flatpunch.contact.indent import adhesive_method
+from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.tables import CaseError, Count, Force, Length, Table, explain
+from flatpunch.files.relaxation_tables import RelaxationTable
+from flatpunch.files.steps import ControlTable, HistoryTable
+from flatpunch.files.tables import CaseError, Count, Length, Table, WorkOfAdhesion, explain
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,12 @@ class Case:
         Contact method, passed on to `indent`.
     angles : int
         Number of polar angles of the contour.
+    work_of_adhesion, range_of_action : float or None
+        [J/m^2], [m].
+    time : ndarray of shape (steps,) or None
+        Times of a history [s].
+    relaxation : object or None
+        How the medium relaxes; goes with `time`.
     """
 
     title: str
@@ -46,74 +55,20 @@ class Case:
     values: Array
     method: str
     angles: int
+    work_of_adhesion: float | None = None
+    range_of_action: float | None = None
+    time: Array | None = None
+    relaxation: Any = None
 
-
-class _RangeTable(Table):
-    """Evenly spaced steps: { start, stop, points, spacing }."""
-
-    start: float
-    stop: float
-    points: Count
-    spacing: Literal["linear", "log"] = "linear"
-
-    def build(self, folder: Path) -> Array:
-        """Return the steps."""
-        if self.points < 2:
-            raise ValueError(f"points = {self.points} must be 2 or more; for a single step write the quantity itself.")
-        if self.start == self.stop:
-            raise ValueError("start and stop are equal; for a single step write the quantity itself.")
-        if self.spacing == "linear":
-            return np.linspace(self.start, self.stop, self.points)
-        for name in ("start", "stop"):
-            positive(name, getattr(self, name), "spacing = 'log' has no zero; start from a small value.")
-        return np.geomspace(self.start, self.stop, self.points)
-
-
-class LengthRange(_RangeTable):
-    """Range of depths or radii."""
-
-    start: Length
-    stop: Length
-
-
-class ForceRange(_RangeTable):
-    """Range of forces."""
-
-    start: Force
-    stop: Force
-
-
-def _kind_of_steps(value: Any) -> str:
-    return "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"
-
-
-LengthSteps = Annotated[
-    Annotated[Length, Tag("a quantity")]
-    | Annotated[list[Length], Tag("a list")]
-    | Annotated[LengthRange, Tag("a range")],
-    Discriminator(_kind_of_steps),
-]
-ForceSteps = Annotated[
-    Annotated[Force, Tag("a quantity")] | Annotated[list[Force], Tag("a list")] | Annotated[ForceRange, Tag("a range")],
-    Discriminator(_kind_of_steps),
-]
-
-
-class ControlTable(Table):
-    """[control]: exactly one of depth, force and radius, each a quantity, a list of quantities or a range."""
-
-    depth: LengthSteps | None = None
-    force: ForceSteps | None = None
-    radius: LengthSteps | None = None
-
-    def build(self, folder: Path) -> tuple[str, Array]:
-        """Return the name of the given quantity and its steps."""
-        given = {name: value for name in type(self).model_fields if (value := getattr(self, name)) is not None}
-        if len(given) != 1:
-            found = " and ".join(given) if given else "none"
-            raise ValueError(f"exactly one of depth, force and radius must be given, found {found}.")
-        ((name, value),) = given.items()
-        return name, values(name, value.built if isinstance(value, _RangeTable) else value)
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What `indent` takes by name to solve the case, after medium and indenter."""
+        more = {
+            name: value
+            for name in ("work_of_adhesion", "range_of_action", "time", "relaxation")
+            if (value := getattr(self, name)) is not None
+        }
+        return {self.control: self.values, "method": self.method, "angles": self.angles, **more}
 
 
 class CaseTable(Table):
@@ -127,7 +82,11 @@ class CaseTable(Table):
     upper: BodyTable | None = None
     lower: BodyTable | None = None
     indenter: IndenterTable
-    control: Annotated[ControlTable, Field(description="a table [control] with one of depth, force and radius")]
+    control: ControlTable | None = None
+    work_of_adhesion: WorkOfAdhesion | None = None
+    range_of_action: Length | None = None
+    history: HistoryTable | None = None
+    relaxation: RelaxationTable | None = None
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
@@ -137,10 +96,73 @@ class CaseTable(Table):
             raise ValueError(
                 f"angles = {self.angles} must be 8 or more: the outline is sampled at that many polar angles."
             )
-        control, steps = self.control.built
         medium = body(self.layers, self.base, self.upper, self.lower)
-        method = self.method or default_method(self.indenter.built)
-        return Case(self.title, medium, self.indenter.built, control, steps, method, self.angles)
+        self._check_what_is_prescribed()
+        if self.history is not None:
+            return self._history(medium, self.history)
+        assert self.control is not None
+        control, steps = self.control.built
+        method = self._method()
+        return Case(
+            self.title,
+            medium,
+            self.indenter.built,
+            control,
+            steps,
+            method,
+            self.angles,
+            work_of_adhesion=self.work_of_adhesion,
+            range_of_action=self.range_of_action,
+        )
+
+    def _check_what_is_prescribed(self) -> None:
+        """Control or history, and what goes with either."""
+        if (self.control is None) == (self.history is None):
+            found = "none" if self.control is None else "both"
+            raise ValueError(
+                "give either a table [control] with one of depth, force and radius, or a table [history] with times; found "
+                f"{found}."
+            )
+        if (self.history is None) != (self.relaxation is None):
+            lone = "relaxation" if self.history is None else "history"
+            raise ValueError(
+                f"[history] and [relaxation] go together: the history of a body that relaxes; found [{lone}] alone."
+            )
+        if self.range_of_action is not None and self.work_of_adhesion is None:
+            raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
+        if self.history is not None and self.work_of_adhesion is not None:
+            raise ValueError(
+                "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."
+            )
+
+    def _method(self) -> str:
+        if self.work_of_adhesion is None:
+            return self.method or default_method(self.indenter.built)
+        for name in ("work_of_adhesion", "range_of_action"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name))
+        method = self.method or "second-order"  # adhesion is known to second order
+        adhesive_method(method, self.indenter.built)
+        return method
+
+    def _history(self, medium: Any, table: HistoryTable) -> Case:
+        check_medium(medium)
+        history, indenter = table.built, self.indenter.built
+        method = self.method or default_method(indenter)
+        if method == "bem":
+            raise ValueError("method = 'bem' does not go with [history]; choose a fast method or 'refined'.")
+        assert self.relaxation is not None
+        return Case(
+            self.title,
+            medium,
+            indenter,
+            history.control,
+            history.values,
+            method,
+            self.angles,
+            time=history.time,
+            relaxation=self.relaxation.built,
+        )
 
 
 def read_case(path: str | Path) -> Case:
@@ -176,8 +198,9 @@ def read_case(path: str | Path) -> Case:
 
 
 def _case(data: dict[str, Any], path: Path) -> Case:
+    context = {"folder": path.parent, "adhesive": "work_of_adhesion" in data}
     try:
-        table = CaseTable.model_validate(data, context={"folder": path.parent})
+        table = CaseTable.model_validate(data, context=context)
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {line}" for line in explain(error.errors(), data).splitlines())) from None
     case: Case = table.built

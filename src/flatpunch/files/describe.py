@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from flatpunch._validation import Array
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies
@@ -17,7 +18,11 @@ _UNITS = {
     **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z"), "m"),
     **dict.fromkeys(("height_at_axes", "limit", "start", "unit", "smoothing", "reach"), "m"),
     **dict.fromkeys(("A", "B"), "1/m"),
+    **dict.fromkeys(("time", "times"), "s"),
 }
+
+_LISTED = 4
+"""Entries up to which a list is spelt out."""
 
 
 def shipped_cases() -> list[Path]:
@@ -42,7 +47,14 @@ def describe(case: Case) -> Iterator[str]:
     for name, body in bodies:
         yield from _body(name, body)
     yield f"Indenter  {_words(case.indenter)}"
-    yield f"Control   {_control(case)}"
+    if case.time is None:
+        yield f"Control   {_control(case)}"
+    else:
+        yield f"History   {_history(case, case.time)}"
+        yield f"Relaxes   {_words(case.relaxation)}"
+    if case.work_of_adhesion is not None:
+        within = f", range of action {text(case.range_of_action, 'm')}" if case.range_of_action is not None else ""
+        yield f"Adhesion  work {text(case.work_of_adhesion, 'J/m^2').replace('^2', '²')}{within}"
     yield f"Method    {case.method}, outline at {case.angles} polar angles"
 
 
@@ -72,6 +84,8 @@ def _value(name: str, value: Any) -> str:
     if dataclasses.is_dataclass(value):
         return f"({_words(value)})"
     if isinstance(value, tuple):
+        if len(value) <= _LISTED and all(isinstance(entry, float) for entry in value):
+            return f"({', '.join(_value(name, entry) for entry in value)})"
         return f"({len(value)} values)"
     if isinstance(value, float):
         if name == "inclination":
@@ -90,3 +104,9 @@ def _control(case: Case) -> str:
     if case.values.size == 1:
         return f"{case.control} {text(first, unit)}"
     return f"{case.control}, {case.values.size} steps from {text(first, unit)} to {text(last, unit)}"
+
+
+def _history(case: Case, time: Array) -> str:
+    unit = "N" if case.control == "force" else "m"
+    reached = f"up to {text(float(case.values.max()), unit)}, at the end {text(float(case.values[-1]), unit)}"
+    return f"{case.control} at {time.size} times over {text(float(time[-1] - time[0]), 's')}, {reached}"

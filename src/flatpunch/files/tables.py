@@ -47,6 +47,10 @@ Pressure = Annotated[float, _reader(units.PRESSURE), Field(description="a pressu
 Force = Annotated[float, _reader(units.FORCE), Field(description="a force such as '2.5 nN'")]
 Angle = Annotated[float, _reader(units.ANGLE), Field(description="an angle such as '35 deg'")]
 Curvature = Annotated[float, _reader(units.CURVATURE), Field(description="a curvature such as '0.05 1/um'")]
+Time = Annotated[float, _reader(units.TIME), Field(description="a time such as '0.5 s'")]
+WorkOfAdhesion = Annotated[
+    float, _reader(units.WORK_OF_ADHESION), Field(description="a work of adhesion such as '50 mJ/m^2'")
+]
 Number = Annotated[float, BeforeValidator(_number), Field(description="a number such as 0.3")]
 Count = Annotated[StrictInt, Field(description="a whole number such as 4")]
 Switch = Annotated[StrictBool, Field(description="true or false")]
@@ -93,7 +97,7 @@ class Table(BaseModel):
         return ", ".join(cls.model_fields)
 
 
-_TOP_LEVEL = ("title", "method", "angles")
+_TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
 
 
 def explain(details: Sequence[ErrorDetails], data: Any) -> str:

@@ -38,7 +38,11 @@ PRESSURE = Dimension("pressure", "Pa", "5 kPa", ("Pa", "kPa", "MPa", "GPa", "TPa
 FORCE = Dimension("force", "N", "2.5 nN", ("N", "kN", "MN", "mN", "uN", "nN", "pN", "lbf"))
 ANGLE = Dimension("angle", "rad", "35 deg", ("deg", "rad", "mrad", "degree", "radian"))
 CURVATURE = Dimension("curvature", "1/m", "0.05 1/um", tuple(f"1/{unit}" for unit in _LENGTHS))
-DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE)
+TIME = Dimension("time", "s", "0.5 s", ("s", "ms", "us", "min", "h"))
+WORK_OF_ADHESION = Dimension(
+    "work of adhesion", "J/m^2", "50 mJ/m^2", ("J/m^2", "mJ/m^2", "uJ/m^2", "N/m", "mN/m", "erg/cm^2")
+)
+DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION)
 
 
 @functools.cache
@@ -118,20 +122,21 @@ def _dimension_name(quantity: Any) -> str:
     return f"the dimension {quantity.dimensionality}"
 
 
-PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 
 def readable(largest: float, unit: str) -> tuple[float, str]:
     """Return the factor and unit that bring `largest` between 1 and 1000: 3.2e-7 m reads 320 nm.
 
-    Only simple SI units take a prefix: "m", "N", "Pa", "N/m" (the prefix belongs to the first), "m^2" (squared with it).
+    Only simple SI units take a prefix: "m", "N", "Pa", "N/m", "J/m^2" (the prefix belongs to the first), "m^2" (squared with
+    it). Seconds take none that lengthens them.
     """
-    power = 2 if unit.endswith("^2") else 1
+    power = 2 if unit == "m^2" else 1
     if not math.isfinite(largest) or largest == 0:
         return 1.0, unit
     # The tolerance keeps 1e-6 m from reading 1000 nm when its logarithm rounds down.
     exponent = 3 * math.floor(math.log10(abs(largest)) / (3 * power) + 1e-9)
-    exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
+    exponent = min(max(exponent, min(PREFIXES)), 0 if unit == "s" else max(PREFIXES))
     return 10.0 ** (-exponent * power), PREFIXES[exponent] + unit
 
 
