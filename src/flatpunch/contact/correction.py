@@ -32,8 +32,9 @@ _RADIUS_TOLERANCE = 4e-3
 """Interpolation error of the mean radius that is accepted."""
 _GRID_ERROR = 5.0
 """Relative force error of the grid times the number of cells; pyramids reach two thirds of it, ellipses a tenth."""
-_RIM_ERROR = 1.5
-"""Error of the traced outline over the mean radius, times the cells per side."""
+_RIM_ERROR, _CORNER_ERROR = 1.5, 10.0
+"""Error of the traced outline over the mean radius, times the cells per side: of smooth tips half a cell, and of edges, where the
+outline has cusps, three."""
 
 FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 """Columns of the ratios; the outline's angles follow from OUTLINE on."""
@@ -87,7 +88,7 @@ class Correction:
         lost = np.isnan(table[:, OUTLINE])
         table[lost, OUTLINE:] = 0.0
         grid = _GRID_ERROR / self.cells**2
-        rim = _RIM_ERROR / self.cells
+        rim = (_CORNER_ERROR if self.indenter.corners else _RIM_ERROR) / self.cells
         if nodes.size == 1:
             values = np.repeat(table, x.size, axis=0)
             return Ratios(values, np.zeros_like(values), grid, rim, np.full(x.size, not lost[0]))

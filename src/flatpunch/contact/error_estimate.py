@@ -33,7 +33,7 @@ _LAST, _SKEW, _SQUARE = 0.2, 1.5, 1.5
 """Second order: share of x4 added to |x3 + x4|; for general profiles, per measure of x3 and per x2^2."""
 _SPREAD = 0.7
 """Fourth order: share of |x4| swing^2, of the size of the sixth order."""
-_LAYERS = 1.6
+_LAYERS = 1.8
 _FLOOR, _SAMPLED_FLOOR = 1e-5, 4e-5
 """Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-5."""
 _LOST = 3.0

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import BSpline
 
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.contact.checks import soundness
@@ -54,14 +54,15 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         contour=contour,
         valid=valid & ~lost,
         notes=notes,
-        extra=_trust(kernel, indenter, contact),
+        extra=_trust(kernel, indenter, contact, lost),
     )
 
 
-def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Extra:
-    """Error estimates; round contact is exact up to the interpolation over the radius."""
+def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags) -> Extra:
+    """Error estimates, infinite for outlines that do not exist; round contact is exact up to the interpolation over the radius."""
     if not indenter.round:
-        return estimates(*first_order_error(indenter, contact.radius))
+        force, contour = first_order_error(indenter, contact.radius)
+        return estimates(force, np.where(lost, np.inf, contour))
     own = 1e-10 + (0.0 if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length))
     error = np.full_like(contact.radius, own)
     return estimates(error, error)

@@ -1,0 +1,96 @@
+"""The corrections of standard tips on one layer that come with the package."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
+from flatpunch.media import TwoBodies
+
+CASES = [
+    (fp.Pyramid(4, 0.3), 0.5, 0.7),
+    (fp.Pyramid(4, 0.9), 0.48, 0.15),
+    (fp.Pyramid(4, 0.3), 0.1, 4.0),
+    (fp.Pyramid(3, 0.5), 0.45, 0.4),
+    (fp.Pyramid(3, 0.5), None, 2.0),
+    (fp.Pyramid(6, 0.3), 0.3, 1.3),
+    (fp.EllipticParaboloid(0.12, 1.0), 0.49, 0.6),
+    (fp.EllipticParaboloid(1.0, 0.2), 0.35, 3.0),
+    (fp.EllipticParaboloid(0.5, 1.0), None, 0.2),
+]
+
+
+def _medium(poisson: float | None, thickness: float = 2.0, modulus: float = 3.0) -> fp.Medium:
+    bonded = poisson is not None
+    return fp.Medium([fp.Layer(modulus, poisson if bonded else 0.4, thickness, bonded)], base=fp.RigidBase())
+
+
+@pytest.mark.parametrize(("tip", "poisson", "beta"), CASES)
+def test_against_fresh_boundary_elements(
+    tip: object, poisson: float | None, beta: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    medium = _medium(poisson)
+    depth = float(fp.indent(medium, tip, radius=2.0 * beta, method="second-order").depth[0])
+    truth = fp.indent(medium, tip, depth=depth, method="bem", grid=256)
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("the table was not used")
+
+    monkeypatch.setattr("flatpunch.bem.solve", refuse)
+    result = fp.indent(medium, tip, depth=depth, method="refined")
+    assert float(result.force[0]) == pytest.approx(float(truth.force[0]), rel=FORCE_ERROR)
+    # areas of sharp tips move by a cell at their corners
+    assert float(result.area[0]) == pytest.approx(float(truth.area[0]), rel=5e-3)
+    off = np.abs(result.contour.values - truth.contour.values)[0] / float(truth.radius[0])
+    # corners of pyramids are known to a cell or two of the 200 across
+    assert np.quantile(off, 0.9) < OUTLINE_ERROR
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.123, 0.3, 0.4999, 0.5, None])
+def test_layers_are_recognised_by_their_response(poisson: float | None) -> None:
+    rows = tabulated_rows(compliance(_medium(poisson)), fp.Pyramid(4, 0.3))
+    assert rows is not None
+    assert np.all(np.isfinite(rows.rows))
+
+
+@pytest.mark.parametrize(
+    "medium",
+    [
+        fp.HalfSpace(1.0, 0.3),
+        fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.HalfSpace(200.0, 0.3)),
+        fp.Medium([fp.Layer(1.0, -0.2, 1.0)], base=fp.RigidBase()),
+        TwoBodies(fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()), fp.HalfSpace(50.0, 0.3)),
+    ],
+    ids=["half-space", "stiff base", "auxetic", "two bodies"],
+)
+def test_other_media_are_not(medium: object) -> None:
+    assert tabulated_rows(compliance(medium), fp.Pyramid(4, 0.3)) is None
+
+
+def test_other_tips_are_not() -> None:
+    kernel = compliance(layer(0.0))
+    assert tabulated_rows(kernel, fp.Pyramid(5, 0.3)) is None
+    assert tabulated_rows(kernel, fp.EllipticParaboloid(0.01, 1.0)) is None
+    assert tabulated_rows(kernel, fp.PowerLaw(2, lambda phi: 1 + 0.1 * np.cos(2 * phi))) is None
+
+
+def test_turned_ellipse_has_the_turned_outline() -> None:
+    medium = _medium(0.5)
+    along = fp.indent(medium, fp.EllipticParaboloid(0.2, 1.0), depth=1.0, method="refined")
+    across = fp.indent(medium, fp.EllipticParaboloid(1.0, 0.2), depth=1.0, method="refined")
+    np.testing.assert_allclose(np.roll(along.contour[0], 90), across.contour[0], rtol=1e-9)
+
+
+def test_table_is_small() -> None:
+    assert len((files("flatpunch.contact") / "data" / "corrections.npz").read_bytes()) < 500_000
+
+
+def test_thousand_depths_cost_no_boundary_elements(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("flatpunch.bem.solve", None)
+    curve = fp.indent(_medium(0.45), fp.Pyramid(4, 0.6), depth=np.linspace(0.01, 4.0, 1000), method="refined")
+    assert np.all(np.diff(curve.force) > 0)
