@@ -9,7 +9,7 @@ waves come from their series, so L - 1 has no cancellation there, and derivative
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from flatpunch._validation import Array, Indices
+from flatpunch._validation import Array
 from flatpunch.compliance.layered import SATURATION
 
 Numbers = NDArray[Any]
@@ -123,6 +123,17 @@ class Interpolant:
     short_waves: Array
     error: float
 
+    _piece_series: Array = field(init=False, repr=False)
+    _long_series: Array = field(init=False, repr=False)
+    _short_series: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        widths = np.diff(self.edges)[:, None]
+        series = [_derived(self.pieces, n) * (2 / widths) ** n for n in range(3)]
+        object.__setattr__(self, "_piece_series", np.stack(series, axis=1))
+        for name, ends in (("_long_series", self.long_waves), ("_short_series", self.short_waves)):
+            object.__setattr__(self, name, np.stack([_derived(ends[None], n)[0] * 2.0**n for n in range(3)]))
+
     @property
     def cutoff(self) -> float:
         """Kappa above which L - 1 is its short-wave series."""
@@ -172,21 +183,22 @@ class Interpolant:
             result[:, above] = self._high(kappa[above], order)
         return result
 
-    def _log_middle(self, kappa: Numbers, order: int) -> list[Numbers]:
+    def _log_middle(self, kappa: Numbers, order: int) -> Numbers:
+        """log L and its derivatives by log kappa, shape (order + 1, n)."""
         s = np.log(kappa)
         piece = np.clip(np.searchsorted(self.edges, s.real) - 1, 0, len(self.pieces) - 1)
-        middle = (self.edges[piece] + self.edges[piece + 1]) / 2
-        half = (self.edges[piece + 1] - self.edges[piece]) / 2
-        t = (s - middle) / half
-        logs, series = [], self.pieces
-        for n in range(order + 1):
-            logs.append(_gather(series, piece, t) / half**n)
-            series = np.asarray(chebyshev.chebder(series, axis=1)) if n < order else series
-        return logs
+        result = np.empty((order + 1, kappa.size), dtype=s.dtype)
+        for i in np.unique(piece).tolist():
+            chosen = piece == i
+            low, high = self.edges[i], self.edges[i + 1]
+            # the polynomials are the same for all derivatives
+            polynomials = _chebyshev((2 * s[chosen] - low - high) / (high - low), DEGREE + 1)
+            result[:, chosen] = self._piece_series[i, : order + 1] @ polynomials
+        return result
 
-    def _log_low(self, kappa: Numbers, order: int) -> list[Numbers]:
+    def _log_low(self, kappa: Numbers, order: int) -> Numbers:
         v = kappa / self.floor
-        g = _euler(self.long_waves, v, order, scale=2.0)
+        g = _euler(self._long_series, v, order)
         g[0] = g[0] + self.power * np.log(kappa)
         if order:
             g[1] = g[1] + self.power
@@ -194,15 +206,13 @@ class Interpolant:
 
     def _high(self, kappa: Numbers, order: int) -> Numbers:
         v = self.cutoff / kappa
-        f = _euler(self.short_waves, v, order, scale=2.0)
+        f = _euler(self._short_series, v, order)
         # L - 1 = f(v)/kappa; by log kappa, v d/dv counts with the opposite sign
-        f = [term * (-1) ** n for n, term in enumerate(f)]
-        combined = [f[0]]
-        if order > 0:
-            combined.append(f[1] - f[0])
         if order > 1:
-            combined.append(f[2] - 2 * f[1] + f[0])
-        return np.stack(combined) / kappa
+            f[2] += 2 * f[1] + f[0]
+        if order > 0:
+            f[1] = -f[1] - f[0]
+        return np.asarray(f / kappa)
 
 
 def interpolate(response: Callable[[Array], Array], start: float, power: int, *, vanishing: bool) -> Interpolant:
@@ -307,34 +317,42 @@ def _fit_short(remainder: Array, end: float) -> tuple[Array, float]:
     return np.asarray(series), float(misfit)
 
 
-def _gather(series: Array, piece: Indices, t: Numbers) -> Numbers:
-    """Clenshaw with each point's own row of coefficients."""
-    columns = series[piece].T
-    one, two = np.zeros_like(t), np.zeros_like(t)
-    for coefficient in columns[:0:-1]:
-        one, two = coefficient + 2 * t * one - two, one
-    return np.asarray(columns[0] + t * one - two)
-
-
-def _euler(series: Array, v: Numbers, order: int, scale: float) -> list[Numbers]:
-    """A series over 2 v - 1 and its derivatives v d/dv."""
-    t = 2 * v - 1
-    result = [chebyshev.chebval(t, series)]
-    if order > 0:
-        first = scale * chebyshev.chebval(t, chebyshev.chebder(series))
-        result.append(v * first)
-    if order > 1:
-        second = scale**2 * chebyshev.chebval(t, chebyshev.chebder(series, 2))
-        result.append(v * first + v * v * second)
+def _derived(series: Array, n: int) -> Array:
+    """Chebyshev coefficients of n-th derivatives, shape (pieces, terms) like those of the functions."""
+    result = np.zeros_like(series)
+    if n < series.shape[1]:
+        result[:, : series.shape[1] - n] = chebyshev.chebder(series, n, axis=1)
     return result
 
 
-def _from_logs(logs: list[Numbers]) -> Numbers:
+def _chebyshev(t: Numbers, terms: int) -> Numbers:
+    """Chebyshev polynomials at points t, shape (terms, n)."""
+    result = np.empty((max(terms, 2), t.size), dtype=t.dtype)
+    result[0], result[1] = 1.0, t
+    twice = 2 * t
+    for n in range(2, terms):
+        np.multiply(twice, result[n - 1], out=result[n])
+        result[n] -= result[n - 2]
+    return result[:terms]
+
+
+def _euler(series: Array, v: Numbers, order: int) -> Numbers:
+    """A function of v and its derivatives v d/dv, shape (order + 1, n), from series of it and its derivatives by v."""
+    values = series[: order + 1] @ _chebyshev(2 * v - 1, series.shape[1])
+    if order > 0:
+        values[1] *= v
+    if order > 1:
+        values[2] = values[1] + v * v * values[2]
+    return np.asarray(values)
+
+
+def _from_logs(logs: Numbers) -> Numbers:
     """L - 1 and derivatives from log L and its derivatives."""
-    response = np.exp(logs[0])
-    result = [np.expm1(logs[0])]
+    result = np.empty_like(logs)
+    result[0] = np.expm1(logs[0])
     if len(logs) > 1:
-        result.append(logs[1] * response)
+        response = result[0] + 1
+        result[1] = logs[1] * response
     if len(logs) > 2:
-        result.append((logs[2] + logs[1] ** 2) * response)
-    return np.stack(result)
+        result[2] = (logs[2] + logs[1] ** 2) * response
+    return result

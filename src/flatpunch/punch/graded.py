@@ -48,6 +48,7 @@ from numpy.typing import NDArray
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
+from flatpunch.compliance.interpolant import SmoothResponse
 from flatpunch.punch.basis import edge_signs, half_space_diagonal
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges
 
@@ -59,9 +60,12 @@ _FARTHEST = 1e7
 _TURNED = np.array([0.0, 2.0, 6.0, 14.0, 30.0])
 """Panel edges over t: at the lowest X the highest order still decays like exp(-1.5 t)."""
 
+_TRUST = np.array([1.0, 1e-2, 1e-4])
+"""Weights of L - 1 and its derivatives by ln kappa: series of 24 terms lose as many digits with each derivative."""
 
 _HIGHEST = 128
-"""Harmonics above feel the half-space of the surface material but for tail beta/m of their (small) share."""
+"""Harmonics above feel the half-space of the surface material but for tail beta/m of their (small) share. Small contacts need
+fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta."""
 
 
 def graded_terms(kernel: Kernel, beta: float) -> int:
@@ -145,19 +149,42 @@ def graded_matrices(kernel: Kernel, beta: Array, terms: int, parity: int = 0, or
     assert kernel.series is not None
     first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta.min())) / np.log(4))))
     table = wave_table(parity, terms, first)
-    blocks = np.empty((order + 1, beta.size, terms, terms))
-    far = table.x.searchsorted(split_point(parity, terms))
+    split = split_point(parity, terms)
+    far = table.x.searchsorted(split)
     count = (table.x.size - far) // 2
-    for i, b in enumerate(beta.tolist()):
-        real = kernel.series.derivatives(table.x[: far + count] / b, order)
-        real = np.concatenate([real, real[:, far:]], axis=1) * table.w
-        turned = np.sqrt(kernel.series.derivatives(table.z / b, order))
-        for d in range(order + 1):
-            h = table.h * turned[d]
-            block = (table.f * real[d]) @ table.f.T + h.real @ h.real.T - h.imag @ h.imag.T
-            # d/dln beta at fixed x is -d/dln kappa
-            blocks[d, i] = -block if d == 1 else block
-    return blocks
+    real = _derivatives(kernel.series, table.x[: far + count] / beta[:, None], order)
+    real = np.concatenate([real, real[..., far:]], axis=-1) * table.w
+    turned = _derivatives(kernel.series, table.z / beta[:, None], order)
+    # d/dln beta at fixed x is -d/dln kappa
+    real[1::2], turned[1::2] = -real[1::2], -turned[1::2]
+    weights, shapes = _independent(real)
+    products = np.stack([(table.f * shape) @ table.f.T for shape in shapes])
+    blocks = np.tensordot(weights, products, axes=1)
+    # on few nodes, in one product for all: Re h_p h_q g over the nodes z
+    n = table.z.size
+    weights, shapes = _independent(np.concatenate([turned.real, turned.imag], axis=-1))
+    h = table.h
+    products = np.stack([((h * (shape[:n] + 1j * shape[n:])) @ h.T).real for shape in shapes])
+    blocks += np.tensordot(weights, products, axes=1)
+    return np.asarray(blocks.reshape(order + 1, beta.size, terms, terms))
+
+
+def _derivatives(series: SmoothResponse, kappa: NDArray[Any], order: int) -> NDArray[Any]:
+    """L - 1 and derivatives by ln kappa at kappa, shape (nb, n) -> (order + 1, nb, n)."""
+    return np.asarray(series.derivatives(kappa.ravel(), order).reshape(order + 1, *kappa.shape))
+
+
+def _independent(values: Array) -> tuple[Array, Array]:
+    """The few shapes, (k, n), that values (orders, nb, n) are made of to rounding, and weights, (orders * nb, k).
+
+    L - 1 and its derivatives at all radii of a panel are about 20 independent functions of x: so many products of matrices
+    instead of three for each radius. Rounding is relative to the largest value at each x.
+    """
+    count = np.maximum(np.abs(values).max(axis=(0, 1)), np.finfo(float).tiny)
+    trust = _TRUST[: values.shape[0], None, None]
+    left, strength, shapes = np.linalg.svd((values * trust / count).reshape(-1, count.size), full_matrices=False)
+    kept = max(1, int(np.count_nonzero(strength > 2e-16 * strength[0])))
+    return left[:, :kept] * strength[:kept] / np.repeat(trust.ravel(), values.shape[1])[:, None], shapes[:kept] * count
 
 
 def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[dict[int, Array], dict[int, Array]]:
@@ -175,25 +202,56 @@ def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[di
     Returns
     -------
     vectors : dict
-        m -> v with S[A_m^-1 b] = S0[b] + b.v, shape (nb, terms); orders above 128 are left to the half-space.
+        m -> v with S[A_m^-1 b] = S0[b] + b.v, shape (nb, terms); high orders, above 128 at most, are left to the half-space.
     sums : dict
         m -> pi (s.v_m - s.v_1), shape (nb,), for all m up to the largest: minus the sum of d ln S_j/d ln beta over
         j = 1 ... m - 1, where S_j is the edge strength for the displacement r^j cos(j phi).
     """
+    assert kernel.series is not None
     terms = graded_terms(kernel, float(beta.max()))
-    largest = min(max(orders, default=1), _HIGHEST)
+    felt = float(beta.max()) * kernel.series.sharpness
+    largest = min(max(orders, default=1), int(_HIGHEST * np.clip(felt, 1e-3, 1.0) ** 0.25))
     size = terms + largest // 2 + 1
-    blocks = [graded_matrices(kernel, beta, size, parity, order=2) for parity in (0, 1)]
-    inverses = [_inverse_factor(parity, blocks[parity][0]) for parity in (0, 1)]
+    systems = [_All(parity, graded_matrices(kernel, beta, size, parity, order=2)) for parity in (0, 1)]
     vectors, sums = {}, {1: np.zeros(beta.size)}
     for m in range(1, largest + 1):
-        start = m // 2
-        system = _System(m, blocks[m % 2][:, :, start:, start:], inverses[m % 2][:, : size - start, : size - start])
         # sums[m + 1] is known one order ahead
-        sums[m + 1] = sums[m] - system.growth[:, 0]
+        sums[m + 1] = sums[m] - systems[m % 2].growth[:, m // 2]
         if m in orders:
-            vectors[m] = system.edge
+            vectors[m] = systems[m % 2].edge(m)
     return vectors, sums
+
+
+class _All:
+    """All harmonics m of one parity at nb radii, row i for m = parity + 2 i; see `_System` for what is computed.
+
+    The matrices are trailing blocks of one, and turned end to end leading blocks with one Cholesky factor. Its inverse J is
+    lower triangular: row n of J, times the diagonal element, is c of the block that ends there, and J itself cut off at n
+    solves that block. So vectors of all harmonics are rows of triangular matrices, and products of matrices serve all.
+    """
+
+    def __init__(self, parity: int, blocks: Array) -> None:
+        terms = blocks.shape[-1]
+        self.parity, self.terms = parity, terms
+        inverse = _inverse_factor(parity, blocks[0])
+        first, second = blocks[1, :, ::-1, ::-1], blocks[2, :, ::-1, ::-1]
+        orders = (parity + 2 * np.arange(terms))[::-1]
+        peak = np.diagonal(inverse, axis1=1, axis2=2)
+        self._c = inverse * peak[:, :, None]
+        first_c = np.tril(self._c @ first)
+        self._w = np.tril(first_c @ inverse.transpose(0, 2, 1)) @ inverse
+        square = (1 + 2 * orders) * peak**2 - np.sum(self._c * first_c, axis=-1)
+        change = -(1 + 2 * orders) * np.diagonal(self._w, axis1=1, axis2=2)
+        change = change + 2 * np.sum(self._w * first_c, axis=-1) - np.sum(self._c * (self._c @ second), axis=-1)
+        self._strength = np.sqrt(square / np.pi)
+        self.growth = (change / (2 * square))[:, ::-1]
+
+    def edge(self, m: int) -> Array:
+        """The vector v of harmonic m, shape (nb, terms of it)."""
+        row = self.terms - 1 - (m - self.parity) // 2
+        c, w = self._c[:, row, row::-1], self._w[:, row, row::-1]
+        strength = self._strength[:, row, None]
+        return np.asarray((_excess(m, c, strength) - w) / (np.pi * strength))
 
 
 def graded_round(kernel: Kernel, beta: Array, terms: int) -> tuple[Array, Array, Array]:
@@ -233,7 +291,7 @@ class _System:
         change = -(1 + 2 * m) * self.w[:, 0] + 2 * _dot(self.w, first) - _dot(self.c, self.second)
         self.strength = np.sqrt(square / np.pi)[:, None]
         self.growth = (change / (2 * square))[:, None]
-        right = self._excess(self.c, self.strength) - self.w
+        right = _excess(m, self.c, self.strength) - self.w
         self.edge = right / (np.pi * self.strength)
 
     def solve(self, right: Array) -> Array:
@@ -244,13 +302,15 @@ class _System:
     def edge_change(self) -> Array:
         """dv/dln beta, shape (nb, terms)."""
         w_change = self.solve(self.second - 2 * _times(self.blocks[1], self.w))
-        right = self._excess(-self.w, self.growth * self.strength) - w_change
+        right = _excess(self.m, -self.w, self.growth * self.strength) - w_change
         return np.asarray(right / (np.pi * self.strength) - self.edge * self.growth)
 
-    def _excess(self, c: Array, strength: Array) -> Array:
-        """(m - q) c_l - (2 q + 1) s_l (S - sum_(i<=l) s_i c_i)."""
-        q = (self.width - 1) / 2
-        return np.asarray((self.m - q) * c - self.width * self.s * (strength - np.cumsum(self.s * c, axis=-1)))
+
+def _excess(m: int, c: Array, strength: Array) -> Array:
+    """(m - q) c_l - (2 q + 1) s_l (S - sum_(i<=l) s_i c_i)."""
+    s = edge_signs(c.shape[-1])
+    q = m + 2.0 * np.arange(c.shape[-1])
+    return np.asarray((m - q) * c - (2 * q + 1) * s * (strength - np.cumsum(s * c, axis=-1)))
 
 
 def _inverse_factor(parity: int, block: Array) -> Array:

@@ -21,6 +21,9 @@ NODES = 24
 """Chebyshev nodes per panel: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
 
 _TOLERANCE = 1e-10
+_GRADED_TOLERANCE = 1e-9
+"""Responses of graded media are interpolated to 2e-12, so that their derivatives, which the edges need, know 1e-10 at best."""
+
 _NARROWEST = np.log(10) / 16
 _WIDTH = np.log(10) / 2
 
@@ -82,7 +85,9 @@ class Panels:
     def over(self, logs: Array) -> Iterator[tuple[Panel, Flags]]:
         """Panels that hold the given log(beta), each with the mask of what it holds."""
         index = np.floor(logs / _WIDTH).astype(int)
-        coarse = effective_beta(self.kernel, 1.0) * np.exp((index + 1) * _WIDTH) < 0.1
+        coarse = effective_beta(self.kernel, 1.0) * np.exp((index + 1) * _WIDTH) < (
+            np.inf if self.kernel.graded else 0.1
+        )
         start = np.where(coarse, index - index % 2, index)
         # the parity of the code tells wide panels from narrow ones
         code = 2 * start + coarse
@@ -119,7 +124,8 @@ class Panels:
     def _build(self, low: float, high: float) -> list[Panel]:
         series = nodal_transform() @ self.sample(nodes(low, high))
         error = self.judge(series)
-        if error > max(_TOLERANCE, self.floor(series)) and high - low > _NARROWEST:
+        tolerance = _GRADED_TOLERANCE if self.kernel.graded else _TOLERANCE
+        if error > max(tolerance, self.floor(series)) and high - low > _NARROWEST:
             middle = (low + high) / 2
             return self._build(low, middle) + self._build(middle, high)
         return [Panel(low, high, series, error)]
