@@ -9,7 +9,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
 from flatpunch.files import load, read_case, read_height_map, save
-from flatpunch.fit import Curve, CurveError, Free, fit, read_curve
+from flatpunch.fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from flatpunch.indenters import (
     AfmPyramid,
     AreaFunction,
@@ -100,7 +100,9 @@ __all__ = [
     "__version__",
     "adhesion_loop",
     "compliance",
+    "correct",
     "fit",
+    "fit_batch",
     "flat_punch",
     "indent",
     "load",

@@ -120,7 +120,7 @@ def test_true_modulus_reports_what_was_put_in(tip, over):
 
 
 def test_published_corrections_are_as_wrong_as_known():
-    """Bonded incompressible layer, X = sqrt(R d)/h = 0.5: Dimitriadis' force is 7.7 % low, Garcia's 0.7 % high (reference table)."""
+    """Bonded incompressible layer, X = sqrt(R d)/h = 0.5: Dimitriadis' force is 7.7 % low, Garcia's 0.7 % high (reference)."""
     depth = (0.5 * H) ** 2 / 3e-6
     found = correct(8e3, GEL, Paraboloid(3e-6), depth, over="depth")
     assert found.others["Dimitriadis"] / found.young - 1 == pytest.approx(0.077 / (1 - 0.077), abs=2e-3)

@@ -1,5 +1,8 @@
 """From measured curves to layer properties: readers, fits, hard films, corrections of reported moduli, batches."""
 
+from flatpunch.fit.batch import Batch, fit_batch
+from flatpunch.fit.case import FitCase, read_fit_case
+from flatpunch.fit.correction import Correction, correct
 from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.fitting import Free, Settings, fit
 from flatpunch.fit.forward import ForwardModel
@@ -11,21 +14,27 @@ from flatpunch.fit.result import Estimate, FitResult
 from flatpunch.fit.scaling import parameter_names
 
 __all__ = [
+    "Batch",
+    "Correction",
     "Curve",
     "CurveError",
     "Estimate",
     "FilmResult",
+    "FitCase",
     "FitResult",
     "ForwardModel",
     "Free",
     "Profile",
     "Settings",
     "Tip",
+    "correct",
     "fit",
+    "fit_batch",
     "fit_film",
     "oliver_pharr",
     "parameter_names",
     "read_curve",
+    "read_fit_case",
     "read_nanoindentation",
     "tenth_rule",
     "tip_in_workbook",
