@@ -30,8 +30,8 @@ _THINNEST = 0.01
 _TOLERANCE = 1e-6
 _RADIUS_TOLERANCE = 4e-3
 """Interpolation error of the mean radius that is accepted."""
-_GRID_ERROR = 5.0
-"""Relative force error of the grid times the number of cells; pyramids reach two thirds of it, ellipses a tenth."""
+_GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
+"""Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
 _RIM_ERROR, _CORNER_ERROR = 1.5, 10.0
 """Error of the traced outline over the mean radius, times the cells per side: of smooth tips half a cell, and of edges, where the
 outline has cusps, three."""
@@ -87,7 +87,7 @@ class Correction:
         table = np.array([self.known[node] for node in nodes])
         lost = np.isnan(table[:, OUTLINE])
         table[lost, OUTLINE:] = 0.0
-        grid = _GRID_ERROR / self.cells**2
+        grid = (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
         rim = (_CORNER_ERROR if self.indenter.corners else _RIM_ERROR) / self.cells
         if nodes.size == 1:
             values = np.repeat(table, x.size, axis=0)

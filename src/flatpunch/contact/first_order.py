@@ -59,7 +59,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
 
 
 def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags) -> Extra:
-    """Error estimates, infinite for outlines that do not exist; round contact is exact up to the interpolation over the radius."""
+    """Error estimates, infinite for lost outlines; round contact is exact up to the interpolation over the radius."""
     if not indenter.round:
         force, contour = first_order_error(indenter, contact.radius)
         return estimates(force, np.where(lost, np.inf, contour))

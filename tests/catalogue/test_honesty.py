@@ -1,0 +1,88 @@
+"""Honesty: over the catalogue the true error stays below the reported one."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from make import HEAD, METHODS, judge, read_truth, solve  # noqa: E402
+
+WANTED = 0.95
+
+
+def _rows() -> list[dict[str, str]]:
+    with (HERE / "catalogue.csv").open() as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def _pairs(method: str, error: str, estimate: str) -> tuple[np.ndarray, np.ndarray]:
+    """True errors and estimates of the cases that the method takes; outlines only where the contact has one."""
+    rows = [row for row in _rows() if row[f"{method} {error}"] not in ("", "nan")]
+    return (
+        np.array([float(row[f"{method} {error}"]) for row in rows]),
+        np.array([float(row[f"{method} {estimate}"]) for row in rows]),
+    )
+
+
+def test_catalogue_is_large_and_its_truth_is_known() -> None:
+    rows, truth = _rows(), read_truth()
+    assert len(rows) == len(truth) >= 200
+    assert all(t.converged for t in truth)
+    assert [[row[name] for name in HEAD] for row in rows] == [
+        [str(t.case.number), t.case.tip, t.case.medium, f"{t.case.size:g}"] for t in truth
+    ]
+    # what halving the cells changes; the finer grid is better than that
+    assert np.quantile([t.grid_error for t in truth], 0.99) < 2e-4
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("error", "estimate"), [("force", "estimate"), ("outline", "outline_estimate")])
+def test_true_errors_are_below_their_estimates(method: str, error: str, estimate: str) -> None:
+    true, told = _pairs(method, error, estimate)
+    assert true.size >= 190
+    assert np.mean(true <= told) >= WANTED
+    # and the estimates are no idle fears: most are within ten times the error
+    assert np.mean(told <= 10 * true) > 0.5
+
+
+def _sample(count: int) -> list[int]:
+    """Cases recomputed by every run: quick tips and media, drawn with a fixed seed."""
+    quick = [
+        i
+        for i, t in enumerate(read_truth())
+        if t.outline.size and not t.case.medium.startswith("graded") and not t.case.tip.startswith("rounded")
+    ]
+    return sorted(np.random.default_rng(7).choice(quick, count, replace=False).tolist())
+
+
+@pytest.mark.parametrize("index", _sample(10))
+def test_stored_errors_are_those_of_the_code(index: int) -> None:
+    truth, row = read_truth()[index], _rows()[index]
+    for method in ("second-order", "fourth-order"):
+        if not row[f"{method} force"]:
+            continue
+        force, told, outline, outline_told = judge(truth, method)
+        # errors are small differences of forces stored to nine digits; the series are known to 1e-9
+        assert force == pytest.approx(float(row[f"{method} force"]), rel=1e-3, abs=1e-8)
+        assert told == pytest.approx(float(row[f"{method} estimate"]), rel=1e-3)
+        # outlines are stored to five digits
+        assert outline == pytest.approx(float(row[f"{method} outline"]), rel=1e-3, abs=2e-5)
+        assert outline_told == pytest.approx(float(row[f"{method} outline_estimate"]), rel=1e-3)
+
+
+@pytest.mark.parametrize("index", _sample(10)[::5])
+def test_stored_truth_is_that_of_boundary_elements(index: int) -> None:
+    truth = read_truth()[index]
+    again = solve(truth.case, (64, 128))
+    assert again.depth == pytest.approx(truth.depth, rel=1e-8)
+    # force errors fall like the number of cells to the power 1.5 or more: eight times those between 256 and 512
+    assert again.force == pytest.approx(truth.force, rel=10 * truth.grid_error + 2e-4)
+    # two cells of 128, which the contact fills to four fifths
+    np.testing.assert_allclose(again.outline, truth.outline, atol=2 * truth.radius * 2 / 50)
