@@ -141,7 +141,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         step("solving")
         with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
             result = fp.indent(case.medium, case.indenter, **case.arguments)
-        leaving = _pull_off(case) if case.work_of_adhesion is not None else []
+        leaving = [] if case.work_of_adhesion is None else _pull_off(case, case.work_of_adhesion)
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))
@@ -161,14 +161,12 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     out.print()
 
 
-def _pull_off(case: Case) -> list[str]:
+def _pull_off(case: Case, work: float) -> list[str]:
     """Say where the contact is lost."""
     import flatpunch as fp
     from flatpunch.files.units import text
 
-    lost = fp.pull_off(
-        case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion, range_of_action=case.range_of_action
-    )
+    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.range_of_action)
     lines = [
         f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
         for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))

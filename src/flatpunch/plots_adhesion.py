@@ -34,12 +34,14 @@ def loop_of(result: xr.Dataset, medium: Any, indenter: Any) -> xr.Dataset | None
     medium, indenter : object
         What it was solved for.
     """
-    quantity = "force" if result.attrs["control"] == "force" else "depth"
-    most = float(np.nanmax(result[quantity].values))
+    by_force = result.attrs["control"] == "force"
+    most = float(np.nanmax(result["force" if by_force else "depth"].values))
     if not most > 0:
         return None
-    work = float(result.attrs["work_of_adhesion"])
-    return adhesion_loop(medium, indenter, work_of_adhesion=work, **{quantity: most})
+    depth, force = (None, most) if by_force else (most, None)
+    return adhesion_loop(
+        medium, indenter, work_of_adhesion=float(result.attrs["work_of_adhesion"]), depth=depth, force=force
+    )
 
 
 def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None) -> Axes:
@@ -73,7 +75,7 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     for jump in json.loads(cycle.attrs["jumps"]):
         _mark(jump, axes, by_depth, by_force)
     axes.axhline(0, color="black", linewidth=0.6)
-    axes.margins(y=0.12)  # room for labels below
+    axes.margins(y=0.17)  # room for labels below
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})")
     axes.set_title(f"Prescribed {cycle.attrs['control']}: {text(cycle.attrs['energy_lost'], 'J')} lost in a loop")

@@ -163,7 +163,7 @@ class PerturbedBranch:
         scale = contact.plain.force + contact.plain.stiffness * contact.retraction
         depth, force, _ = self._tabulated(np.log(radius))[0].T
         change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
-        return np.asarray(np.maximum(second_order_error(plain)[0], 2.5 * (change / scale) ** 2))
+        return np.asarray(np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2))
 
     def weakest(self, radius: Array) -> Array:
         """Smallest of (D1 + D k_m)/D1 over the harmonics: not positive where the outline is unstable."""

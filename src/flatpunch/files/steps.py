@@ -95,9 +95,14 @@ class ControlTable(Table):
     def _signs(self, info: ValidationInfo) -> ControlTable:
         """Refuse tension and tips held above the surface where nothing adheres."""
         name, steps = self.built
-        if not (info.context or {}).get("adhesive", False) or name == "radius":
-            lists = getattr(self, name)
-            values(name, lists if isinstance(lists, (float, list)) else steps)
+        if (info.context or {}).get("adhesive", False) and name != "radius":
+            return self
+        given = getattr(self, name)
+        try:
+            values(name, given if isinstance(given, (float, list)) else steps)
+        except ValueError as error:
+            hint = "" if name == "radius" else " Below zero it takes a work_of_adhesion."
+            raise ValueError(f"{error}{hint}") from None
         return self
 
 

@@ -1,0 +1,77 @@
+"""Adhesive and viscoelastic cases on the command line: solved, described, saved, drawn."""
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flatpunch as fp
+from flatpunch import cli
+from flatpunch.files import load, read_case, shipped_cases
+
+
+def run(*arguments):
+    # The width fixes the line breaks of tables and help.
+    return CliRunner().invoke(
+        cli.app, [str(argument) for argument in arguments], env={"COLUMNS": "140", "NO_COLOR": "1"}
+    )
+
+
+@pytest.fixture
+def shipped():
+    return {path.stem: path for path in shipped_cases()}
+
+
+def test_adhesive_case(shipped, tmp_path):
+    path = shipped["sphere_sticking_to_gel_in_water"]
+    nc, csv, png = (tmp_path / f"a.{ending}" for ending in ("nc", "csv", "png"))
+    done = run("solve", path, "-o", nc, "--csv", csv, "--plot", png)
+    assert done.exit_code == 0, done.output
+    case = read_case(path)
+    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion)
+    assert f"Pull-off under prescribed force: {lost.force * 1e12:.4g} pN" in done.output
+    assert f"Pull-off under prescribed depth: {lost.depth_minimum.force * 1e12:.4g} pN" in done.output
+    assert "(JKR)" in done.output
+    xr.testing.assert_identical(load(nc), load(csv))
+    assert load(nc).attrs["work_of_adhesion"] == case.work_of_adhesion
+    assert png.stat().st_size > 10_000
+    assert "Adhesion  work 20 µJ/m², range of action 1 nm" in run("check", path).output
+
+
+def test_where_jkr_ends_is_said_once(shipped, tmp_path):
+    """A range of action as long as the neck: Tabor's parameter is below 5."""
+    mild = tmp_path / "mild.toml"
+    text = shipped["sphere_sticking_to_gel_in_water"].read_text(encoding="utf-8")
+    mild.write_text(text.replace('"1 nm"', '"20 nm"'), encoding="utf-8")
+    done = run("solve", mild)
+    assert done.exit_code == 0
+    assert "(transition)" in done.output
+    assert " ".join(done.output.split()).count("Note: Tabor's parameter is") == 1
+
+
+def test_history(shipped, tmp_path):
+    path = shipped["cell_ramp_hold_retract"]
+    nc, csv, png = (tmp_path / f"a.{ending}" for ending in ("nc", "csv", "png"))
+    done = run("solve", path, "-o", nc, "--csv", csv, "--plot", png)
+    assert done.exit_code == 0, done.output
+    assert "time" in done.output
+    # the column would hold infinities only
+    assert "N/m" not in done.output
+    xr.testing.assert_identical(load(nc), load(csv))
+    result = load(nc)
+    # the cell is left behind: no force, and no contact, long before the tip is back at the surface
+    gone = result["time"].values[(result["force"].values == 0) & (result["time"].values > 1)]
+    assert result["depth"].sel(step=result["time"] == gone[0]).item() > 2e-7
+    assert png.stat().st_size > 10_000
+    assert "Relaxes   PowerLawRelaxation exponent 0.2, time 1 s" in run("check", path).output
+
+
+def test_elastic_substrates_are_refused_with_the_reason(shipped, tmp_path):
+    path = tmp_path / "cell.toml"
+    text = shipped["cell_ramp_hold_retract"].read_text(encoding="utf-8")
+    path.write_text(
+        text.replace('kind = "rigid"', 'kind = "half-space"\nyoung = "70 GPa"\npoisson = 0.2'), encoding="utf-8"
+    )
+    for command in ("check", "solve"):
+        done = run(command, path)
+        assert done.exit_code == 2
+        assert "the shape of its compliance changes with time" in done.stderr
