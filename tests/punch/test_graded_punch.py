@@ -148,9 +148,10 @@ def test_convergence_orders():
     assert order(lambda n: graded_round(kernel, beta, n)[0][0, 0]) == pytest.approx([6, 6], abs=0.4)
     assert order(lambda n: graded_round(kernel, beta, n)[1][0, 0]) == pytest.approx([6, 6], abs=0.4)
     assert order(lambda n: graded_round(kernel, beta, n)[0][0] @ edge_signs(n)) == pytest.approx([2, 2], abs=0.4)
-    # cones: moments fall like n^-5/2 and meet v_n ~ 1/n, alternating: n^-7/2, depth and its slope alike
-    assert order(lambda n: depth_and_slope(kernel, 2.0, 1, n)[0]) == pytest.approx([3.5, 3.5], abs=0.4)
-    assert order(lambda n: depth_and_slope(kernel, 2.0, 1, n)[1]) == pytest.approx([3.5, 3.5], abs=0.4)
+    # cones: moments fall like n^-5/2 and meet v_n ~ 1/n, alternating, so that a sum that just stops would leave n^-7/2. It is
+    # ended smoothly instead and converges like the matrix does (5.2 and 7.4 found); of the slope, 3.5 and rising
+    assert (order(lambda n: depth_and_slope(kernel, 2.0, 1, n)[0]) > 5).all()
+    assert (order(lambda n: depth_and_slope(kernel, 2.0, 1, n)[1]) > 3.4).all()
 
 
 @pytest.mark.parametrize("name", ["linear 5", "exponential 0.1", "jump"])
