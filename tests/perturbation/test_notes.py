@@ -44,10 +44,10 @@ def test_steep_faces() -> None:
 
 
 @pytest.mark.parametrize("method", ["second-order", "fourth-order"])
-@pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.Pyramid(3, 0.3), fp.EllipticParaboloid(0.1, 1.0)])
+@pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.EllipticParaboloid(0.1, 1.0)])
 def test_results_stay_finite_through_the_turning_point(tip: object, method: str) -> None:
     """Under a film 100 times stiffer the depth turns back, where the outline response has a pole."""
-    radius = np.geomspace(0.05, 4.0, 40)
+    radius = np.geomspace(0.1, 3.0, 24)
     result = fp.indent(FILM_100, tip, radius=radius, method=method)
     np.testing.assert_allclose(result.radius, radius, rtol=1e-10)
     for name in ("depth", "force", "area", "stiffness", "contour", "force_error", "contour_error"):

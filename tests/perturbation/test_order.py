@@ -17,13 +17,11 @@ from flatpunch.punch.harmonics import solve_edges
 from flatpunch.reference.elliptic import elliptic_paraboloid
 
 
-@pytest.mark.parametrize("name", sorted(MEDIA))
+@pytest.mark.parametrize("name", sorted(set(MEDIA) - {"half-space"}))
 def test_first_harmonic_is_a_translation(name: str) -> None:
     """Moving a flat punch aside changes nothing: k_1 = 0."""
     beta = np.array([1e-6, 1.0, 5.0])
     kernel = compliance(MEDIA[name])
-    if kernel.homogeneous:
-        pytest.skip("closed form")
     gain = solve_edges(kernel, beta, np.array([1, 2])).stiffening(np.array([1, 2]))
     # both halves of the difference are sums of a hundred terms of order one
     np.testing.assert_allclose(gain[:, 0], 0, atol=1e-11)

@@ -9,6 +9,8 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.contact.correction import correction
+from flatpunch.indenters import Rounded
+from flatpunch.media import PowerLawHalfSpace
 
 INCOMPRESSIBLE = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase())
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
@@ -69,10 +71,27 @@ def test_pressure_integrates_to_the_force() -> None:
     assert force == pytest.approx(float(curve.force[0]), rel=5e-3)
 
 
-def test_half_space_needs_one_solution() -> None:
-    curve = fp.indent(fp.HalfSpace(2.0, 0.3), TRIANGLE, depth=np.geomspace(1e-3, 1e3, 20), method="refined", cells=128)
-    # self-similar: F ~ d^2 at every depth
-    np.testing.assert_allclose(curve.force / curve.depth**2, float(curve.force[0] / curve.depth[0] ** 2), rtol=1e-9)
+@pytest.mark.parametrize("exponent", [0.0, 0.4])
+def test_bodies_without_a_length_need_one_solution(exponent: float) -> None:
+    body = PowerLawHalfSpace(2.0, 1.0, exponent, 0.3) if exponent else fp.HalfSpace(2.0, 0.3)
+    depth = np.geomspace(1e-3, 1e3, 20)
+    curve = fp.indent(body, TRIANGLE, depth=depth, method="refined", cells=128)
+    # self-similar: F ~ d^(2 + k) at every depth
+    np.testing.assert_allclose(
+        curve.force / depth ** (2 + exponent), float(curve.force[0] / depth[0] ** (2 + exponent)), rtol=1e-9
+    )
+    truth = fp.indent(body, TRIANGLE, depth=3.0, method="bem", grid=192)
+    alone = fp.indent(body, TRIANGLE, depth=3.0, method="refined", cells=128)
+    assert float(alone.force[0]) == pytest.approx(float(truth.force[0]), rel=3e-4)
+
+
+def test_tip_far_smaller_than_the_layer() -> None:
+    """A rounded tip changes its shape at its own radius, however thin it is against the layer."""
+    tip = Rounded(fp.Pyramid(4, 0.4), 1e-4)
+    curve = fp.indent(INCOMPRESSIBLE, tip, depth=np.array([1e-5, 1e-4]), method="refined", **TABLE_OFF)
+    for step in (0, 1):
+        truth = fp.indent(INCOMPRESSIBLE, tip, depth=float(curve.depth[step]), method="bem", grid=192)
+        assert float(curve.force[step]) == pytest.approx(float(truth.force[0]), rel=1e-3)
 
 
 def test_solutions_are_kept_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,21 +103,28 @@ class Correction:
         outline = float(np.max(left[kept, OUTLINE:], initial=0.0)) + rim
         return Ratios(spline(x), slopes, error, outline, _beside(nodes, ~lost, x))
 
+    @property
+    def _self_similar(self) -> bool:
+        """Whether one solution serves every size: neither tip nor medium has a length."""
+        return self.indenter.exponent is not None and bool(self.kernel.homogeneous or self.kernel.exponent)
+
+    @property
+    def _thin_end(self) -> float:
+        """ln a below which the ratios of power-law tips stand still; other tips have lengths of their own."""
+        return float(np.log(_THINNEST * self.kernel.length)) if self.indenter.exponent is not None else -np.inf
+
     def _clipped(self, x: Array) -> Array:
-        """Positions ln a at which to look the ratios up: one place for media without a length, the thin end clamped."""
-        if self.kernel.homogeneous and self.indenter.exponent is not None:
-            return np.zeros_like(x)
-        if self.kernel.homogeneous:
-            return x
-        return np.maximum(x, np.log(_THINNEST * self.kernel.length))
+        """Positions ln a at which to look the ratios up."""
+        return np.zeros_like(x) if self._self_similar else np.maximum(x, self._thin_end)
 
     def _refine(self, low: float, high: float, rtol: float) -> Array:
         """Positions of the solutions that carry [low, high], added until the estimate is below rtol."""
         first, last = int(np.floor(low / _START)), int(np.ceil(high / _START))
         start = np.arange(first, max(last, first) + 1) * _START
-        quiet = start < np.log(0.1 * self.kernel.length)
-        start = start[~quiet | (np.arange(start.size) % 2 == 0) | (start == start[-1])]
-        if not np.isfinite(self.kernel.length) and self.indenter.exponent is not None:
+        if self.indenter.exponent is not None:
+            quiet = start < np.log(0.1 * self.kernel.length)
+            start = start[~quiet | (np.arange(start.size) % 2 == 0) | (start == start[-1])]
+        if self._self_similar:
             start = np.zeros(1)
         reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
         self._solve(np.unique(np.minimum(start, reach)))
