@@ -2,6 +2,7 @@
 
     python tests/catalogue/make.py truth     # truth.csv: boundary elements, about a quarter of an hour
     python tests/catalogue/make.py judge     # catalogue.csv: errors and estimates of every method against truth.csv
+    python tests/catalogue/make.py judge refined    # the same of one method alone, the others as they are
 
 truth.csv holds the force on two grids, so that the grid's own error is known, and the outline at equal angles.
 """
@@ -122,39 +123,51 @@ def make_truth() -> None:
         print(case, f"{truth.grid_error:.1e}", flush=True)
 
 
-def make_catalogue() -> None:
-    """Errors and estimates of every method against truth.csv, on all cores."""
-    names = [f"{method} {what}" for method in METHODS for what in ("force", "estimate", "outline", "outline_estimate")]
+def make_catalogue(methods: tuple[str, ...]) -> None:
+    """Errors and estimates of methods against truth.csv, on all cores; other methods keep what the file says."""
     lines = [
         "# True error and estimate of every method against truth.csv; made by make.py. Forces relative, outlines over the mean",
-        "# radius (nan where the contact has no outline). Blank: the method does not take this tip or depth.",
-        ",".join([*HEAD, "grid_error", "outlined", *names]),
+        "# radius (nan where the contact has no outline). Blank: the method does not take this tip.",
     ]
+    before = read_catalogue() if set(methods) != set(METHODS) else {}
+    truths = read_truth()
+    columns = [
+        f"{method} {what}" for method in METHODS for what in ("force", "estimate", "outline", "outline_estimate")
+    ]
+    rows = [before.get(truth.case.number, {}) for truth in truths]
     with ProcessPoolExecutor() as pool:
-        lines += pool.map(_line, read_truth(), chunksize=8)
+        for row, new in zip(rows, pool.map(_entries, truths, [methods] * len(truths), chunksize=4), strict=True):
+            row.update(new)
+    head = [*HEAD, "grid_error", "outlined", *columns]
+    lines += [",".join(head), *(",".join(row[name] for name in head) for row in rows)]
     (HERE / "catalogue.csv").write_text("\n".join(lines) + "\n")
 
 
-def _line(truth: Truth) -> str:
-    """Row of catalogue.csv."""
+def read_catalogue() -> dict[int, dict[str, str]]:
+    """Rows of catalogue.csv by number."""
+    with (HERE / "catalogue.csv").open() as file:
+        return {int(row["number"]): row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+
+
+def _entries(truth: Truth, methods: tuple[str, ...]) -> dict[str, str]:
+    """Entries of one row of catalogue.csv."""
     case = truth.case
-    row = [
-        str(case.number),
-        case.tip,
-        case.medium,
-        f"{case.size:g}",
-        f"{truth.grid_error:.3g}",
-        str(truth.outline.size),
-    ]
-    for method in METHODS:
+    row = dict(zip(HEAD, (str(case.number), case.tip, case.medium, f"{case.size:g}"), strict=True))
+    row |= {"grid_error": f"{truth.grid_error:.3g}", "outlined": str(truth.outline.size)}
+    for method in methods:
+        entries = [""] * 4
         try:
-            row += [f"{value:.4g}" for value in judge(truth, method)]
+            entries = [f"{value:.4g}" for value in judge(truth, method)]
         except ValueError as error:
             print(case, method, error, flush=True)
-            row += [""] * 4
+        names = (f"{method} {what}" for what in ("force", "estimate", "outline", "outline_estimate"))
+        row |= dict(zip(names, entries, strict=True))
     print(case, flush=True)
-    return ",".join(row)
+    return row
 
 
 if __name__ == "__main__":
-    {"truth": make_truth, "judge": make_catalogue}[sys.argv[1]]()
+    if sys.argv[1] == "truth":
+        make_truth()
+    else:
+        make_catalogue(tuple(sys.argv[2:]) or METHODS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from pathlib import Path
 
@@ -12,14 +11,13 @@ import pytest
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from make import HEAD, METHODS, judge, read_truth, solve  # noqa: E402
+from make import HEAD, METHODS, judge, read_catalogue, read_truth, solve  # noqa: E402
 
 WANTED = 0.95
 
 
 def _rows() -> list[dict[str, str]]:
-    with (HERE / "catalogue.csv").open() as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return list(read_catalogue().values())
 
 
 def _pairs(method: str, error: str, estimate: str) -> tuple[np.ndarray, np.ndarray]:

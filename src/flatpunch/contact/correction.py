@@ -28,6 +28,8 @@ _FINEST = np.log(10) / 16
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and the ratios stand still (they move like beta)."""
 _TOLERANCE = 1e-6
+_CAUTION = 2.0
+"""What is told as the force's interpolation error over what decides on more solutions (catalogue)."""
 _RADIUS_TOLERANCE = 4e-3
 """Interpolation error of the mean radius that is accepted."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
@@ -44,13 +46,14 @@ FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 class Ratios:
     """Logarithms of (boundary elements)/(second order) and their derivatives by ln a; shape (n, 3 + angles).
 
-    `traced` is False at points beside a solution whose contact has no outline.
+    `error` and `outline_error` are the estimates of the force and of the outline at each point; `traced` is False beside a
+    solution whose contact has no outline.
     """
 
     values: Array
     slopes: Array
-    error: float
-    outline_error: float
+    error: Array
+    outline_error: Array
     traced: Flags
 
 
@@ -91,17 +94,18 @@ class Correction:
         rim = (_CORNER_ERROR if self.indenter.corners else _RIM_ERROR) / self.cells
         if nodes.size == 1:
             values = np.repeat(table, x.size, axis=0)
-            return Ratios(values, np.zeros_like(values), grid, rim, np.full(x.size, not lost[0]))
+            ones = np.ones(x.size)
+            return Ratios(values, np.zeros_like(values), grid * ones, rim * ones, np.full(x.size, not lost[0]))
         spline = _spline(nodes, table)
         frozen = x != np.log(radius)
         slopes = np.where(frozen[:, None], 0.0, spline(x, nu=1))
         left = _left_out(nodes, table)
-        error = float(np.max(left[:, FORCE])) + grid
-        kept = ~lost
-        kept[1:] &= ~lost[:-1]
-        kept[:-1] &= ~lost[1:]
-        outline = float(np.max(left[kept, OUTLINE:], initial=0.0)) + rim
-        return Ratios(spline(x), slopes, error, outline, _beside(nodes, ~lost, x))
+        upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
+        # between two solutions the worse of them counts
+        force = _CAUTION * np.maximum(left[upper - 1, FORCE], left[upper, FORCE]) + grid
+        shape = left[:, OUTLINE:].max(axis=1)
+        outline = np.maximum(shape[upper - 1], shape[upper]) + rim
+        return Ratios(spline(x), slopes, force, outline, _beside(nodes, ~lost, x))
 
     @property
     def _self_similar(self) -> bool:
@@ -182,7 +186,8 @@ def tabulated(table: TableRows, radius: Array) -> Ratios:
     x = np.maximum(np.log(radius), table.nodes[0])
     spline = _spline(table.nodes, table.rows)
     slopes = np.where((x > table.nodes[0])[:, None], spline(x, nu=1), 0.0)
-    return Ratios(spline(x), slopes, FORCE_ERROR, OUTLINE_ERROR, np.ones(radius.size, dtype=bool))
+    ones = np.ones(radius.size)
+    return Ratios(spline(x), slopes, FORCE_ERROR * ones, OUTLINE_ERROR * ones, np.ones(radius.size, dtype=bool))
 
 
 def _spline(nodes: Array, table: Array) -> CubicSpline:

@@ -136,7 +136,7 @@ def solve(
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
     contact = _controlled(kernel, indenter, expansion, control)
     ratios = expansion.ratios(contact.radius)
-    ones, traced = np.ones_like(contact.depth), ratios.traced
+    traced = ratios.traced
     contour = expansion.outline(contact, phi)
     contour[~traced] = np.nan
     notes = first_failure(
@@ -154,7 +154,7 @@ def solve(
         contour=contour,
         valid=np.ones(contact.depth.size, dtype=bool),
         notes=notes,
-        extra=estimates(ratios.error * ones, np.where(traced, ratios.outline_error, np.inf)),
+        extra=estimates(ratios.error, np.where(traced, ratios.outline_error, np.inf)),
     )
 
 
