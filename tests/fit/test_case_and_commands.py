@@ -81,7 +81,7 @@ def test_mistakes_in_a_case(tmp_path, old, new, message):
 
 def test_example_gives_its_known_answer(tmp_path):
     """The example's curve was made with 2.6 kPa and 60 pN of noise."""
-    picture, table = tmp_path / "fit.png", tmp_path / "fit.csv"
+    picture, table, drift = tmp_path / "fit.png", tmp_path / "fit.csv", tmp_path / "drift.png"
     done = CliRunner().invoke(
         app,
         [
@@ -93,12 +93,14 @@ def test_example_gives_its_known_answer(tmp_path):
             "-o",
             str(table),
             "--profile",
+            "--drift",
+            str(drift),
         ],
     )
     assert done.exit_code == 0, done.output
     assert "2.6 kPa" in done.output
     assert "profile" in done.output
-    assert picture.stat().st_size > 10_000
+    assert min(picture.stat().st_size, drift.stat().st_size) > 10_000
     header, row = table.read_text(encoding="utf-8").splitlines()
     values = dict(zip(header.split(","), row.split(","), strict=True))
     # four standard errors

@@ -73,7 +73,7 @@ def test_coverage_of_five_hundred(medium, tip, deepest, name):
 @pytest.mark.parametrize("sides", [3, 4])
 @pytest.mark.parametrize("name", ["gel", "film-0.1", "film-1", "film-10"])
 def test_curves_made_by_boundary_elements(name, sides):
-    """Curves that share no contact theory with the fit: the bias of the default method is stated in docs/fitting.md, 0.3 % at most.
+    """Curves that share no contact theory with the fit: the bias of the default method, at most 0.3 %.
 
     Measured: four sides -0.12, 0.06, 0.05, 0.06 %, three sides -0.19, 0.06, 0.30, 0.20 % in the order of the names.
     """

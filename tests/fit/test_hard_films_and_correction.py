@@ -5,7 +5,8 @@ import pytest
 
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, oliver_pharr, published, tenth_rule
 from flatpunch.fit.correction import correct, half_space_model
-from flatpunch.fit.hard_films import DIAMOND, normalised_stiffness
+from flatpunch.fit.hard_films import normalised_stiffness
+from flatpunch.fit.oliver_pharr import DIAMOND
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 

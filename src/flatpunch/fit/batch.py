@@ -16,10 +16,11 @@ import xarray as xr
 from flatpunch._version import __version__
 from flatpunch.files.results import whole_file
 from flatpunch.fit.curve import Curve
-from flatpunch.fit.fitting import Free, Settings, _as_free, _model, fit_model
+from flatpunch.fit.fitting import fit_model, model_of
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.readers import AFM, EXCEL, TEXT, read_curve
 from flatpunch.fit.report import unit_of
+from flatpunch.fit.settings import Free, Settings, as_free
 
 _CHUNK = 16
 _TEXTS = ("curve", "reason", "notes")
@@ -134,9 +135,9 @@ def fit_batch(
         One record for each curve, good or bad.
     """
     chosen = Settings(**{"engine": "normal-equations", **settings})
-    wanted = _as_free(free)
+    wanted = as_free(free)
     start = tuple(sorted((name, f.start) for name, f in wanted.items() if f.start is not None))
-    model = _model(medium, indenter, tuple(wanted), start, chosen.method)
+    model = model_of(medium, indenter, tuple(wanted), start, chosen.method)
     job = _Job(model, wanted, chosen, dict(reading or {}))
     items = list(curves)
     count = workers if workers is not None else min(os.cpu_count() or 1, 1 + len(items) // 64)
@@ -199,7 +200,7 @@ class _Job:
 def _job(
     medium: Any, indenter: Any, names: tuple[str, ...], method: str, free: Any, settings: Any, reading: Any
 ) -> _Job:
-    return _Job(_model(medium, indenter, names, (), method), free, settings, reading)
+    return _Job(model_of(medium, indenter, names, (), method), free, settings, reading)
 
 
 def files_in(folder: str | Path) -> list[Path]:

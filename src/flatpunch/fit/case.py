@@ -22,8 +22,8 @@ from flatpunch.files.media_tables import BaseTable, LayerTable, body
 from flatpunch.files.steps import ControlTable
 from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, explain
 from flatpunch.fit.columns import STIFFNESS
-from flatpunch.fit.fitting import Free, Settings
 from flatpunch.fit.scaling import parameter_names
+from flatpunch.fit.settings import Free, Settings
 
 _DIMENSIONS = {
     "young": si.PRESSURE,

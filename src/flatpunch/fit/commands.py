@@ -1,4 +1,4 @@
-"""Commands `flatpunch fit` and `flatpunch correct`.
+"""Commands `flatpunch fit`, `flatpunch correct` and `flatpunch nanite-model`.
 
 The command line adds them with `add_commands`, which takes what all commands share: how bad input is told, and the bar that
 shows progress. Heavy imports happen inside the commands.
@@ -46,6 +46,9 @@ def add_commands(
         case: FitCaseFile,
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        drift: Annotated[
+            Path | None, typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's.")
+        ] = None,
         profile: Annotated[
             bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
         ] = False,
@@ -61,13 +64,14 @@ def add_commands(
         with friendly():
             _check_target("--output", output, (".csv", ".nc"))
             _check_target("--plot", plot, (".png", ".pdf", ".svg"))
+            _check_target("--drift", drift, (".png", ".pdf", ".svg"))
             from flatpunch.fit.case import read_fit_case
 
             loaded = read_fit_case(case)
             if curve.is_dir():
                 _fit_folder(curve, loaded, output, plot, workers, progress)
             else:
-                _fit_one(curve, loaded, output, plot, profile)
+                _fit_one(curve, loaded, output, plot, drift, profile)
 
     @app.command()
     def correct(
@@ -90,8 +94,30 @@ def add_commands(
         with friendly():
             _correct(case, reported, depth, model, poisson, over)
 
+    @app.command("nanite-model")
+    def nanite_model(
+        case: FitCaseFile,
+        output: Annotated[Path, typer.Option("--output", "-o", help="Python module to write, model_thin_gel.py.")],
+    ) -> None:
+        """Write a case as a model file for nanite and PyJibe.
 
-def _fit_one(path: Path, case: FitCase, output: Path | None, plot: Path | None, profile: bool) -> None:
+        Load it there as a user-defined model; flatpunch must be installed in that environment.
+
+        [bold]flatpunch nanite-model gel.toml -o model_thin_gel.py[/bold]
+        """
+        with friendly():
+            _check_target("--output", output, (".py",))
+            from flatpunch.fit.case import read_fit_case
+            from flatpunch.fit.nanite_model import write_nanite_model
+
+            loaded = read_fit_case(case)
+            method = loaded.settings.method
+            _told([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
+
+
+def _fit_one(
+    path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool
+) -> None:
     from dataclasses import asdict
 
     from flatpunch.fit.batch import Batch
@@ -120,7 +146,28 @@ def _fit_one(path: Path, case: FitCase, output: Path | None, plot: Path | None, 
         from flatpunch.plots import save_figure
 
         written.append(save_figure(fit_figure(result), plot))
+    if drift is not None:
+        written.append(_drift(curve, case, drift))
     _told(written)
+
+
+def _drift(curve: Any, case: FitCase, path: Path) -> Path:
+    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio."""
+    from dataclasses import asdict
+
+    from flatpunch.fit.fitting import fit_ranges
+    from flatpunch.fit.pictures import drift_figure
+    from flatpunch.media import HalfSpace
+    from flatpunch.plots import save_figure
+
+    name = "layers[0].young"
+    if name not in case.free:
+        raise ValueError(f"--drift shows {name}, which is not fitted in this case.")
+    top = case.medium.layers[0]
+    settings = asdict(case.settings)
+    layered = fit_ranges(curve, case.medium, case.indenter, case.free, **settings)
+    bulk = fit_ranges(curve, HalfSpace(top.young, top.poisson), case.indenter, ["base.young"], **settings)
+    return save_figure(drift_figure(layered, name, bulk, "base.young"), path)
 
 
 def _fit_folder(

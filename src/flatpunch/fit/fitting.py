@@ -3,107 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from flatpunch._validation import Array, real
-from flatpunch.fit.curve import Adhesion, Curve, CurveError, approach, check_signal
+from flatpunch.fit.curve import Curve, CurveError, approach, check_signal
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.minimum import Minimum, covariance, minimise
-from flatpunch.fit.objective import NUISANCE, Objective, contact_range, frame_of, scanned
+from flatpunch.fit.objective import Objective, contact_range, frame_of, scanned
 from flatpunch.fit.report import judged
 from flatpunch.fit.result import Estimate, FitResult
+from flatpunch.fit.robust import noise_variance, reweighted
 from flatpunch.fit.scaling import external, internal, replaced, slope, value_of
-
-Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
-Engine = Literal["lmfit", "normal-equations"]
+from flatpunch.fit.settings import Free, Settings, as_free
 
 _SCANNED, _BINS = 100, 400
 """Points to which a curve is averaged for the search of the contact point, and for the first descent."""
 _FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
-
-
-@dataclass(frozen=True, slots=True)
-class Free:
-    """A parameter to be fitted.
-
-    Parameters
-    ----------
-    start : float, optional
-        Starting value, SI; the case's own value if left out.
-    minimum, maximum : float, optional
-        Limits, SI.
-    """
-
-    start: float | None = None
-    minimum: float | None = None
-    maximum: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How a curve is fitted.
-
-    Parameters
-    ----------
-    contact : "free" or float
-        Contact point: fitted, or given [m] on the curve's own depth axis.
-    baseline : "constant", "linear" or "none"
-        Force without contact: fitted constant, fitted straight line, or zero.
-    loss : "linear", "soft_l1", "huber" or "cauchy"
-        Least squares, or a loss that outliers disturb less.
-    adhesion : "refuse", "above" or "ignore"
-        What to do about a dip below the baseline, see `flatpunch.fit.curve.check_signal`.
-    depth_to, force_to : float, optional
-        Use the curve up to this tip position [m] or force [N] only.
-    method : str
-        Contact method, or "auto".
-    level : float
-        Confidence level of intervals.
-    engine : "lmfit" or "normal-equations"
-        The second is several times faster and made for batches; the results are the same.
-    """
-
-    contact: Literal["free"] | float = "free"
-    baseline: Literal["constant", "linear", "none"] = "constant"
-    loss: Loss = "linear"
-    adhesion: Adhesion = "refuse"
-    depth_to: float | None = None
-    force_to: float | None = None
-    method: str = "auto"
-    level: float = 0.95
-    engine: Engine = "lmfit"
-
-    def __post_init__(self) -> None:
-        choices = {
-            "baseline": ("constant", "linear", "none"),
-            "loss": ("linear", "soft_l1", "huber", "cauchy"),
-            "adhesion": ("refuse", "above", "ignore"),
-            "engine": ("lmfit", "normal-equations"),
-        }
-        for name, known in choices.items():
-            if getattr(self, name) not in known:
-                raise ValueError(
-                    f"{name} = {getattr(self, name)!r} is unknown; it is one of {', '.join(map(repr, known))}."
-                )
-        if self.contact != "free":
-            real("contact", self.contact)
-        if not 0 < real("level", self.level) < 1:
-            raise ValueError(f"level = {self.level!r} must lie between 0 and 1, such as 0.95.")
-
-    @property
-    def nuisance(self) -> tuple[str, ...]:
-        """Which of contact, baseline and tilt are fitted."""
-        wanted = {
-            "contact": self.contact == "free",
-            "baseline": self.baseline != "none",
-            "tilt": self.baseline == "linear",
-        }
-        return tuple(name for name in NUISANCE if wanted[name])
 
 
 def fit(curve: Curve, medium: Any, indenter: Any, free: Any = (), **settings: Any) -> FitResult:
@@ -134,15 +54,28 @@ def fit(curve: Curve, medium: Any, indenter: Any, free: Any = (), **settings: An
         On bad input.
     """
     chosen = Settings(**settings)
-    wanted = _as_free(free)
+    wanted = as_free(free)
     start_values = {name: f.start for name, f in wanted.items() if f.start is not None}
-    model = _model(medium, indenter, tuple(wanted), tuple(sorted(start_values.items())), chosen.method)
+    model = model_of(medium, indenter, tuple(wanted), tuple(sorted(start_values.items())), chosen.method)
     return fit_model(curve, model, wanted, chosen)
 
 
-def _model(
+def model_of(
     medium: Any, indenter: Any, free: tuple[str, ...], start: tuple[tuple[str, float], ...], method: str
 ) -> ForwardModel:
+    """The forward model of a case, kept for the next curve.
+
+    Parameters
+    ----------
+    medium, indenter : object
+        The case.
+    free : tuple of str
+        What is fitted.
+    start : tuple of (name, value)
+        Starting values that differ from the case's.
+    method : str
+        Contact method.
+    """
     try:
         return _kept(medium, indenter, free, start, method)
     except TypeError:
@@ -160,24 +93,42 @@ def _started(medium: Any, indenter: Any, start: tuple[tuple[str, float], ...]) -
     return replaced(medium, indenter, dict(start))
 
 
-def _as_free(free: Any) -> dict[str, Free]:
-    if isinstance(free, str):
-        raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits; write [{free!r}].")
-    if not isinstance(free, Mapping):
-        if not isinstance(free, Iterable):
-            raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits.")
-        return {str(name): Free() for name in free}
-    found = {}
-    for name, what in free.items():
-        if isinstance(what, Free):
-            found[name] = what
-        elif what is None:
-            found[name] = Free()
-        elif isinstance(what, (tuple, list)) and len(what) == 2:
-            found[name] = Free(None, *what)
-        else:
-            found[name] = Free(real(f"free[{name!r}]", what))
-    return found
+def fit_ranges(
+    curve: Curve,
+    medium: Any,
+    indenter: Any,
+    free: Any = (),
+    *,
+    shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),
+    **settings: Any,
+) -> list[FitResult]:
+    """Fit the same curve up to several depths: what a right model finds does not depend on the range.
+
+    Parameters
+    ----------
+    curve, medium, indenter, free, **settings
+        As for `fit`.
+    shares : iterable of float
+        Depths up to which is fitted, over the largest depth of the whole fit.
+
+    Returns
+    -------
+    list of FitResult
+        One for each share that leaves enough points; the last is the whole curve if 1 is among the shares.
+    """
+    whole = fit(curve, medium, indenter, free, **settings)
+    contact, deepest = whole["contact"] if "contact" in whole.estimates else 0.0, float(whole.depth.max())
+    results = []
+    for share in shares:
+        if share >= 1:
+            results.append(whole)
+            continue
+        try:
+            results.append(fit(curve, medium, indenter, free, **{**settings, "depth_to": contact + share * deepest}))
+        except CurveError:
+            # too little force above the noise
+            continue
+    return results
 
 
 def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], settings: Settings) -> FitResult:
@@ -217,7 +168,7 @@ def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], setti
         from flatpunch.fit.lmfit_engine import polish
 
         polished, found = polish(objective, found, lower, upper, settings.loss)
-    variance, factor = _spread(found, count, settings.loss)
+    variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
     estimates = _estimates(objective, found, spread, lower, upper, settings.level)
@@ -303,60 +254,13 @@ def _searched(
         start = minimise(coarse.evaluate, start, lower, upper, settled=0.05).x
     found = minimise(objective.evaluate, start, lower, upper)
     if settings.loss != "linear":
-        found = _robust(objective, found, lower, upper, settings.loss)
+        found = reweighted(objective, found, lower, upper, settings.loss)
     if not found.converged:
         raise CurveError(
             f"{name}: no minimum found after {found.evaluations} evaluations, residual "
             f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
         )
     return found
-
-
-def influence(loss: Loss, r: Array) -> tuple[Array, Array]:
-    """Derivative psi of a loss over the residual in units of its scale, and the derivative of psi."""
-    if loss == "soft_l1":
-        root = np.sqrt(1 + r * r)
-        return r / root, root**-3
-    if loss == "huber":
-        return np.clip(r, -1, 1), (np.abs(r) <= 1).astype(float)
-    if loss == "cauchy":
-        bottom = 1 + r * r
-        return r / bottom, (1 - r * r) / bottom**2
-    return r, np.ones_like(r)
-
-
-def robust_scale(residual: Array) -> float:
-    """Spread of residuals without regard to outliers."""
-    return max(float(1.4826 * np.median(np.abs(residual - np.median(residual)))), 1e-300)
-
-
-def _robust(objective: Objective, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
-    """Iteratively reweighted least squares, the scale from the residuals of the step before."""
-    base = np.ones_like(found.residual) if objective.weight is None else objective.weight
-    x, count = found.x, found.evaluations
-    for _ in range(30):
-        residual = objective.evaluate(x)[0]
-        r = residual / robust_scale(residual)
-        psi = influence(loss, r)[0]
-        weights = np.sqrt(np.where(np.abs(r) > 1e-8, psi / np.where(r == 0, 1, r), 1.0))
-        step = minimise(replace(objective, weight=base * weights).evaluate, x, lower, upper)
-        count += step.evaluations
-        moved = step.x - x
-        x = step.x
-        if float(moved @ step.normal @ moved) < 1e-8 * step.cost / residual.size:
-            break
-    residual, jacobian = objective.evaluate(x)
-    return Minimum(x, residual, jacobian @ jacobian.T, step.converged, step.at_bound, count)
-
-
-def _spread(found: Minimum, count: int, loss: Loss) -> tuple[float, float]:
-    """Variance of the noise, and how much larger the variance of a robust estimate is (Huber's formula)."""
-    freedom = max(found.residual.size - count, 1)
-    if loss == "linear":
-        return found.cost / freedom, 1.0
-    scale = robust_scale(found.residual)
-    psi, bend = influence(loss, found.residual / scale)
-    return scale**2, float(np.mean(psi**2) / np.mean(bend) ** 2) * found.residual.size / freedom
 
 
 def _estimates(

@@ -10,128 +10,24 @@ series. The film's modulus, and whatever else is free, is fitted over all depths
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, non_negative
+from flatpunch._validation import Array
 from flatpunch.compliance import compliance
-from flatpunch.fit import published
 from flatpunch.fit.curve import Curve, CurveError
+from flatpunch.fit.film_formulas import by_formulas, differentiated
 from flatpunch.fit.minimum import covariance, minimise
+from flatpunch.fit.oliver_pharr import OliverPharr, Tip, oliver_pharr
 from flatpunch.fit.report import quantity
 from flatpunch.fit.result import Estimate
 from flatpunch.fit.scaling import external, internal, replaced, slope, value_of
 from flatpunch.media import HalfSpace, Medium
 from flatpunch.punch.family import punch_family
 
-DIAMOND = HalfSpace(young=1141e9, poisson=0.07)
-"""Handbook values of the tip's material."""
-_STEP = 1e-5
 _FRAME = "frame"
-
-
-@dataclass(frozen=True)
-class Tip:
-    """Indenter of a nanoindentation test.
-
-    Parameters
-    ----------
-    area : callable
-        Contact depth [m], shape (n,) -> projected area [m^2].
-    beta : float
-        Stiffness over that of the circular punch of the same area.
-    epsilon : float
-        Of h_c = h - epsilon P/S; 0.75 for a paraboloid of revolution.
-    material : HalfSpace
-        What the tip is made of.
-    """
-
-    area: Callable[[Array], Array]
-    beta: float = 1.034
-    epsilon: float = 0.75
-    material: HalfSpace = DIAMOND
-
-    @classmethod
-    def from_coefficients(cls, coefficients: Any, unit: float = 1e-9, **rest: Any) -> Tip:
-        """Tip with A = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...
-
-        Parameters
-        ----------
-        coefficients : sequence of float
-            C0, C1, ... for h and A in units of `unit` and its square.
-        unit : float
-            [m]; nanometres are usual.
-        **rest
-            Further fields.
-        """
-        numbers = np.array([float(c) for c in coefficients])
-        powers = np.array([2.0, *(2.0**-k for k in range(numbers.size - 1))])
-
-        def area(depth: Array) -> Array:
-            h = np.maximum(np.asarray(depth, dtype=float), 0.0)[..., None] / unit
-            return np.asarray((numbers * h**powers).sum(axis=-1) * unit**2)
-
-        return cls(area, **rest)
-
-
-@dataclass(frozen=True, eq=False)
-class OliverPharr:
-    """Point-by-point analysis; arrays of shape (n,).
-
-    Attributes
-    ----------
-    depth, contact_depth, radius : ndarray
-        h, h_c, a [m].
-    stiffness : ndarray
-        S with the frame taken out [N/m].
-    apparent : ndarray
-        Plane-strain modulus of a homogeneous sample with this stiffness, the tip's own taken out [Pa].
-    hardness : ndarray
-        P/A [Pa].
-    """
-
-    depth: Array
-    contact_depth: Array
-    radius: Array
-    stiffness: Array
-    apparent: Array
-    hardness: Array
-
-
-def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
-    """Contact depth, radius, apparent modulus and hardness at every point with a stiffness.
-
-    Parameters
-    ----------
-    curve : Curve
-        With `stiffness`; depth counted from the surface.
-    tip : Tip
-        Area function and constants.
-    frame : float
-        Compliance of the load frame that the instrument has not taken out [m/N].
-    """
-    frame = non_negative("frame", frame)
-    if curve.stiffness is None:
-        raise CurveError(
-            f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."
-        )
-    measured = curve.stiffness
-    good = np.isfinite(measured) & (measured > 0) & (curve.force > 0) & (curve.depth > 0)
-    h, force, measured = curve.depth[good], curve.force[good], measured[good]
-    stiffness = 1 / np.maximum(1 / measured - frame, 1e-300)
-    contact_depth = h - frame * force - tip.epsilon * force / stiffness
-    good = contact_depth > 0
-    h, force, stiffness, contact_depth = h[good], force[good], stiffness[good], contact_depth[good]
-    area = tip.area(contact_depth)
-    good = area > 0
-    h, force, stiffness, contact_depth, area = (v[good] for v in (h, force, stiffness, contact_depth, area))
-    radius = np.sqrt(area / np.pi)
-    reduced = stiffness / (2 * tip.beta * radius)
-    apparent = 1 / (1 / reduced - 1 / tip.material.surface_modulus)
-    return OliverPharr(h, contact_depth, radius, stiffness, apparent, force / area)
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,7 +239,7 @@ def fit_film(
             "The intervals tell the scatter only."
         )
     film = isinstance(sample, Medium) and len(sample.layers) == 1 and isinstance(sample.base, HalfSpace)
-    others = _others(problem, medium, used_frame) if film and compare else {}
+    others = by_formulas(points, tip, medium) if film and compare else {}
     rule = tenth_rule(medium, tip) if film else None
     model = medium.surface_modulus * normalised_stiffness(medium, points.radius)
     return FilmResult(_named(problem, found.x, spread), medium, points, model, others, misfit, rule, tuple(notes))
@@ -354,7 +250,7 @@ def _minimum(problem: _Stiffness) -> tuple[Any, Array]:
     wide = np.array([1e6 if n == _FRAME else 14.0 for n in problem.names])
     upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(problem.names, start + wide, strict=True)])
     found = minimise(
-        _differentiated(problem.residual),
+        differentiated(problem.residual),
         start,
         start - wide,
         upper,
@@ -376,52 +272,3 @@ def _named(problem: _Stiffness, x: Array, spread: Array) -> dict[str, Estimate]:
         low, high = (external(name, float(x[j]) + s * 1.96 * error) for s in (-1, 1))
         estimates[name] = Estimate(value, error * abs(slope(name, value)), low, high)
     return estimates
-
-
-Law = Callable[[OliverPharr, float, float], Array]
-
-
-def _laws(fitted: Medium) -> dict[str, tuple[Law, bool]]:
-    """Equivalent plane-strain moduli by published formulas over (points, film modulus, alpha), and whether alpha is fitted."""
-    base = fitted.base
-    assert isinstance(base, HalfSpace)
-    t, nu, substrate = fitted.length, float(fitted.layers[0].poisson), base.surface_modulus
-    return {
-        "Gao": (lambda p, e, _: published.gao(p.radius / t, e, substrate, nu), False),
-        "Perriot-Barthel": (lambda p, e, _: published.perriot_barthel(p.radius / t, e, substrate), False),
-        "Bec": (lambda p, e, _: published.bec(p.radius, e, substrate, t), False),
-        "King": (lambda p, e, alpha: published.king(p.radius / t, e, substrate, alpha), True),
-        "Saha-Nix": (
-            lambda p, e, alpha: published.king(
-                p.radius / np.maximum(t - p.contact_depth, 1e-3 * t), e, substrate, alpha
-            ),
-            True,
-        ),
-    }
-
-
-def _others(problem: _Stiffness, fitted: Medium, frame: float) -> dict[str, tuple[float, float]]:
-    """Film modulus and misfit by published formulas; King's with its exponent fitted as well."""
-    points, nu = problem.points(frame), float(fitted.layers[0].poisson)
-    results = {}
-    for name, (law, alpha_free) in _laws(fitted).items():
-
-        def residual(x: Array, law: Law = law) -> Array:
-            modulus = np.maximum(law(points, float(np.exp(x[0])), float(np.exp(x[-1]))), 1.0)
-            reduced = 1 / (1 / modulus + 1 / problem.tip.material.surface_modulus)
-            return np.asarray(np.log(2 * problem.tip.beta * points.radius * reduced / points.stiffness))
-
-        start = np.array([np.log(fitted.surface_modulus), *([0.0] if alpha_free else [])])
-        found = minimise(_differentiated(residual), start, start - 5, start + 5)
-        results[name] = (float(np.exp(found.x[0])) * (1 - nu**2), float(np.sqrt(np.mean(found.residual**2))))
-    return results
-
-
-def _differentiated(residual: Callable[[Array], Array]) -> Callable[[Array], tuple[Array, Array]]:
-    """Residuals with derivatives by central differences."""
-
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        steps = _STEP * np.eye(x.size)
-        return residual(x), np.array([(residual(x + s) - residual(x - s)) / (2 * _STEP) for s in steps])
-
-    return evaluate

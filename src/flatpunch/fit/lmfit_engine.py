@@ -64,7 +64,7 @@ def polish(objective: Objective, found: Minimum, lower: Array, upper: Array, los
         problem = lmfit.Minimizer(lambda p: both(p)[0], parameters, Dfun=lambda p: both(p)[1][varied], col_deriv=1)
         result = problem.leastsq(max_nfev=200)
     else:
-        from flatpunch.fit.fitting import robust_scale
+        from flatpunch.fit.robust import robust_scale
 
         scale = robust_scale(found.residual)
         problem = lmfit.Minimizer(lambda p: both(p)[0] / scale, parameters, scale_covar=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.excel import excel_sheets
-from flatpunch.fit.hard_films import Tip
+from flatpunch.fit.oliver_pharr import Tip
 from flatpunch.fit.readers import read_curve
 
 

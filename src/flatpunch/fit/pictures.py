@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -112,6 +113,43 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")
     axes.set_title("68, 95, 99.7 % regions", fontsize=9)
     axes.legend(frameon=False, fontsize=8)
+
+
+def drift_figure(
+    results: Sequence[FitResult], name: str, beside: Sequence[FitResult] = (), beside_name: str = ""
+) -> Figure:
+    """One parameter over the depth up to which was fitted, with intervals; another model's beside it.
+
+    Parameters
+    ----------
+    results, beside : sequence of FitResult
+        Fits of the same curve up to several depths, of the layered model and of another one (a half-space, usually).
+    name, beside_name : str
+        The parameter in either.
+    """
+    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    x_factor, x_unit = readable(max(float(r.depth.max()) for r in (*results, *beside)), "m")
+    y_factor, y_unit = readable(
+        max(abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs), unit_of(name)
+    )
+    for fits, label, colour, words in (
+        (results, name, _FIT, "layered model"),
+        (beside, beside_name, "#b8541a", "half-space"),
+    ):
+        if not fits:
+            continue
+        x = [float(r.depth.max()) * x_factor for r in fits]
+        values = np.array([r[label] for r in fits]) * y_factor
+        ends = np.array([(r.estimates[label].low, r.estimates[label].high) for r in fits]) * y_factor
+        spread = np.abs(ends - values[:, None]).T
+        axes.errorbar(x, values, spread, fmt="o-", ms=4, lw=1.2, capsize=3, color=colour, label=words)
+    axes.set_xlabel(f"fitted up to a depth of / {x_unit}")
+    axes.set_ylabel(f"{name} / {y_unit or '1'}")
+    axes.set_ylim(bottom=0)
+    axes.grid(alpha=0.25, lw=0.6)
+    axes.legend(frameon=False, fontsize=8)
+    return figure
 
 
 def map_figure(batch: Batch, name: str) -> Figure:

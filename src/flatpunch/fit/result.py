@@ -17,8 +17,8 @@ from flatpunch.fit.report import interval_text, quantity, unit_of
 from flatpunch.fit.scaling import external
 
 if TYPE_CHECKING:
-    from flatpunch.fit.fitting import Settings
     from flatpunch.fit.likelihood import Profile
+    from flatpunch.fit.settings import Settings
 
 
 @dataclass(frozen=True, slots=True)
