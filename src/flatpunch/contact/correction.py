@@ -79,6 +79,7 @@ class Correction:
         self.angles, self.cells = angles, cells
         self._cache = CorrectionCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
         self.known: dict[float, Array] = self._cache.load() if self._cache else {}
+        self.notes: dict[str, None] = {}
 
     def at(self, radius: Array, rtol: float) -> Ratios:
         """Ratios at base radii > 0, shape (n,), interpolated to `rtol` in force.
@@ -171,6 +172,7 @@ class Correction:
             tolerance=_TOLERANCE,
             angles=self.angles,
         )
+        self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
         # a contact without an outline has the radius of a disc of its area
         area = np.array([solution.area for solution in found])
         radius = np.array([solution.radius for solution in found])

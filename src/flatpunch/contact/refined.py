@@ -144,6 +144,7 @@ def solve(
         contact.depth,
         "the contact has holes or several parts, so it has no outline a(phi); the radius is that of a disc of equal area.",
     )
+    notes += tuple(expansion.correction.notes)
     notes += steepness(indenter, contact.mean_radius, contact.depth)
     return Curve(
         depth=contact.depth,
