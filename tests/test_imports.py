@@ -13,6 +13,7 @@ _PUNCH = _MEDIA | {"compliance", "punch"}
 _BEM = _PUNCH | {"indenters", "bem"}
 _CONTACT = _BEM | {"contact"}
 _FILES = _CONTACT | {"files"}
+_PLOTS = _FILES | {"plots", "plots_adhesion", "plots_history", "plots_medium"}
 
 ALLOWED = {
     "_validation": set(),
@@ -29,7 +30,10 @@ ALLOWED = {
     "atlas": _CONTACT | {"atlas"},
     "paper": _CONTACT | {"atlas", "paper", "reference"},
     "files": _FILES,
-    "plots": _FILES | {"plots"},
+    "plots": _PLOTS,
+    "plots_adhesion": _PLOTS,
+    "plots_history": _PLOTS,
+    "plots_medium": _MEDIA | {"files"},
     "plots_indenter": _FILES | {"plots", "plots_indenter"},
     "fit": _FILES | {"fit", "reference", "plots"},
     "cli": _FILES | {"plots", "cli", "atlas", "paper", "fit"},

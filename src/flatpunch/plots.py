@@ -151,7 +151,7 @@ def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str) -> No
 
 
 def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
-    """Return force-depth curve, outline and pressure map side by side.
+    """Return force-depth curve, outline and pressure map side by side, and the modulus over depth of graded bodies.
 
     Adhesive contacts get the loop of approach and withdrawal, histories force and depth over time instead.
 
@@ -171,16 +171,23 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
     """
     import matplotlib
 
-    # both modules draw with what is here
-    from flatpunch import plots_adhesion, plots_history
+    # these modules draw with what is here
+    from flatpunch import plots_adhesion, plots_history, plots_medium
 
     with matplotlib.rc_context(_STYLE):
         if "relaxation" in result.attrs:
             return plots_history.figure(result, medium, indenter, title=title)
         if "work_of_adhesion" in result.attrs:
             return plots_adhesion.figure(result, medium, indenter, title=title)
-        drawn = Figure(figsize=(13.2, 4.2), layout="constrained")
-        left, middle, right = drawn.subplots(1, 3, width_ratios=(1.15, 1, 1.15))
+        graded = plots_medium.is_graded(medium)
+        drawn = Figure(figsize=(16.8 if graded else 13.2, 4.2), layout="constrained")
+        left, middle, right, *more = drawn.subplots(
+            1, 4 if graded else 3, width_ratios=(1.15, 1, 1.15, 0.75)[: 3 + graded]
+        )
+        if more:
+            drawn.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
+        for axes in more:
+            plots_medium.modulus_depth(medium, axes, contact_radius=float(result["radius"].values[_last_valid(result)]))
         force_depth(result, left)
         outline(result, indenter, middle)
         try:
