@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
@@ -163,15 +164,7 @@ class Correction:
         phi = np.asarray(np.arange(self.angles) * (2 * np.pi / self.angles))
         shapes = self.expansion.outline(contact, phi)
         half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
-        found = bem.solve(
-            self.kernel,
-            self.indenter,
-            depths=contact.depth,
-            grid=self.cells,
-            half_widths=half_widths,
-            tolerance=_TOLERANCE,
-            angles=self.angles,
-        )
+        found = self._boundary_elements(contact.depth, half_widths)
         self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
         # a contact without an outline has the radius of a disc of its area
         area = np.array([solution.area for solution in found])
@@ -181,6 +174,15 @@ class Correction:
         measures = [force / contact.force, radius / contact.mean_radius, area / contact.area]
         outlines = np.array([solution.outline.contour for solution in found]) / shapes
         return np.log(np.column_stack([*measures, outlines]))
+
+    def _boundary_elements(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
+        options: dict[str, Any] = {"grid": self.cells, "tolerance": _TOLERANCE, "angles": self.angles}
+        try:
+            return bem.solve(self.kernel, self.indenter, depths=depths, half_widths=half_widths, **options)
+        except bem.ContactTouchesEdge:
+            # under stiff films the series may expect outlines far off: then each contact is looked for by itself
+            alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
+            return [solutions[0] for solutions in alone]
 
 
 def tabulated(table: TableRows, radius: Array) -> Ratios:
