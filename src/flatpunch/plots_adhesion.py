@@ -79,7 +79,7 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})")
     axes.set_title(f"Prescribed {cycle.attrs['control']}: {text(cycle.attrs['energy_lost'], 'J')} lost in a loop")
-    axes.legend(loc="upper left", frameon=False)
+    axes.legend(frameon=False)
     return axes
 
 
@@ -99,7 +99,7 @@ def _mark(jump: dict[str, Any], axes: Axes, by_depth: float, by_force: float) ->
 
 
 def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
-    """Return loop, outline and pressure map side by side; the last two at the largest contact of the result.
+    """Return loop, outline and (of round tips) pressure map side by side; the last two at the largest contact.
 
     Parameters
     ----------
@@ -110,8 +110,9 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
     title : str
         Heading over all three.
     """
-    drawn = Figure(figsize=(13.2, 4.2), layout="constrained")
-    left, middle, right = drawn.subplots(1, 3, width_ratios=(1.25, 1, 1.15))
+    shown = 3 if indenter.round else 2  # adhesive pressure is known under round tips only
+    drawn = Figure(figsize=(4.4 * shown, 4.2), layout="constrained")
+    left, middle, *right = drawn.subplots(1, shown, width_ratios=(1.25, 1, 1.15)[:shown])
     cycle = loop_of(result, medium, indenter)
     by_radius = result.attrs["control"] == "radius"
     if cycle is not None:
@@ -120,13 +121,8 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
         _curve_alone(result, left)
     step = _largest(result)
     outline(result, indenter, middle, step=step)
-    if indenter.round:
-        pressure_map(result, medium, indenter, right, step=step, points=_MAP_POINTS)
-    else:
-        right.set_axis_off()
-        right.text(
-            0.5, 0.5, "No pressure map:\nadhesive pressure is known\nunder round tips only", ha="center", va="center"
-        )
+    for axes in right:
+        pressure_map(result, medium, indenter, axes, step=step, points=_MAP_POINTS)
     if title:
         drawn.suptitle(title, fontsize=12)
     return drawn

@@ -93,6 +93,12 @@ def _power_series(law: PowerLawRelaxation, shortest: float, longest: float, h: f
     )
 
 
+def mean_decay(z: Array) -> Array:
+    """int_0^1 exp(-z (1 - x)) dx: the first of `moments`, at a tenth of their cost."""
+    safe = np.where(z == 0, 1.0, z)
+    return np.asarray(np.where(z == 0, 1.0, -np.expm1(-safe) / safe))
+
+
 def moments(z: Array) -> Array:
     """int_0^1 x^p exp(-z (1 - x)) dx for p = 0, 1, 2; shape (3, *z.shape)."""
     result = np.empty((3, *z.shape))

@@ -15,7 +15,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
-from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, moments
+from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, mean_decay
 from flatpunch.contact.viscoelastic.springs import Springs
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase
@@ -160,7 +160,7 @@ def _by_force(
 def grown_force(time: Array, force: Array, series: ExponentialSeries) -> Array:
     """F_el(d(t)) of a growing contact under a force history: F = int psi(t - t') dF_el(t') step by step, linear in between."""
     z = np.diff(time)[:, None] * series.rates
-    decay, gain = np.exp(-z), moments(z)[0]
+    decay, gain = np.exp(-z), mean_decay(z)
     total = series.constant + gain @ series.weights
     result = np.empty_like(time)
     result[0] = current = force[0] / series.initial

@@ -14,15 +14,19 @@ Second order in the steps and in the number of springs.
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg.blas import dger
 
 from flatpunch._validation import Array
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
-from flatpunch.contact.viscoelastic.series import ExponentialSeries, moments
+from flatpunch.contact.viscoelastic.series import ExponentialSeries, mean_decay
 
 SPRINGS = 400
 """Springs, spaced by the square of their number in depth: they reproduce the elastic force to about 1e-5."""
 
 _ITERATIONS = 50
+
+_FADED = 1e-60
+"""Share down to which a term's memory waits to be multiplied by it; far from the smallest float even after one more step."""
 
 _GONE = 40.0
 """Rate times step from which on exp(-z) is below rounding."""
@@ -46,28 +50,34 @@ class Springs:
         series = self.series
         step = np.concatenate([[0.0], np.diff(time)])
         z = step[:, None] * series.rates
-        decay, gain = np.exp(-z), moments(z)[0] * series.weights
+        decay, gain = np.exp(-z), mean_decay(z) * series.weights
         total = series.constant + gain.sum(axis=1)
         # rates ascend: terms that are gone after one step need no memory, unless a shorter step follows
         lasting = [int(count) for count in np.sum(z < _GONE, axis=1)]
         deflection = np.zeros_like(self.touch)
-        memory = np.zeros((series.rates.size, self.touch.size))
-        scratch = np.empty_like(memory)
+        # memory of term j is faded[j] memory[:, j]: fading all of it costs no pass over the springs
+        memory = np.zeros((self.touch.size, series.rates.size), order="F")
+        faded = np.ones(series.rates.size)
         result = np.zeros((3, time.size))
         depth = 0.0
         for n in range(time.size):
             k = lasting[n]
+            faded[:k] *= decay[n, :k]
             # what each spring does by itself, and the depth from which on the tip pushes it
-            free = (series.constant * deflection + decay[n, :k] @ memory[:k]) / -total[n]
+            free = (series.constant * deflection + memory[:, :k] @ faded[:k]) / -total[n]
             threshold = self.touch + deflection + free
             depth = self._depth(threshold, total[n], target[n], depth) if by_force else float(target[n])
             pushed = np.maximum(depth - threshold, 0.0)
             moved = free + pushed
             deflection += moved
-            memory[:k] *= decay[n, :k, None]
             following = max(k, lasting[min(n + 1, time.size - 1)])
-            memory[k:following] = 0.0
-            memory[:following] += np.multiply(gain[n, :following, None], moved, out=scratch[:following])
+            memory[:, k:following], faded[k:following] = 0.0, 1.0
+            weak = np.flatnonzero(faded[:following] < _FADED)
+            if weak.size:
+                memory[:, weak] *= faded[weak]
+                faded[weak] = 1.0
+            # in place: leading columns of an array in Fortran's order
+            dger(1.0, moved, gain[n, :following] / faded[:following], a=memory[:, :following], overwrite_a=1)
             result[:, n] = depth, total[n] * (self.stiffness @ pushed), self._extent(depth - threshold)
         return result[0], result[1], result[2]
 
