@@ -75,8 +75,14 @@ def test_the_pair_keeps_the_upper_length_and_the_widest_range_of_wavenumbers():
     assert pair.tail == pytest.approx(share * graded.tail / 0.3, rel=1e-12)
 
 
-def test_power_law_media_join_no_pair():
-    with pytest.raises(TypeError, match=r"TwoBodies\.upper"):
-        TwoBodies(PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3), BODIES["film"])
+def test_power_law_media_pair_with_their_own_exponent_or_a_rigid_body():
+    one, other = PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3), PowerLawHalfSpace(5.0, 0.2, 0.3, 0.45)
+    expected = compliance(one)(K) + compliance(other)(K)
+    for pair in (TwoBodies(one, other), TwoBodies(other, one)):
+        np.testing.assert_allclose(compliance(pair)(K), expected, rtol=1e-14)  # a few roundings
+    np.testing.assert_allclose(compliance(TwoBodies(one, RigidBase()))(K), compliance(one)(K), rtol=0)
+    for stranger in (BODIES["film"], PowerLawHalfSpace(1.0, 1.0, 0.4, 0.3)):
+        with pytest.raises(ValueError, match=r"pairs with one of its own exponent or with RigidBase"):
+            TwoBodies(one, stranger)
     with pytest.raises(TypeError, match="must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies"):
         compliance(RigidBase())

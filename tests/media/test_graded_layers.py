@@ -121,4 +121,6 @@ def test_two_bodies_as_data():
     with pytest.raises(ValueError, match="both rigid"):
         TwoBodies(RigidBase(), RigidBase())
     with pytest.raises(TypeError, match=r"TwoBodies\.lower"):
+        TwoBodies(soft, Layer(1.0, 0.3, 1.0))
+    with pytest.raises(ValueError, match="one of its own exponent"):
         TwoBodies(soft, PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3))

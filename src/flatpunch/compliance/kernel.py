@@ -188,6 +188,8 @@ def _pair(pair: TwoBodies) -> Kernel:
         return kernels[0]
     modulus, length = pair.surface_modulus, pair.length
     shares = [modulus / kernel.modulus for kernel in kernels]
+    if kernels[0].exponent:
+        return _power_law_pair(kernels, shares, modulus, length)
     if all(kernel.homogeneous for kernel in kernels):
         return Kernel(modulus=modulus, length=length, response=np.ones_like)
     # notation: kappa_i = k l_i = stretch_i * kappa; a homogeneous body has L = 1 and no length
@@ -212,6 +214,23 @@ def _pair(pair: TwoBodies) -> Kernel:
         cutoff=max(kernel.cutoff / stretch for _, stretch, kernel in parts),
         floor=min(kernel.floor / stretch for _, stretch, kernel in parts),
         series=series,
+    )
+
+
+def _power_law_pair(kernels: list[Kernel], shares: list[float], modulus: float, length: float) -> Kernel:
+    """Two power-law half-spaces of one exponent: the sum is a third."""
+    exponent = kernels[0].exponent
+    constant = sum(
+        share * float(kernel.response(np.array([kernel.length / length]))[0])
+        for share, kernel in zip(shares, kernels, strict=True)
+    )
+    return Kernel(
+        modulus=modulus,
+        length=length,
+        response=lambda kappa: constant * kappa**exponent,
+        exponent=exponent,
+        cutoff=float("inf"),
+        floor=0.0,
     )
 
 

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
+from flatpunch.media.power_law import PowerLawHalfSpace
+
+Body = HalfSpace | Medium | PowerLawHalfSpace | RigidBase
+Elastic = HalfSpace | Medium | PowerLawHalfSpace
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,25 +17,33 @@ class TwoBodies:
 
     Parameters
     ----------
-    upper, lower : Medium, HalfSpace or RigidBase
-        The bodies, each described from its own contact surface inwards. One may be rigid.
+    upper, lower : Medium, HalfSpace, PowerLawHalfSpace or RigidBase
+        The bodies, each described from its own contact surface inwards. One may be rigid. A power-law half-space goes with a
+        rigid body, or with another one of the same exponent: their sum is again one of that exponent, which no other sum is.
     """
 
-    upper: HalfSpace | Medium | RigidBase
-    lower: HalfSpace | Medium | RigidBase
+    upper: Body
+    lower: Body
 
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
-            if not isinstance(body, (HalfSpace, Medium, RigidBase)):
+            if not isinstance(body, (HalfSpace, Medium, PowerLawHalfSpace, RigidBase)):
                 raise TypeError(
-                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, or RigidBase() for a rigid body."
+                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace, or RigidBase() for a "
+                    "rigid body."
                 )
         if isinstance(self.upper, RigidBase) and isinstance(self.lower, RigidBase):
             raise ValueError("TwoBodies.upper and TwoBodies.lower are both rigid, so nothing can deform.")
+        exponents = {getattr(body, "exponent", 0.0) for body in self.elastic}
+        if len(exponents) > 1:
+            raise ValueError(
+                f"TwoBodies has bodies whose moduli grow with the exponents {sorted(exponents)} of depth. A power-law half-space "
+                "pairs with one of its own exponent or with RigidBase(); give the other body's grading as GradedLayer."
+            )
 
     @property
-    def elastic(self) -> tuple[HalfSpace | Medium, ...]:
+    def elastic(self) -> tuple[Elastic, ...]:
         """The bodies that deform, upper first."""
         return tuple(body for body in (self.upper, self.lower) if not isinstance(body, RigidBase))
 
