@@ -1,0 +1,37 @@
+"""Speed target of fits: 250 curves of 4000 points a second and core, two parameters, once the tables are made."""
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+
+GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+TIPS = {"sphere": fp.Sphere(radius=3e-6), "pyramid": fp.Pyramid(sides=4, inclination=0.6)}
+CURVES = 50
+
+
+def curves(tip):
+    """Noisy curves of different moduli and contact points."""
+    z = np.linspace(-0.2e-6, 0.4e-6, 4000)
+    force = np.zeros(4000)
+    force[z > 0] = fp.indent(GEL, tip, depth=z[z > 0], angles=8)["force"].values
+    rng = np.random.default_rng(1)
+    noise = 0.01 * force.max() * rng.normal(size=(CURVES, 4000))
+    return [
+        fp.Curve(z + shift, scale * force + row)
+        for shift, scale, row in zip(rng.uniform(-1e-7, 1e-7, CURVES), rng.uniform(0.5, 2, CURVES), noise, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("shape", TIPS)
+def test_curves_a_second(benchmark, shape):
+    tip = TIPS[shape]
+    measured = curves(tip)
+    free = ["layers[0].young"]
+    fp.fit_batch(measured[:1], GEL, tip, free, workers=1, baseline="none")
+    batch = benchmark.pedantic(fp.fit_batch, (measured, GEL, tip, free), {"workers": 1, "baseline": "none"}, rounds=8)
+    assert not batch.failed
+    if benchmark.enabled:
+        rate = CURVES / benchmark.stats.stats.min
+        benchmark.extra_info["curves_per_second"] = rate
+        assert rate > 250, f"{rate:.0f} curves a second, the target is 250"
