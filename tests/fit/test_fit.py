@@ -246,3 +246,21 @@ def test_result_as_table_words_and_dataset():
     np.testing.assert_allclose(dataset["force"] - dataset["fitted"], result.residual)
     medium, _ = result.case
     assert medium.layers[0].young == result[YOUNG]
+
+
+def test_limits_of_the_theory_are_passed_on():
+    """Under a cone on a film 100 times stiffer the pressure turns negative inside: the fit says so."""
+    film = Medium([Layer(1e11, 0.3, H)], HalfSpace(1e9, 0.3))
+    tip = Cone(0.3)
+    curve = synthetic(film, tip, 3.2e-6, points=200)
+    assert any("pressure is negative" in note for note in fit(curve, film, tip, [YOUNG]).notes)
+
+
+def test_curve_that_begins_in_contact():
+    """No baseline in the data: the contact point lies before the first point and is still found, with its wide interval."""
+    whole = synthetic(GEL, Sphere(3e-6), 0.4e-6, noise=0.002, points=1000)
+    part = whole.taken(whole.depth > 0.05e-6)
+    result = fit(part, START, Sphere(3e-6), [YOUNG], baseline="none")
+    for name, truth in ((YOUNG, 5e3), ("contact", 0.0)):
+        estimate = result.estimates[name]
+        assert abs(estimate.value - truth) < 4 * estimate.stderr

@@ -14,6 +14,7 @@ from flatpunch.fit.readers import read_curve
 from flatpunch.fit.result import Estimate, FitResult
 from flatpunch.fit.scaling import parameter_names
 from flatpunch.fit.settings import Free, Settings
+from flatpunch.fit.unloading import Unloading, unloading, unloadings
 
 __all__ = [
     "Batch",
@@ -29,6 +30,7 @@ __all__ = [
     "Profile",
     "Settings",
     "Tip",
+    "Unloading",
     "correct",
     "fit",
     "fit_batch",
@@ -41,4 +43,6 @@ __all__ = [
     "read_nanoindentation",
     "tenth_rule",
     "tip_in_workbook",
+    "unloading",
+    "unloadings",
 ]

@@ -186,7 +186,15 @@ def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], setti
         lmfit=polished,
         notes=notes,
     )
-    return replace(result, notes=(*notes, *judged(result)))
+    return replace(result, notes=(*notes, *judged(result), *_limits(result)))
+
+
+def _limits(result: FitResult) -> tuple[str, ...]:
+    """What the contact theory says about its own limits at the fitted values; single fits only, as it costs a cold solution."""
+    deepest = float(result.depth.max())
+    if result.settings.engine != "lmfit" or deepest <= 0:
+        return ()
+    return tuple(result.objective.model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines())
 
 
 def prepared(curve: Curve, settings: Settings) -> tuple[Curve, Any, tuple[str, ...]]:
