@@ -73,7 +73,7 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     left = np.append(depth[back], [depth[-1], 1.2 * min(depth.min(), 0.0)]), np.append(force[back], [0.0, 0.0])
     axes.plot(left[0] * by_depth, left[1] * by_force, "--", color=_WITHDRAWAL, label="withdrawal")
     for jump in json.loads(cycle.attrs["jumps"]):
-        _mark(jump, axes, by_depth, by_force)
+        _mark(jump, axes, by_depth, by_force, below=cycle.attrs["control"] == "force")
     axes.axhline(0, color="black", linewidth=0.6)
     axes.margins(y=0.17)  # room for labels below
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
@@ -86,15 +86,15 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
 _NAMES = {"jump_in": "jump-in", "pull_off": "pull-off", "outwards": "jump outwards", "inwards": "jump inwards"}
 
 
-def _mark(jump: dict[str, Any], axes: Axes, by_depth: float, by_force: float) -> None:
+def _mark(jump: dict[str, Any], axes: Axes, by_depth: float, by_force: float, *, below: bool) -> None:
     """Draw a point and its label at one jump."""
     at = jump["depth"] * by_depth, jump["force"] * by_force
     colour = _APPROACH if jump["kind"] in ("jump_in", "outwards") else _WITHDRAWAL
     axes.plot(*at, "o", color=colour, markersize=5)
     force, depth = (text(float(f"{jump[name]:.3g}"), unit) for name, unit in (("force", "N"), ("depth", "m")))
     label = f"{_NAMES[jump['kind']]}\n{force} at {depth}"
-    # both beside the lines: below the approach, within the loop
-    offset, side = ((9, -5), "top") if colour == _APPROACH else ((8, 4), "bottom")
+    # beside the lines: below the approach, and on the way back within the loop, or below it where pull-off is its lowest point
+    offset, side = ((9, -5), "top") if below or colour == _APPROACH else ((8, 4), "bottom")
     axes.annotate(label, at, xytext=offset, textcoords="offset points", color=colour, fontsize=8, va=side)
 
 
