@@ -27,8 +27,8 @@ def effective_beta(kernel: Kernel, beta: float) -> float:
         # a power-law half-space is closed at every radius, there is nothing to resolve
         return 0.0
     if kernel.graded:
-        # no table grows with beta here; up to 1e4 lengths are let through, their error is reported
-        return 0.03 * beta
+        # no table grows with beta here; up to 1.2e4 lengths are let through, their error is reported
+        return 0.025 * beta
     return beta * kernel.cutoff / 25.0
 
 
