@@ -13,7 +13,7 @@ solved point by point by Newton's method, dr = dM/(1 + M'/k).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,8 @@ from flatpunch._validation import Array
 from flatpunch.fit.forward import ForwardModel
 
 _NEWTON = 8
-_SETTLED = 1e-3
-"""Newton's method behind a cantilever ends when a step is this small against the residuals."""
+_SETTLED = 1e-2
+"""Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
 NUISANCE = ("contact", "baseline", "tilt")
 
 
@@ -43,6 +43,7 @@ class Objective:
     frame: tuple[float, float, float]
     weight: Array | None = None
     spring: float | None = None
+    _before: dict[int, Array] = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,7 +91,10 @@ class Objective:
 
     def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
         """Residual [N], the points in contact, and stiffness and derivatives of M there."""
-        at, residual = depth, np.zeros_like(depth)
+        # the residuals of the evaluation before are where Newton's method starts
+        residual = np.zeros_like(depth) if self.spring is None else self._before.get(depth.size, np.zeros_like(depth))
+        at = depth if self.spring is None else depth - residual / self.spring
+        fresh = not residual.any()
         for turn in range(_NEWTON):
             block = _touching(at)
             force, stiffness, by_theta = self.model.evaluate(at[block], theta)
@@ -102,10 +106,11 @@ class Objective:
             step[block] /= 1 + stiffness / self.spring
             residual = residual + step
             at = depth - residual / self.spring
-            # what is left is second order in the noise but of one sign: it must vanish beside the error of a mean
-            left = step if turn else miss - step
+            # what is left is of second order but of one sign: it must vanish beside the error of a mean
+            left = miss - step if fresh and turn == 0 else step
             if np.abs(left).max() < _SETTLED * np.sqrt(np.mean(residual**2)):
                 break
+        self._before[depth.size] = residual
         return residual, block, stiffness, by_theta
 
     def prediction(self, x: Array) -> Array:
