@@ -16,7 +16,6 @@ from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import Answers, solve_round, sufficient_terms
 
-
 _QUADRATURE = 2e-12
 """What the quadrature over wavenumbers leaves at most, over random stacks with modulus ratios up to 1e4 (tests measure it)."""
 
