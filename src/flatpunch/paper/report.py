@@ -202,8 +202,8 @@ def _outlines(report: Report, plan: Plan, store: Store) -> None:
     report.sections.append(
         (
             "Figure 10: contact outline under a square pyramid, h = a0",
-            "Grey: cells in contact in the boundary element solution. Each outline is drawn at the same mean radius, over its own "
-            "depth.",
+            "Grey: cells in contact in the boundary element solution. Each outline is drawn at the same mean radius, over "
+            "its own depth.",
             [("figure_10", "outline")],
         )
     )
@@ -237,8 +237,8 @@ def _base(report: Report, plan: Plan, store: Store, asked: set[int]) -> None:
         (
             "Stress at the base of an unbonded layer",
             "The paper neglects that a layer resting on its base would lift off around the contact. Largest tension that "
-            "holds it down in the solutions above, over the peak pressure of the contact (under a pyramid the peak is that of the innermost "
-            "cell, as its pressure has no bound).",
+            "holds it down in the solutions above, over the peak pressure of the contact (under a pyramid, whose pressure has no "
+            "bound, that of the innermost cell).",
             [("base_tension", "tension")],
         )
     )
