@@ -23,7 +23,7 @@ from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import rotational_symmetry
 from flatpunch.punch.basis import power_edge, power_moments
-from flatpunch.punch.family import SMALLEST, punch_family
+from flatpunch.punch.family import SMALLEST, check_resolution, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.panels import Panels, log_derivative, tail
 from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
@@ -126,6 +126,7 @@ class PowerPerturbation:
         if not live.all():
             values[~live] = self._columns(np.zeros(1))
         if live.any():
+            check_resolution(self.kernel, float(beta.max()))
             logs = np.log(beta[live])
             values[live], slopes[live] = self._panels.with_slope(logs)
         return values, slopes
@@ -221,7 +222,7 @@ def higher_force(
 
 def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
     """Round contact of r^n on discs beta, shape (nb,)."""
-    answers = punch_family(kernel).at(beta)
+    answers = punch_family(kernel).at(beta, nodes=True)
     flat, edge = answers.flat[:, 0], edge_strength(answers)
     if kernel.exponent:
         punch = power_law_punch(kernel)
