@@ -49,6 +49,8 @@ def reproduce(
         Deviations and statements with their numbers.
     """
     # the command line imports this module; drawing is imported when something is drawn
+    from threadpoolctl import threadpool_limits
+
     from flatpunch.paper import plan as plans
     from flatpunch.paper.points import Store
     from flatpunch.paper.report import make
@@ -57,8 +59,10 @@ def reproduce(
     plan = plans.quick() if quick else plans.full()
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(folder / "points")
-    solve_missing(plan.points(figures), store, jobs or cores(), progress)
-    return make(plan, figures, store, folder, step or (lambda what: None))
+    # the matrices are small: on busy cores a second thread for them made the drawing ten times slower
+    with threadpool_limits(1):
+        solve_missing(plan.points(figures), store, jobs or cores(), progress)
+        return make(plan, figures, store, folder, step or (lambda what: None))
 
 
 def wanted_figures(text: str) -> tuple[int, ...]:

@@ -217,7 +217,7 @@ def _base(report: Report, plan: Plan, store: Store, asked: set[int]) -> None:
     points = [p for p in plan.points(tuple(asked)) if p.base]
     others: dict[str, tuple[Array, Array]] = {}
     for name, wanted in (
-        ("elliptic paraboloid, e_g = 0.8", [p for p in points if p.shape == "ellipse" and p.eccentricity == 0.8]),
+        ("elliptic paraboloid, $e_g = 0.8$", [p for p in points if p.shape == "ellipse" and p.eccentricity == 0.8]),
         ("square pyramid", [p for p in points if p.shape == "pyramid"]),
     ):
         numbers = [store.load(p) for p in wanted]
@@ -229,10 +229,13 @@ def _base(report: Report, plan: Plan, store: Store, asked: set[int]) -> None:
     rows: list[list[object]] = [
         ["round paraboloid", a, s.tension, s.where, s.pull] for a, s in zip(_STRESS_RADII, solved.values(), strict=True)
     ]
-    rows += [[name, x, y, "", ""] for name, (xs, ys) in others.items() for x, y in zip(xs, ys, strict=True)]
+    rows += [
+        [name.replace("$", ""), x, y, "", ""] for name, (xs, ys) in others.items() for x, y in zip(xs, ys, strict=True)
+    ]
     header = "indenter a0_over_h tension_over_peak_pressure distance_over_h force_in_tension_over_force"
     report.picture("base_tension", draw.tension(radius, largest, pull, others), header, rows)
-    report.statements.append(statements.base_tension(solved, others))
+    plain = {name.replace("$", ""): values for name, values in others.items()}
+    report.statements.append(statements.base_tension(solved, plain))
     report.sections.append(
         (
             "Stress at the base of an unbonded layer",

@@ -12,7 +12,6 @@ from flatpunch.paper import base_stress
 from flatpunch.paper.cases import LAYERS, TITLES, Body, Shape, indenter, medium
 from flatpunch.paper.data import FAST, NAMES, Curves, Map, Outlines
 
-
 _ALMOST_PERFECT = 0.03
 """Largest deviation that still passes for it: a line's width on the paper's linear axes."""
 
