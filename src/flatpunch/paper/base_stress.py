@@ -29,6 +29,9 @@ from flatpunch.paper.cases import medium
 _END = 45.0
 """Wavenumber beyond which T is below 1e-17."""
 
+_BLOCK = 0.06
+"""Side of the blocks of cells: averaging over it changes T at kh = 3 by (kh)^2 _BLOCK^2/24 = 1e-3."""
+
 _REACH = 8.0
 """Distance over which the stress is looked at around a contact; it falls off exponentially."""
 
@@ -90,13 +93,13 @@ def under_round(radius: float) -> BaseStress:
     )
 
 
-def under_cells(pressure: Array, spacing: float, radius: float) -> dict[str, float]:
+def under_cells(pressure: Array, spacing: float) -> dict[str, float]:
     """Under a pressure given on square cells: largest tension over the peak and over the mean pressure, and where.
 
     The pressure is summed over blocks of cells, as T lets nothing shorter than a thickness through, and its periodic images are
     kept away by 2 x 8 thicknesses of free surface.
     """
-    block = max(1, int(0.06 * max(1.0, radius) / spacing))
+    block = max(1, int(_BLOCK / spacing))
     ny, nx = (-(-n // block) for n in pressure.shape)
     padded = np.zeros((ny * block, nx * block))
     padded[: pressure.shape[0], : pressure.shape[1]] = pressure

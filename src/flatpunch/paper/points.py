@@ -24,7 +24,7 @@ from flatpunch._validation import Array
 from flatpunch.paper import base_stress
 from flatpunch.paper.cases import Body, Shape, indenter, kernel
 
-_FORMAT = 1
+_FORMAT = 2
 """Raised whenever a change in the boundary elements or here moves the numbers: points of older formats are computed anew."""
 
 _TOLERANCE = 1e-6
@@ -151,7 +151,7 @@ def _numbers(point: Point, solution: bem.Solution) -> Numbers:
     if point.fields:
         found |= {"mask": solution.contact, "x": solution.grid.x, "y": solution.grid.y}
     if point.base:
-        found |= base_stress.under_cells(solution.pressure, solution.grid.spacing, float(outline.contour.max()))
+        found |= base_stress.under_cells(solution.pressure, solution.grid.spacing)
     return found
 
 
