@@ -7,9 +7,7 @@ import flatpunch as fp
 
 LAYER = fp.Medium([fp.Layer(1.0, 0.45, 0.4)], base=fp.RigidBase())
 COATED = fp.Medium([fp.Layer(3.0, 0.3, 0.2), fp.Layer(0.5, 0.2, 0.5, bonded=False)], base=fp.HalfSpace(2.0, 0.3))
-GRADED = fp.Medium(
-    [fp.GradedLayer(fp.ExponentialModulus(1.0, 4.0, 0.6), 0.35, 0.6)], base=fp.HalfSpace(4.0, 0.35)
-)
+GRADED = fp.Medium([fp.GradedLayer(fp.ExponentialModulus(1.0, 4.0, 0.6), 0.35, 0.6)], base=fp.HalfSpace(4.0, 0.35))
 BODIES = {"layer": LAYER, "coated": COATED, "graded": GRADED, "half-space": fp.HalfSpace(2.0, 0.3)}
 TIP = fp.EllipticParaboloid(0.4, 0.6)
 RADII = np.array([0.1, 0.5, 1.5])
@@ -43,9 +41,7 @@ def test_two_equal_bodies_are_one_of_half_the_force(name):
 @pytest.mark.parametrize(("one", "other"), [("layer", "coated"), ("layer", "graded"), ("graded", "half-space")])
 def test_order_does_not_matter(one, other):
     # the pairs have different lengths of their own, so panels lie elsewhere: 1e-9 under graded surfaces
-    agree(
-        solve(fp.TwoBodies(BODIES[one], BODIES[other])), solve(fp.TwoBodies(BODIES[other], BODIES[one])), 1e-8
-    )
+    agree(solve(fp.TwoBodies(BODIES[one], BODIES[other])), solve(fp.TwoBodies(BODIES[other], BODIES[one])), 1e-8)
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -76,7 +72,9 @@ def test_power_law_bodies_of_one_exponent():
     one, other = fp.PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3), fp.PowerLawHalfSpace(5.0, 0.2, 0.3, 0.45)
     pair = solve(fp.TwoBodies(one, other))
     # compliances of one shape add like springs in series
-    np.testing.assert_allclose(1 / pair["stiffness"], 1 / solve(one)["stiffness"] + 1 / solve(other)["stiffness"], rtol=1e-12)
+    np.testing.assert_allclose(
+        1 / pair["stiffness"], 1 / solve(one)["stiffness"] + 1 / solve(other)["stiffness"], rtol=1e-12
+    )
     agree(pair, solve(fp.TwoBodies(other, one)), 1e-12)
     agree(solve(fp.TwoBodies(one, fp.RigidBase())), solve(one), 1e-15)
 
