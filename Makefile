@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow benchmarks format format-check lint types docs-check picture clean
+.PHONY: help install demo test slow benchmarks format format-check lint types docs docs-check picture clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -58,6 +58,9 @@ lint: $(VENV)/.installed-dev  ## Look for mistakes
 types: $(VENV)/.installed-dev  ## Check the types
 	$(BIN)/mypy
 
+docs: $(VENV)/.installed-dev  ## Build the documentation: docs/_build/html/index.html
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html -d docs/_build/doctrees
+
 docs-check: $(VENV)/.installed-test  ## Run the examples in README and docs, and follow their links
 	$(BIN)/python -m pytest -q tests/test_readme.py
 
@@ -65,5 +68,6 @@ picture: $(VENV)/.installed-test  ## Draw the picture of the README again
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 
 clean:  ## Remove what was made, the environment included
+	rm -rf docs/_build docs/gallery docs/generated
 	rm -rf $(VENV) build dist demo-results .mypy_cache .ruff_cache .pytest_cache .benchmarks .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -60,7 +60,7 @@ class Solution:
     stiffness : float
         dF/dd [N/m]: stiffness of the flat punch under the final contact; NaN unless asked for.
     gap_error : float
-        Largest |gap| in contact over the depth, of the pressure above.
+        Largest ``|gap|`` in contact over the depth, of the pressure above.
     penetration : float
         Largest penetration outside the contact over the depth, likewise.
     iterations : tuple of int

@@ -71,7 +71,7 @@ def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
 def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Rhombic diamond, edges at 172.5 degrees (long diagonal, along x) and 130 degrees (short diagonal, along y).
 
-    f = |x| cot(86.25 deg) + |y| cot(65 deg): level lines are rhombi 7.11 times as long as wide.
+    ``f = |x| cot(86.25 deg) + |y| cot(65 deg)``: level lines are rhombi 7.11 times as long as wide.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from flatpunch.indenters._common import power
 
 @dataclass(frozen=True, slots=True)
 class Superellipse:
-    """Power law with superelliptic level lines, f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p).
+    """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Superellipse:
 
     @property
     def seams(self) -> tuple[float, ...]:
-        """The axes, where |x|^p is not analytic unless p is even, and the corners that a large p nearly has."""
+        """The axes, where ``|x|^p`` is not analytic unless p is even, and the corners that a large p nearly has."""
         if self.power <= 2:
             return () if self.power in (1, 2) else _AXES
         diagonal = math.atan2(self.half_y, self.half_x)

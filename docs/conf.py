@@ -1,0 +1,107 @@
+"""How the documentation is built: `make docs`. No network is needed to build the pages, and none to read them."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any
+
+import latex2mathml.converter
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.domains.math import MathDomain
+
+# small matrices: a second thread costs more than it brings
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
+from flatpunch import __version__  # noqa: E402
+
+project = "flatpunch"
+author = "The flatpunch developers"
+copyright = author
+version = release = __version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "myst_parser",
+    "sphinx_gallery.gen_gallery",
+]
+templates_path = ["_templates"]
+exclude_patterns = ["_build", "examples", "images/README.md"]
+nitpicky = True
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
+myst_heading_anchors = 3
+
+autosummary_generate = True
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": "plot_",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "write_computation_times": False,
+    "remove_config_comments": True,
+    "within_subsection_order": "FileNameSortKey",
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = "flatpunch"
+html_static_path = ["_static"]
+html_css_files = ["math.css"]
+html_theme_options = {
+    "navbar_end": ["theme-switcher"],
+    "navbar_persistent": ["search-button"],
+    "header_links_before_dropdown": 6,
+    "show_prev_next": False,
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_sidebars: dict[str, list[str]] = {"index": []}
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+math_eqref_format = "({number})"
+
+
+class TheoryMath(MathDomain):
+    """Equations keep the number that they are written with, (T3.2), so that the code can cite them."""
+
+    def note_equation(self, docname: str, labelid: str, location: Any = None) -> None:
+        """Give an equation its label as its number."""
+        super().note_equation(docname, labelid, location)
+        self.equations[labelid] = docname, labelid
+
+    def get_equation_number_for(self, labelid: str) -> Any:
+        """The number printed beside an equation."""
+        return labelid if labelid in self.equations else None
+
+
+def inline_formula(writer: Any, node: nodes.math) -> None:
+    """Write a formula within a line as MathML, which browsers draw themselves."""
+    writer.body.append(latex2mathml.converter.convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def block_formula(writer: Any, node: nodes.math_block) -> None:
+    """Write a formula on its own line, with its number."""
+    text = node.astext()
+    if "\\\\" in text and "\\begin" not in text:
+        text = f"\\begin{{aligned}}{text}\\end{{aligned}}"
+    anchor = f" id='equation-{nodes.make_id(node['label'])}'" if node.get("label") else ""
+    number = f"<span class='equation-number'>({node['number']})</span>" if node.get("number") else ""
+    formula = latex2mathml.converter.convert(text, display="block")
+    writer.body.append(f"<div class='math-block'{anchor}>{number}{formula}</div>")
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    """Numbers of equations and MathML."""
+    app.add_domain(TheoryMath, override=True)
+    app.add_html_math_renderer("mathml", (inline_formula, None), (block_formula, None))
+    # matplotlib cannot show figures here, and need not
+    warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
