@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from typing import Any
 
-import latex2mathml.converter
-from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
 
@@ -27,6 +26,8 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "myst_parser",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # formulas without a network
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
@@ -54,18 +55,18 @@ sphinx_gallery_conf = {
 html_theme = "pydata_sphinx_theme"
 html_title = "flatpunch"
 html_static_path = ["_static"]
-html_css_files = ["math.css"]
+html_css_files = ["site.css"]
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
     "navbar_persistent": ["search-button"],
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 7,
     "show_prev_next": False,
     "secondary_sidebar_items": ["page-toc"],
 }
-html_sidebars: dict[str, list[str]] = {"index": []}
+html_sidebars: dict[str, list[str]] = {name: [] for name in ("index", "tutorial", "developer")}
 html_show_sourcelink = False
-html_math_renderer = "mathml"
 math_eqref_format = "({number})"
+mathjax3_config = {"chtml": {"scale": 0.9}}
 
 
 class TheoryMath(MathDomain):
@@ -81,27 +82,15 @@ class TheoryMath(MathDomain):
         return labelid if labelid in self.equations else None
 
 
-def inline_formula(writer: Any, node: nodes.math) -> None:
-    """Write a formula within a line as MathML, which browsers draw themselves."""
-    writer.body.append(latex2mathml.converter.convert(node.astext()))
-    raise nodes.SkipNode
-
-
-def block_formula(writer: Any, node: nodes.math_block) -> None:
-    """Write a formula on its own line, with its number."""
-    text = node.astext()
-    if "\\\\" in text and "\\begin" not in text:
-        text = f"\\begin{{aligned}}{text}\\end{{aligned}}"
-    anchor = f" id='equation-{nodes.make_id(node['label'])}'" if node.get("label") else ""
-    number = f"<span class='equation-number'>({node['number']})</span>" if node.get("number") else ""
-    formula = latex2mathml.converter.convert(text, display="block")
-    writer.body.append(f"<div class='math-block'{anchor}>{number}{formula}</div>")
-    raise nodes.SkipNode
+def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Turn each mention of an equation, (T3.2), into a link."""
+    if not docname.startswith("generated/"):
+        source[0] = re.sub(r"(?<!\$ )\((T\d+\.\d+)\)", r"{eq}`\1`", source[0])
 
 
 def setup(app: Sphinx) -> None:
-    """Numbers of equations and MathML."""
+    """Equations and their numbers."""
+    app.connect("source-read", link_equations)
     app.add_domain(TheoryMath, override=True)
-    app.add_html_math_renderer("mathml", (inline_formula, None), (block_formula, None))
     # matplotlib cannot show figures here, and need not
     warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")

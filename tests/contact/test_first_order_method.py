@@ -1,4 +1,4 @@
-"""The paper's first-order method: (P17), (P22), (P23), force constants, where it ends (design 2.4)."""
+"""The paper's first-order method: (P17), (P22), (P23), force constants, where it ends (theory page 7)."""
 
 import numpy as np
 import pytest
@@ -164,7 +164,7 @@ def test_pressure_of_a_pyramid_turns_with_its_faces():
     ids=["pyramid", "ellipse"],
 )
 def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, sound, lost):
-    # (P23)'s denominator reaches zero between E1/E2 = 5 and 7 for pyramids, 7 and 10 for ellipses (design 2.4).
+    # (P23)'s denominator reaches zero between E1/E2 = 4 and 5 for pyramids, 7 and 8 for mild ellipses (theory page 7).
     radii = np.geomspace(0.05, 20, 120) * H
 
     def solved(ratio):

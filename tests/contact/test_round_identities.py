@@ -1,4 +1,4 @@
-"""Round contact on layered media: two roads, energy, inverse controls, scaling, limits (design 2.3)."""
+"""Round contact on layered media: two roads, energy, inverse controls, scaling, limits (T6.1)."""
 
 import warnings
 

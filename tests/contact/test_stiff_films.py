@@ -1,4 +1,4 @@
-"""Where a round contact on a stiff film is no disc any more (design 2.3)."""
+"""Where a round contact on a stiff film is no disc any more (theory page 6)."""
 
 import numpy as np
 import pytest

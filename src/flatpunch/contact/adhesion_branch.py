@@ -1,4 +1,4 @@
-"""The equilibrium branch of a round adhesive contact (JKR), exact for every medium (design 2.7).
+"""The equilibrium branch of a round adhesive contact (JKR), exact for every medium (T11.1), (T11.2).
 
 A contact of radius a that is pulled back by D from the contact without adhesion (d_n, F_n) releases the energy
 (1/2) D^2 K'(a)/(2 pi a) per area. It is in equilibrium where this equals the work of adhesion w:

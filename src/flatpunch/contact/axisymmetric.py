@@ -1,4 +1,4 @@
-"""Round contact, exact for every medium (design 2.3; paper (P4)-(P7)).
+"""Round contact, exact for every medium (T6.1), (T6.3); paper (P4)-(P7).
 
 At the right depth the edge singularity of the pressure vanishes, which gives d(a) without derivative or root search:
 

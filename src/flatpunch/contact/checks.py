@@ -1,4 +1,4 @@
-"""Where round contact stops being a disc: negative pressure, or a depth that falls while the radius grows (design 2.3)."""
+"""Where round contact stops being a disc: negative pressure, or a depth that falls while the radius grows (theory page 6)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fourth-order perturbation theory for power-law indenters, in its Pade form (design 2.5)."""
+"""Fourth-order perturbation theory for power-law indenters, in its Pade form (T8.11)."""
 
 from __future__ import annotations
 

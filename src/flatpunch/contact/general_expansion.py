@@ -1,4 +1,4 @@
-"""Second-order perturbation series of any profile f(r, phi) on any medium (design 2.5).
+"""Second-order perturbation series of any profile f(r, phi) on any medium (T8.1)-(T8.3).
 
 With ln f = <ln f> + g, the base is f_b = exp<ln f> and g_m(r) are the harmonics of g at each radius. The displacement
 f_b g_m cos m phi on the disc needs the pressure with c_m = A_m^-1 b[f_b g_m]; its edge strength moves the outline,

@@ -1,4 +1,4 @@
-"""Exact perturbation theory for power-law indenters f = r^n psi(phi), second and fourth order (design 2.5).
+"""Exact perturbation theory for power-law indenters f = r^n psi(phi), second and fourth order (T8.4)-(T8.11).
 
 With a reference mean C and a free exponent lam, u = ((psi/C)^lam - 1)/lam has zero mean (lam = 0: u = ln(psi/C)), and
 psi/C - 1 = u + c2 u^2 + c3 u^3 + c4 u^4. The round contact of C r^n is the base; the medium answers each harmonic of u with

@@ -1,4 +1,4 @@
-"""The second-order theory corrected by a few boundary element solutions: their accuracy at its speed (design 2.5)."""
+"""The second-order theory corrected by a few boundary element solutions: their accuracy at its speed (T9.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exact second-order perturbation theory for slightly non-axisymmetric indenters on any medium (design 2.5)."""
+"""Exact second-order perturbation theory for slightly non-axisymmetric indenters on any medium (T8.1)-(T8.5)."""
 
 from __future__ import annotations
 

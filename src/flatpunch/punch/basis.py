@@ -1,6 +1,6 @@
 """Pressures on the unit disc with the edge singularity of a punch, and the functionals that act on them.
 
-For the angular harmonic m (design 2.2):
+For the angular harmonic m (T3.1):
 
     p_n(r) = r^m P_n^(m,-1/2)(1 - 2 r^2) / (binom(n - 1/2, n) sqrt(1 - r^2)),     Hankel transform j_(m+2n)(k),
 

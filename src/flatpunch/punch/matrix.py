@@ -1,4 +1,4 @@
-"""The punch matrix A of each harmonic, and its answers, for a batch of punch radii (design 2.2).
+"""The punch matrix A of each harmonic, and its answers, for a batch of punch radii (T3.2).
 
 A_ln = pi/(2(m + 2n) + 1) delta_ln + B_pq with p = m + 2l, q = m + 2n and B_pq = 2 int_0^inf (L - 1) j_p j_q dx, L taken at
 k l = x/beta. The matrices of all harmonics of one parity are trailing blocks of one B. Where the modulus varies at the
@@ -33,7 +33,7 @@ def effective_beta(kernel: Kernel, beta: float) -> float:
 
 
 def sufficient_terms(kernel: Kernel, beta: float) -> int:
-    """Number of terms for edge and pressure at 1e-10 (design 2.2, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
+    """Number of terms for edge and pressure at 1e-10 (theory page 3, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
     if kernel.graded:
         return graded_terms(kernel, beta)
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))

@@ -2,7 +2,7 @@
 
 Everything is integrated over x = k a on panels that do not depend on the medium: geometric up to x = 4, uniform above
 (the products j_p j_q oscillate with period pi). Only the kernel changes with the punch radius, so the table of Bessel
-functions is computed once and one matrix product assembles each punch matrix (design 2.2).
+functions is computed once and one matrix product assembles each punch matrix (T3.2).
 """
 
 from __future__ import annotations
