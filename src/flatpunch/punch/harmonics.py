@@ -17,6 +17,10 @@ from flatpunch.punch.basis import edge_signs, half_space_diagonal, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, kernel_matrix, sufficient_terms
 
+_MOST_HARMONICS = 600
+"""Beyond the terms of a round contact: what kinked outlines have above twice that is m^-3 = 1e-9 of their asymmetry, and
+matrices of contacts a few hundred layers wide stay below a few hundred megabytes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Edges:
@@ -70,7 +74,7 @@ def half_space_power_edge(exponent: float, orders: Indices) -> Array:
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
     """Terms of the common matrix: beyond order twice this, harmonics feel the half-space of the surface material only."""
-    return sufficient_terms(kernel, beta) + 8 + int(np.ceil(4 * effective_beta(kernel, beta)))
+    return sufficient_terms(kernel, beta) + 8 + int(np.ceil(min(4 * effective_beta(kernel, beta), _MOST_HARMONICS / 2)))
 
 
 def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
@@ -94,7 +98,9 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
     if kernel.graded:
         vectors, sums = graded_harmonics(kernel, beta, orders.tolist())
         return Edges(vectors, np.zeros(beta.size), sums)
-    size = harmonic_size(kernel, float(beta.max()))
+    largest = float(beta.max())
+    # no more than the highest order asks for: few where the outline is smooth
+    size = min(harmonic_size(kernel, largest), sufficient_terms(kernel, largest) + int(max(orders, default=1)) // 2 + 8)
     wanted = {1, *orders[orders < 2 * size].tolist()}
     vectors = {}
     for parity in (0, 1):
