@@ -171,6 +171,8 @@ def _tail_begins(series: SmoothResponse) -> float:
 
 
 def _power_law(medium: PowerLawHalfSpace) -> Kernel:
+    if medium.exponent == 0:
+        return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
     constant, exponent = power_law_constant(medium.exponent, medium.poisson), medium.exponent
     return Kernel(
         modulus=medium.surface_modulus,
