@@ -1,0 +1,163 @@
+"""`solve_points`: one call for many points, in this process, in several, or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from flatpunch._progress import Report, reporting
+from flatpunch._version import __version__
+from flatpunch.parallel.keys import content_key
+from flatpunch.parallel.store import Folder, Memory, Store
+from flatpunch.parallel.threads import cores, one_thread
+from flatpunch.parallel.work import Function, Item, Outcome, solve_one
+
+Name = Hashable
+
+
+class Solved(Mapping[Name, Outcome]):
+    """Outcomes of all points by name, read from where they are kept when asked for.
+
+    Attributes
+    ----------
+    fresh : int
+        Number of points that this run has solved or tried; the others were there.
+    """
+
+    def __init__(self, keys: Mapping[Name, str], store: Store, fresh: int) -> None:
+        self._keys, self._store, self.fresh = dict(keys), store, fresh
+
+    def __getitem__(self, name: Name) -> Outcome:
+        return self._store.read(self._keys[name])
+
+    def __iter__(self) -> Iterator[Name]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    @property
+    def failed(self) -> dict[Name, str]:
+        """Reasons of the points that failed."""
+        states = self._store.states(set(self._keys.values()))
+        return {name: self._store.read(key).reason for name, key in self._keys.items() if not states[key]}
+
+
+def solve_points(
+    function: Function,
+    points: Mapping[Any, Any] | Sequence[Any],
+    *,
+    store: str | Path | Store | None = None,
+    workers: int | None = None,
+    scheduler: Any = None,
+    progress: bool | Report | None = None,
+    title: str = "Solving",
+    version: Any = None,
+    cost: Callable[[Any], float] | None = None,
+    group: Callable[[Any], Hashable] | None = None,
+    retry_failed: bool = False,
+    tries: int = 3,
+) -> Solved:
+    """Solve many independent points, each once, and keep what is finished.
+
+    Parameters
+    ----------
+    function : callable
+        Point -> numbers, texts and arrays by name. A function of a module, or a `functools.partial` of one, so that other
+        processes can load it. An exception is the outcome of that point and of no other.
+    points : mapping or sequence
+        Inputs by name, or in order, which are then named 0, 1, ...: numbers, texts, arrays, dataclasses, and lists and mappings
+        of them. Equal points are solved once.
+    store : path or Store, optional
+        Folder in which every finished point is kept before it counts. A later call with the same folder takes from there what
+        it needs; without one everything stays in memory.
+    workers : int, optional
+        Processes; one for each core that this process may use by default. 1 works in this process.
+    scheduler : str or distributed.Client, optional
+        Address of the scheduler of a Dask cluster, "tcp://host:8786", which then does the work. Needs the extra `dask`.
+    progress : bool or callable, optional
+        True shows a bar; a function is called with (points there, points wanted).
+    title : str
+        What the bar says.
+    version : object, optional
+        Raise it when a change of the function moves its numbers: points of another version are solved anew, as are those of
+        another version of this package, or of another function.
+    cost : callable, optional
+        Point -> how long it takes, in any unit; long ones are begun first.
+    group : callable, optional
+        Point -> what it shares with others of the group (its body, say), solved by the same worker one after the other.
+    retry_failed : bool
+        Try again what failed in an earlier run.
+    tries : int
+        How often a point is tried that takes its process down with it, before it counts as failed. On a cluster its scheduler
+        decides.
+
+    Returns
+    -------
+    Solved
+        Outcomes by name: `numbers`, or None and the `reason`.
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        On input that cannot be used, a folder that cannot be written, a cluster that cannot be reached; before any work.
+    """
+    named = dict(points) if isinstance(points, Mapping) else dict(enumerate(points))
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ValueError(f"workers = {workers!r} must be a whole number > 0: that many processes solve points.")
+    place = Memory() if store is None else Folder(store) if isinstance(store, (str, Path)) else store
+    salt = content_key(function_name(function), __version__, version)
+    keys = {name: content_key(salt, point) for name, point in named.items()}
+    items = {
+        keys[name]: Item(keys[name], point, group(point) if group else None, float(cost(point)) if cost else 1.0)
+        for name, point in named.items()
+    }
+    there = place.states(items)
+    missing = [item for key, item in items.items() if key not in there or (retry_failed and not there[key])]
+    solve = _solver(function, missing, workers or cores(), scheduler, tries)
+    with reporting(title, progress) as report:
+        done = len(items) - len(missing)
+        report(done, len(items))
+        for outcomes in solve:
+            for item, outcome in outcomes:
+                place.write(item.key, outcome)
+            done += len(outcomes)
+            report(done, len(items))
+    return Solved(keys, place, len(missing))
+
+
+def function_name(function: Any) -> Any:
+    """What names a function in the keys: module and name, with the arguments of a partial."""
+    if hasattr(function, "func") and hasattr(function, "keywords"):
+        return [function_name(function.func), list(function.args), dict(function.keywords)]
+    name = getattr(function, "__qualname__", None)
+    if name is None or "<" in name:
+        raise TypeError(
+            f"function = {function!r} must be a function of a module: other processes cannot load lambdas and functions "
+            "defined inside others. functools.partial adds arguments to one."
+        )
+    return [function.__module__, name]
+
+
+def _solver(
+    function: Function, items: list[Item], workers: int, scheduler: Any, tries: int
+) -> Iterator[list[tuple[Item, Outcome]]]:
+    if not items:
+        return iter(())
+    if scheduler is not None:
+        from flatpunch.parallel.cluster import on_cluster
+
+        return on_cluster(function, items, scheduler)
+    if workers == 1:
+        return _here(function, items)
+    from flatpunch.parallel.processes import in_processes
+
+    return in_processes(function, items, workers, tries)
+
+
+def _here(function: Function, items: list[Item]) -> Iterator[list[tuple[Item, Outcome]]]:
+    """One by one in this process."""
+    with one_thread():
+        for item in items:
+            yield [(item, solve_one(function, item.point))]

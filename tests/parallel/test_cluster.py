@@ -1,0 +1,88 @@
+"""Points on a real Dask cluster: workers that are lost, schedulers that do not answer, packages that do not match."""
+
+import sys
+import warnings
+
+import points_for_tests as functions
+import pytest
+
+from flatpunch.parallel import cluster as on_dask
+from flatpunch.parallel import solve_points
+
+# of distributed itself, when one of its workers dies: connections and loops that it leaves to the garbage collector
+pytestmark = []
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Two workers with one thread each; the second time that a point loses its worker it is given up."""
+    dask = pytest.importorskip("dask")
+    distributed = pytest.importorskip("distributed")
+    settings = {"distributed.scheduler.allowed-failures": 1, "logging.distributed": "critical"}
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as made,
+    ):
+        yield made
+
+
+def test_points_on_a_cluster_that_loses_workers(cluster, tmp_path):
+    marks, seen = str(tmp_path), []
+    points = {x: (x, marks) for x in ("once", "always", *range(20))}
+    store = tmp_path / "points"
+    found = solve_points(
+        functions.deadly, points, scheduler=cluster.scheduler_address, store=store, progress=lambda *at: seen.append(at)
+    )
+    assert list(found.failed) == ["always"]
+    assert found.failed["always"].startswith("WorkerLost: ")
+    assert [found[x].numbers["x"] for x in points if x != "always"] == [x for x in points if x != "always"]
+    assert seen[0] == (0, 22)
+    assert seen[-1] == (22, 22)
+    # the same points elsewhere: they are there
+    assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
+
+
+def test_failures_threads_and_a_client_of_ones_own(cluster):
+    from distributed import Client
+
+    with Client(cluster.scheduler_address, set_as_default=False) as client:
+        found = solve_points(functions.square_but_not_of_three, range(200), scheduler=client)
+        assert found.failed == {3: "ValueError: x = 3 is refused"}
+        assert [found[i].numbers["square"] for i in range(4, 200)] == [i * i for i in range(4, 200)]
+        assert solve_points(functions.threads, [0], scheduler=client)[0].numbers["threads"] == 1
+        assert client.status == "running"
+
+
+def test_the_packages_must_match(cluster, monkeypatch):
+    monkeypatch.setattr(on_dask, "__version__", "9.9")
+    with pytest.raises(ValueError, match=r"needs flatpunch 9\.9 and has .*Install the same version"):
+        solve_points(functions.square, [1], scheduler=cluster.scheduler_address)
+    monkeypatch.setattr(on_dask.platform, "python_version_tuple", lambda: ("3", "1", "0"))
+    with pytest.raises(ValueError, match=r"runs Python 3.*this is Python 3\.1: use the same"):
+        solve_points(functions.square, [1], scheduler=cluster.scheduler_address)
+
+
+def test_nobody_there(monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(on_dask, "_PATIENCE", 0.5)
+    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+        with pytest.raises(ConnectionError, match=r"does not answer.*dask scheduler"):
+            solve_points(functions.square, [1], scheduler=address)
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50, processes=False) as empty,
+        pytest.raises(ConnectionError, match=r"has no workers\. Start some: `dask worker"),
+    ):
+        solve_points(functions.square, [1], scheduler=empty.scheduler_address)
+
+
+def test_without_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ValueError, match=r"pip install flatpunch\[dask\]"):
+        solve_points(functions.square, [1], scheduler="tcp://127.0.0.1:1")
+
+
+def test_nothing_to_do_needs_no_cluster(tmp_path):
+    solve_points(functions.square, [1], workers=1, store=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solve_points(functions.square, [1], store=tmp_path, scheduler="tcp://127.0.0.1:1").fresh == 0

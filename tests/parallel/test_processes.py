@@ -1,0 +1,110 @@
+"""Points in processes of their own: those that die, those that are interrupted, threads, groups."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import points_for_tests as functions
+import pytest
+
+from flatpunch.parallel import solve_points
+
+HERE = Path(__file__).parent
+_POINTS = 30
+
+_SCRIPT = """
+import sys
+sys.path.insert(0, {here!r})
+import points_for_tests
+from flatpunch.parallel import solve_points
+solve_points(points_for_tests.slowly, [(0.1, {marks!r}, i) for i in range(30)], store={store!r}, workers=2)
+"""
+
+
+def test_one_thread_in_each_process(monkeypatch):
+    """However many this process may use: BLAS, OpenMP, and what reads the environment (the transforms of `bem`)."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    found = solve_points(functions.threads, range(4), workers=2)
+    assert [outcome.numbers["threads"] for outcome in found.values()] == [1] * 4
+    assert all(outcome.numbers["pools"] >= 1 and outcome.numbers["omp"] == 1 for outcome in found.values())
+    assert os.environ["OMP_NUM_THREADS"] == "4"
+
+
+def test_a_process_that_dies_costs_no_other_point(tmp_path):
+    marks = str(tmp_path)
+    points = {x: (x, marks) for x in ("once", "always", *range(10))}
+    found = solve_points(functions.deadly, points, workers=2, tries=2, store=tmp_path / "points")
+    assert found.failed == {"always": "WorkerLost: its process ended with signal SIGKILL, 2 times in a row"}
+    assert [found[x].numbers["x"] for x in ("once", *range(10))] == ["once", *range(10)]
+    assert solve_points(functions.deadly, points, workers=2, store=tmp_path / "points").fresh == 0
+
+
+def test_groups_share_a_process():
+    points = [(group, 1, i) for i in range(4) for group in "ab"]
+    found = solve_points(functions.which_process, points, workers=2, group=functions.group_of, cost=functions.cost_of)
+    at = {group: {int(found[i].numbers["pid"]) for i, p in enumerate(points) if p[0] == group} for group in "ab"}
+    assert os.getpid() not in at["a"] | at["b"]
+    # a process that starts late finds its group taken over by the other one
+    assert at["a"] == at["b"] or len(at["a"]) == 1 or len(at["b"]) == 1
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["interrupt", "kill"])
+def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
+    marks, store = tmp_path / "marks", tmp_path / "points"
+    marks.mkdir()
+    # a script without `if __name__ == "__main__":`, which new processes must not run again
+    script = tmp_path / "script.py"
+    script.write_text(_SCRIPT.format(here=str(HERE), marks=str(marks), store=str(store)), encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, str(script)], stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        _until(lambda: store.exists() and len(list(store.glob("*.npz"))) >= 4)
+        if how is signal.SIGINT:
+            os.killpg(run.pid, how)  # as a terminal does: to all processes at once
+        else:
+            run.kill()
+        told = run.stderr.read()
+    assert run.returncode == -how
+    assert told.count("KeyboardInterrupt") == (1 if how is signal.SIGINT else 0), told  # nothing from the workers
+    _until(lambda: not any(_alive(pid) for pid in _pids(marks)))  # which do not outlive their parent
+    kept = {path: path.stat().st_mtime_ns for path in store.glob("*.npz")}
+    assert 4 <= len(kept) < _POINTS
+    points = [(0.1, str(marks), i) for i in range(_POINTS)]
+    assert solve_points(functions.slowly, points, workers=1, store=store).fresh == _POINTS - len(kept)
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+
+
+def test_what_other_processes_cannot_load_is_told(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from flatpunch.parallel import solve_points\n"
+        "def mine(x):\n    return {'x': x}\n"
+        "solve_points(mine, [1, 2], workers=2)\n",
+        encoding="utf-8",
+    )
+    run = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False)
+    assert run.returncode == 1
+    assert "keep its calls under `if __name__ == '__main__':`" in run.stderr
+
+
+def _until(true, seconds=40):
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
+
+
+def _pids(marks):
+    return {int(path.name.split("-")[2]) for path in marks.iterdir()}
+
+
+def _alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    # a process that nobody has waited for is there by name only
+    return "Z" not in Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] if Path("/proc").exists() else True
