@@ -253,9 +253,9 @@ def _others(
         by_factor("Dimitriadis", published.dimitriadis(x, nu, top.bonded))
         if top.bonded:
             by_factor("Garcia", published.garcia(x, "paraboloid"), "" if nu == 0.5 else "for nu = 0.5")
-        force = published.chadwick(indenter.radius, grid, 1.0, h)
-        results["Chadwick"] = target / float(weight @ force)
-        why["Chadwick"] = "for layers much thinner than the contact, incompressible, without friction below"
+            force = published.chadwick(indenter.radius, grid, 1.0, h)
+            results["Chadwick"] = target / float(weight @ force)
+            why["Chadwick"] = "for bonded incompressible layers much thinner than the contact"
     elif single and isinstance(indenter, Cone) and top.bonded:
         by_factor(
             "Garcia",

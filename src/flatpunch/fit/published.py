@@ -53,7 +53,7 @@ def garcia(x: Array, shape: str) -> Array:
 
 
 def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Array:
-    """Force on a layer so thin that it is all squeezed: incompressible, without friction below."""
+    """Force on a layer much thinner than the contact: incompressible, bonded to its base, without friction under the tip."""
     return np.asarray(2 * np.pi / 3 * young * radius**2 * depth**3 / thickness**3)
 
 
