@@ -9,37 +9,44 @@ import pytest
 from flatpunch.parallel import cluster as on_dask
 from flatpunch.parallel import solve_points
 
-# of distributed itself, when one of its workers dies: connections and loops that it leaves to the garbage collector
-pytestmark = []
-
 
 @pytest.fixture(scope="module")
 def cluster():
-    """Two workers with one thread each; the second time that a point loses its worker it is given up."""
+    """Two workers with one thread each."""
     dask = pytest.importorskip("dask")
     distributed = pytest.importorskip("distributed")
-    settings = {"distributed.scheduler.allowed-failures": 1, "logging.distributed": "critical"}
     with (
-        dask.config.set(settings),
+        dask.config.set({"logging.distributed": "critical"}),
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as made,
     ):
         yield made
 
 
-def test_points_on_a_cluster_that_loses_workers(cluster, tmp_path):
+def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     marks, seen = str(tmp_path), []
-    points = {x: (x, marks) for x in ("once", "always", *range(20))}
+    points = {x: (x, marks) for x in ("once", *range(20))}
     store = tmp_path / "points"
     found = solve_points(
         functions.deadly, points, scheduler=cluster.scheduler_address, store=store, progress=lambda *at: seen.append(at)
     )
-    assert list(found.failed) == ["always"]
-    assert found.failed["always"].startswith("WorkerLost: ")
-    assert [found[x].numbers["x"] for x in points if x != "always"] == [x for x in points if x != "always"]
-    assert seen[0] == (0, 22)
-    assert seen[-1] == (22, 22)
+    assert found.failed == {}
+    assert [found[x].numbers["x"] for x in points] == list(points)
+    assert (tmp_path / "been-here-once").exists()
+    assert seen[0] == (0, 21)
+    assert seen[-1] == (21, 21)
     # the same points elsewhere: they are there
     assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
+
+
+def test_a_point_that_costs_every_worker_is_given_up_and_takes_no_other_with_it(cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        cluster.scheduler, "allowed_failures", 0
+    )  # the scheduler gives up on all that a lost worker had
+    points = {x: (x, str(tmp_path)) for x in ("always", *range(20))}
+    found = solve_points(functions.deadly, points, scheduler=cluster.scheduler_address)
+    assert list(found.failed) == ["always"]
+    assert found.failed["always"].startswith("WorkerLost: ")
+    assert [found[x].numbers["x"] for x in range(20)] == list(range(20))
 
 
 def test_failures_threads_and_a_client_of_ones_own(cluster):

@@ -62,7 +62,8 @@ def _pieces(thing: Any) -> Iterator[bytes]:
     elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         yield f"dataclass {type(thing).__module__}.{type(thing).__qualname__}".encode()
         for field in dataclasses.fields(thing):
-            if field.compare:
+            # private fields, and those that are no arguments, follow from the others
+            if field.compare and field.init and not field.name.startswith("_"):
                 yield from _pieces((field.name, getattr(thing, field.name)))
     else:
         raise TypeError(
