@@ -64,7 +64,8 @@ docs: $(VENV)/.installed-dev  ## Build the documentation: docs/_build/html/index
 docs-check: $(VENV)/.installed-test  ## Run the examples in README and docs, and follow their links
 	$(BIN)/python -m pytest -q tests/test_readme.py
 
-picture: $(VENV)/.installed-test  ## Draw the picture of the README again
+picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
+	$(BIN)/python docs/examples/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 
 clean:  ## Remove what was made, the environment included

@@ -1,35 +1,25 @@
-"""
-Thin-layer corrections of AFM and nanoindentation
-=================================================
+r"""
+Thin-layer corrections of AFM: the published factors against the exact contact
+==============================================================================
 
-A tip feels the base through a thin sample. Laboratories divide the measured force by a published factor; here those factors
-stand beside the exact contact, and beside a new one for four-sided pyramids, for which there was none.
+A tip feels the base through a thin sample. Laboratories divide the measured force by a published factor. Here the
+factors of Dimitriadis et al. 2002, Garcia and Garcia 2018 and Long et al. 2011 stand beside the exact contact, for a
+ball, a cone and a four-sided pyramid. For pyramids there was no factor, so the cone's is in use; the last one is new.
 
-Coefficients as they are used in public AFM and nanoindentation software; sources on the page `From AFM and nanoindentation`.
+Sources, all ranges, and the new formula: :doc:`/afm`.
 """
 
 import sys
-import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import flatpunch as fp
+from flatpunch.fit import published
 
 # %%
-# The published formulas. Bonded incompressible sample; x = sqrt(R d)/h for paraboloids, d tan(alpha)/h for cones and pyramids
-# of half opening angle alpha. First coefficient 1, then those of x, x^2, ...
-
-SERIES = {
-    "Dimitriadis 2002": (1.133, 1.283, 0.769, 0.0975),
-    "Garcia 2018, paraboloid": (1.133, 1.497, 1.469, 0.755),
-    "Garcia 2018, cone": (0.721, 0.65, 0.491, 0.225),
-}
-
-
-def series(x, coefficients):
-    """1 + c1 x + c2 x^2 + ..."""
-    return np.polynomial.polynomial.polyval(x, (1.0, *coefficients))
+# The published formulas, incompressible sample bonded to a rigid base. x is sqrt(R d)/h for paraboloids and d
+# tan(alpha)/h for cones and pyramids of half opening angle alpha.
 
 
 def long_2011(x, ratio=1.0):
@@ -41,78 +31,52 @@ def long_2011(x, ratio=1.0):
 
 
 # %%
-# The new one: a square pyramid on a bonded incompressible sample, and on one that slides. The first coefficient is exact,
-# 2 C N/pi with the force constant C = 0.73762 of the half-space and the moment N = int (1 - L) d(kh) of the layer (1.77022 and
-# 1.16758); the others are fitted to `refined` up to x = 2 and stay within 0.12 and 0.03 % of it.
+# The new one for pyramids, F = C E* tan(alpha) d^2 (1 + c1 x + ... + c5 x^5) up to x = 2. C belongs to the thick
+# sample. The first coefficient is exact, 2 C N/pi with the moment N = int (1 - L) d(kh) of the layer (1.77022 bonded,
+# 1.16758 sliding); the others are fitted to `refined`.
 
-PYRAMID_FORCE = 0.73762
+FORCE = {4: 0.737619, 3: 0.88241}
 PYRAMID = {
-    True: (0.8313, 0.7320, 1.4212, -0.5480, 0.0984),
-    False: (0.5483, 0.3533, 0.3119, -0.2369, 0.0457),
+    (4, True): (0.8313, 0.7317, 1.4221, -0.5489, 0.0986),
+    (4, False): (0.5483, 0.3529, 0.3131, -0.2379, 0.0459),
+    (3, True): (0.9944, 1.2876, 1.0070, -0.2928, 0.0613),
+    (3, False): (0.6559, 0.5940, 0.0634, -0.1437, 0.0346),
 }
 
 
+def new_factor(x, sides=4, bonded=True):
+    """Factor on the force of a pyramid on a thick sample."""
+    return np.polynomial.polynomial.polyval(x, (1.0, *PYRAMID[sides, bonded]))
+
+
 # %%
-# The exact factors. One unit of length is the thickness, one of pressure E*.
+# The exact factors. The unit of length is the thickness, that of pressure E*.
 
 
-def layer(bonded=True):
-    """Incompressible sample on a rigid base."""
-    return fp.Medium([fp.Layer(young=0.75, poisson=0.5, thickness=1.0, bonded=bonded)], base=fp.RigidBase())
+def layer(bonded=True, poisson=0.5):
+    """Sample on a rigid base."""
+    return fp.Medium([fp.Layer(1 - poisson**2, poisson, 1.0, bonded=bonded)], base=fp.RigidBase())
 
 
-def paraboloid(x):
+def paraboloid(x, **sample):
     """F over that of Hertz."""
-    radius = 1.0
-    depth = x**2 / radius
-    force = fp.indent(layer(), fp.Paraboloid(radius), depth=depth).force.values
-    return force / (4 / 3 * np.sqrt(radius) * depth**1.5)
+    return fp.indent(layer(**sample), fp.Paraboloid(1.0), depth=x**2).force.values / (4 / 3 * x**3)
 
 
-def cone(x):
+def cone(x, **sample):
     """F over that of Love."""
-    force = fp.indent(layer(), fp.Cone(np.pi / 4), depth=x).force.values
-    return force / (2 / np.pi * x**2)
+    return fp.indent(layer(**sample), fp.Cone(np.pi / 4), depth=x).force.values / (2 / np.pi * x**2)
 
 
-def pyramid(x, bonded=True):
-    """F over that of a thick sample; boundary elements on a few nodes, 0.03 %."""
-    force = fp.indent(layer(bonded), fp.Pyramid(sides=4, inclination=np.pi / 4), depth=x, method="refined").force.values
-    return force / (PYRAMID_FORCE * x**2)
+def flat_end(x, **sample):
+    """F over that of Boussinesq; x = a/h."""
+    return np.array([fp.flat_punch(layer(**sample), a).normalized_stiffness for a in x])
 
 
-# %%
-# Coated half-spaces: formulas for the reduced modulus that a flat punch of radius a finds, film thickness t, y = t/a.
-
-
-def gao_1992(y, film, base, poisson=0.3):
-    """First-order perturbation in the mismatch of the shear moduli, equal Poisson ratios."""
-    weight = 2 / np.pi * np.arctan(y) + ((1 - 2 * poisson) * y * np.log1p(y**-2) - y / (1 + y**2)) / (
-        2 * np.pi * (1 - poisson)
-    )
-    return base + (film - base) * weight
-
-
-def perriot_barthel_2004(y, film, base):
-    """Fit between film and base."""
-    ratio = np.log10(base / film)
-    k0 = 10 ** (-0.093 + 0.792 * ratio + 0.05 * ratio**2)
-    return film + (base - film) / (1 + (k0 * y) ** 1.27)
-
-
-def bec_2006(y, film, base):
-    """Two springs in series."""
-    return 1 / (2 * (y / ((np.pi + 2 * y) * film) + 1 / (2 * (1 + 2 * y / np.pi) * base)))
-
-
-def coated(y, film, base, poisson=0.3):
-    """Exact reduced modulus, K/(2a)."""
-    share = 1 - poisson**2
-    medium = fp.Medium([fp.Layer(film * share, poisson, 1.0)], base=fp.HalfSpace(base * share, poisson))
-    with warnings.catch_warnings():
-        # a punch wider than a stiff film is thick would have to pull inside; its stiffness is what the formulas are for
-        warnings.simplefilter("ignore", fp.FlatpunchWarning)
-        return np.array([fp.flat_punch(medium, 1 / t).stiffness * t / 2 for t in y])
+def pyramid(x, sides=4, **sample):
+    """F over that on a thick sample; second order corrected by boundary elements, 0.03 %."""
+    tip = fp.Pyramid(sides=sides, inclination=np.pi / 4)
+    return fp.indent(layer(**sample), tip, depth=x, method="refined").force.values / (FORCE[sides] * x**2)
 
 
 # %%
@@ -120,83 +84,80 @@ def coated(y, film, base, poisson=0.3):
 
 
 def ranges(x, formula, exact, limits=(0.01, 0.05, 0.10)):
-    """Largest x up to which the error stays within each limit."""
+    """Largest x up to which the error stays within each limit; 0 if it never does, the last x if it always does."""
     error = np.abs(formula / exact - 1)
     ends = [np.flatnonzero(error > limit) for limit in limits]
-    return [float(x[end[0] - 1]) if end.size and end[0] else (float(x[-1]) if not end.size else 0.0) for end in ends]
+    return [float(x[-1]) if not end.size else float(x[end[0] - 1]) if end[0] else 0.0 for end in ends]
 
 
-X = np.geomspace(0.02, 2.0, 100)
-"""d tan(alpha)/h or sqrt(R d)/h."""
-
-Y = np.geomspace(0.05, 20.0, 25)
-"""Film thickness over punch radius."""
-
-
-def comparisons():
-    """(name, kind of tip, x, formula, exact) of every thin-layer correction."""
-    rounded, conical, four = paraboloid(X), cone(X), pyramid(X)
+def comparisons(x):
+    """(formula, tip, its values, exact values) of what is drawn."""
+    rounded, conical, four = paraboloid(x), cone(x), pyramid(x)
     return [
-        ("Dimitriadis 2002", "paraboloid", X, series(X, SERIES["Dimitriadis 2002"]), rounded),
-        ("Garcia 2018", "paraboloid", X, series(X, SERIES["Garcia 2018, paraboloid"]), rounded),
-        ("Long 2011, R = h", "paraboloid", X, long_2011(X), rounded),
-        ("Garcia 2018", "cone", X, series(X, SERIES["Garcia 2018, cone"]), conical),
-        ("Garcia 2018 for cones", "pyramid", X, series(X, SERIES["Garcia 2018, cone"]), four),
-        ("new", "pyramid", X, series(X, PYRAMID[True]), four),
-        ("new, sliding", "pyramid", X, series(X, PYRAMID[False]), pyramid(X, bonded=False)),
+        ("Dimitriadis et al. 2002", "ball", published.dimitriadis(x, 0.5, True), rounded),
+        ("Garcia & Garcia 2018", "ball", published.garcia(x, "paraboloid"), rounded),
+        ("Long et al. 2011, R = h", "ball", long_2011(x), rounded),
+        ("Garcia & Garcia 2018", "cone", published.garcia(x, "cone"), conical),
+        ("the cone's factor", "four-sided pyramid", published.garcia(x, "cone"), four),
+        ("new formula", "four-sided pyramid", new_factor(x), four),
+    ]
+
+
+def others(x):
+    """The rest of the table: no correction at all, sliding samples, cones as coded in AFM programs, flat ends."""
+    nothing, slides = np.ones_like(x), (paraboloid(x, bonded=False), pyramid(x, bonded=False))
+    gavara = 1 + 2 * 1.7795 / np.pi**2 * x + 16 * 1.7795**2 * x**2
+    return [
+        ("none", "ball", nothing, paraboloid(x)),
+        ("none", "cone", nothing, cone(x)),
+        ("none", "four-sided pyramid", nothing, pyramid(x)),
+        ("Gavara & Chadwick 2012, as coded", "cone", gavara, cone(x)),
+        ("Garcia & Garcia 2018", "flat end", published.garcia(x, "flat"), flat_end(x)),
+        ("Dimitriadis et al. 2002", "ball, sliding", published.dimitriadis(x, 0.5, False), slides[0]),
+        ("new formula", "four-sided pyramid, sliding", new_factor(x, bonded=False), slides[1]),
+        ("new formula", "three-sided pyramid", new_factor(x, 3), pyramid(x, 3)),
+        ("new formula", "three-sided pyramid, sliding", new_factor(x, 3, False), pyramid(x, 3, bonded=False)),
     ]
 
 
 def main():
     """Draw the picture and print the ranges."""
-    colours = {"paraboloid": "#1f4e79", "cone": "#b8541a", "pyramid": "#2a7f3f"}
-    dashes = {0: "--", 1: ":", 2: "-."}
-    figure, ((factors, moduli), (errors, differences)) = plt.subplots(
-        2, 2, figsize=(10.5, 6.4), sharex="col", layout="constrained", height_ratios=(1.35, 1)
-    )
-    seen, shown = {}, set()
-    print(f"{'formula':24} {'tip':12} {'1 %':>6} {'5 %':>6} {'10 %':>6}")
-    for name, tip, x, formula, exact in comparisons():
-        print(f"{name:24} {tip:12}", *(f"{end:6.2f}" for end in ranges(x, formula, exact)))
-        if "sliding" in name:
-            continue
-        if tip not in shown:
-            factors.loglog(x, exact, color=colours[tip], lw=2.2, alpha=0.55, label=f"{tip}, exact contact")
-            shown.add(tip)
-        style = dashes[seen.setdefault(tip, 0)]
-        seen[tip] += 1
-        factors.loglog(x, formula, color=colours[tip], ls=style, lw=1.3, label=f"{tip}, {name}")
-        errors.plot(x, 100 * (formula / exact - 1), color=colours[tip], ls=style, lw=1.3)
+    x = np.geomspace(0.01, 2.0, 300)
+    colours = {"ball": "#1f4e79", "cone": "#c2571a", "four-sided pyramid": "#2a7f3f"}
+    figure, (factors, errors) = plt.subplots(1, 2, figsize=(10.5, 4.9), layout="constrained")
+    handles, count = {tip: [] for tip in colours}, dict.fromkeys(colours, 0)
+    print(f"{'tip':28} {'formula':32} {'1 %':>6} {'5 %':>6} {'10 %':>6}")
+    for name, tip, formula, exact in comparisons(x) + others(x):
+        print(f"{tip:28} {name:32}", *(f"{end:6.2f}" for end in ranges(x, formula, exact)))
+    for name, tip, formula, exact in comparisons(x):
+        if not handles[tip]:
+            handles[tip] += factors.loglog(
+                x, exact, color=colours[tip], lw=5, alpha=0.35, label=f"{tip}: exact contact"
+            )
+        dash = ("--", ":", "-.")[count[tip]] if name != "new formula" else (0, (1, 0.6))
+        count[tip] += 1
+        handles[tip] += factors.loglog(x, formula, color=colours[tip], ls=dash, lw=1.6, label=name)
+        errors.semilogx(x, 100 * (formula / exact - 1), color=colours[tip], ls=dash, lw=1.6)
     factors.set_ylabel("force / force on a thick sample")
-    factors.set_title("Incompressible sample bonded to a rigid base")
-    factors.legend(fontsize=7.5, frameon=False)
-    errors.set_xscale("log")
+    factors.set_title("Soft incompressible sample bonded to glass", fontsize=10.5)
+    factors.set_ylim(0.9, 40)
+    factors.set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
+    for band, shade in ((10, "0.94"), (5, "0.88"), (1, "0.78")):
+        errors.axhspan(-band, band, color=shade, zorder=0, lw=0)
+        errors.text(0.0315, band + 0.15, f"{band} %", fontsize=7, color="0.35", va="bottom")
     errors.set_ylim(-22, 22)
     errors.set_ylabel("error of the formula (%)")
-    errors.set_xlabel(r"$\sqrt{Rd}/h$ (paraboloid),  $d\,\tan\alpha/h$ (cone, four-sided pyramid)")
-
-    for colour, (film, base) in zip(("#1f4e79", "#b8541a"), ((10.0, 1.0), (0.1, 1.0)), strict=True):
-        exact = coated(Y, film, base)
-        moduli.loglog(Y, exact, color=colour, lw=2.2, alpha=0.55, label=f"exact, film/base = {film:g}")
-        for style, (name, formula) in zip(
-            ("--", ":", "-."),
-            (("Gao 1992", gao_1992), ("Perriot & Barthel 2004", perriot_barthel_2004), ("Bec 2006", bec_2006)),
-            strict=True,
-        ):
-            values = formula(Y, film, base)
-            moduli.loglog(Y, values, color=colour, ls=style, lw=1.3, label=name)
-            differences.plot(Y, 100 * (values / exact - 1), color=colour, ls=style, lw=1.3)
-            print(f"{name:24} flat punch, film/base = {film:4g}: at most {np.max(np.abs(values / exact - 1)):.0%}")
-    moduli.set_ylabel("reduced modulus found / base")
-    moduli.set_title("Coated half-space under a flat punch, $\\nu = 0.3$")
-    moduli.set_ylim(0.025, 13)
-    moduli.legend(fontsize=7.5, frameon=False, ncols=2, loc="lower left")
-    differences.set_xscale("log")
-    differences.set_ylim(-45, 45)
-    differences.set_xlabel("film thickness / punch radius")
-    for axes in (errors, differences):
-        for band, shade in ((10, "0.93"), (5, "0.87"), (1, "0.78")):
-            axes.axhspan(-band, band, color=shade, zorder=0, lw=0)
+    errors.set_title("How far each formula can be trusted", fontsize=10.5)
+    for axes in (factors, errors):
+        axes.set_xlim(0.03, 2)
+        axes.set_xticks([0.05, 0.1, 0.2, 0.5, 1, 2], ["0.05", "0.1", "0.2", "0.5", "1", "2"])
+        axes.minorticks_off()
+        axes.set_xlabel(r"$\sqrt{Rd}/h$ (ball),  $d\,\tan\alpha/h$ (cone, pyramid)")
+    # one column for each tip
+    longest = max(map(len, handles.values()))
+    empty = plt.Line2D([], [], alpha=0, label=" ")
+    columns = [handle for tip in colours for handle in handles[tip] + [empty] * (longest - len(handles[tip]))]
+    figure.legend(handles=columns, loc="outside lower center", ncols=3, frameon=False, fontsize=9, handlelength=3.2)
     return figure
 
 
