@@ -143,7 +143,7 @@ def test_its_own_law_needs_a_positive_modulus():
         PowerModulus(0.0, 1.0, 1.0, 0.5)
 
 
-def test_exponent_zero_is_the_homogeneous_half_space():
+def test_exponent_zero_has_the_kernel_of_the_homogeneous_half_space():
     body, plain = PowerLawHalfSpace(2.0, 3.0, 0.0, 0.3), HalfSpace(2.0, 0.3)
     assert flat_punch(body, 0.7).stiffness == flat_punch(plain, 0.7).stiffness
     np.testing.assert_array_equal(compliance(body)(np.array([0.1, 5.0])), compliance(plain)(np.array([0.1, 5.0])))
