@@ -13,6 +13,9 @@ def record(thing: Any) -> Any:
 
     Functions, and objects of classes that are no dataclasses, are recorded by their name: they cannot be read back.
     """
+    if hasattr(thing, "recorded") and not isinstance(thing, type):
+        # it stands for another, which says more to a reader
+        return record(thing.recorded)
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         fields = {f.name: record(getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.init or f.repr}
         return {"type": type(thing).__name__, **fields}

@@ -11,7 +11,7 @@ both carry the same pressure, so the compliances add, C = C_1 + C_2, and nothing
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,7 @@ from flatpunch.compliance.graded import graded_response, long_wave_power, smalle
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
 from flatpunch.compliance.power_law import power_law_constant
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, TwoBodies
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, PunchSolution, TabulatedMedium, TwoBodies
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,8 @@ class Kernel:
         L ~ kappa^exponent at short waves; not 0 only for power-law half-spaces.
     series : SmoothResponse or None
         Under a graded surface layer: L - 1 as series, with derivatives, precise at all wavenumbers.
+    solution : PunchSolution or None
+        Flat punches that need not be computed, over the radii that it covers.
     """
 
     modulus: float
@@ -56,6 +58,7 @@ class Kernel:
     floor: float = 1e-3
     exponent: float = 0.0
     series: SmoothResponse | None = None
+    solution: PunchSolution | None = None
     cache: dict[object, object] = field(default_factory=dict, repr=False)
 
     @property
@@ -92,12 +95,12 @@ class Kernel:
         return np.asarray(2 * self.response(kappa) / (self.modulus * k))
 
 
-def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
+def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium) -> Kernel:
     """Surface compliance of a medium.
 
     Parameters
     ----------
-    medium : HalfSpace, Medium, PowerLawHalfSpace or TwoBodies
+    medium : HalfSpace, Medium, PowerLawHalfSpace, TwoBodies or TabulatedMedium
         The body; equal media share one kernel and with it every solution already computed.
 
     Returns
@@ -105,12 +108,19 @@ def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Ke
     Kernel
         Callable: C(k) [m/Pa] at wavenumbers k [1/m].
     """
+    if isinstance(medium, TabulatedMedium):
+        return _tabulated(medium)
     if not isinstance(medium, (HalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
         raise TypeError(
             f"medium = {medium!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies. Layers alone are no medium: "
             "Medium([layer, ...], base=...) says what lies below them."
         )
     return _kernel(medium)
+
+
+@lru_cache(maxsize=256)
+def _tabulated(medium: TabulatedMedium) -> Kernel:
+    return replace(_kernel(medium.medium), solution=medium.solution, cache={})
 
 
 @lru_cache(maxsize=256)

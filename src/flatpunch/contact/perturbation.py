@@ -115,7 +115,7 @@ class PowerPerturbation:
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
         self._outlines: dict[bytes, Panels] = {}
-        self._known: dict[bytes, tuple[Array, Edges | PowerLawEdges, Base]] = {}
+        self._known: dict[bytes, tuple[Array, Edges | PowerLawEdges | KnownEdges, Base]] = {}
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
@@ -146,13 +146,13 @@ class PowerPerturbation:
             w[live] = self._outlines[key].at(np.log(beta[live]))
         return w
 
-    def _response(self, beta: Array) -> tuple[Array, Edges | PowerLawEdges, Base]:
+    def _response(self, beta: Array) -> tuple[Array, Edges | PowerLawEdges | KnownEdges, Base]:
         """R_m at radii beta for the orders of the outline, shape (nb, orders), and what it came from."""
         key = beta.tobytes()
         if key not in self._known:
             base = round_base(self.kernel, self.exponent, beta)
             orders = self.angles.orders
-            edges = edges_of(self.kernel, beta, orders)
+            edges = known_edges(self.kernel, beta, orders, self.exponent) or edges_of(self.kernel, beta, orders)
             self._known[key] = (edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base)
         return self._known[key]
 
@@ -262,6 +262,36 @@ class PowerLawEdges:
         """S of the pressure for r^n cos(m phi): R_m e D1, shape (nb, len(orders))."""
         response = np.array([self.punch.outline_response(exponent, int(m)) for m in orders])
         return np.asarray(self.strength[:, None] * response * exponent * self.punch.power_depth(exponent))
+
+
+@dataclass(frozen=True, slots=True)
+class KnownEdges:
+    """Edge functionals read from a table for certain orders and one exponent, with the interface of `Edges`.
+
+    Attributes
+    ----------
+    stiff, power : ndarray, shape (nb, orders)
+        k_m, and S[A_m^-1 b[r^n]].
+    """
+
+    stiff: Array
+    power: Array
+
+    def stiffening(self, orders: Indices) -> Array:
+        """k_m of the orders it was made for."""
+        return self.stiff
+
+    def power_edge(self, exponent: float, orders: Indices) -> Array:
+        """S of the pressure for r^n cos(m phi), for the exponent and the orders it was made for."""
+        return self.power
+
+
+def known_edges(kernel: Kernel, beta: Array, orders: Indices, exponent: float) -> KnownEdges | None:
+    """Edge functionals that are read from the medium's table, if it has one that holds them."""
+    table = kernel.solution
+    if table is None or not table.responds_to(exponent) or not beta.all() or not table.covers(beta):
+        return None
+    return KnownEdges(*table.edges(beta, orders, exponent))
 
 
 def edges_of(kernel: Kernel, beta: Array, orders: Indices) -> Edges | PowerLawEdges:

@@ -6,6 +6,7 @@ from flatpunch.media.graded import GradedLayer
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
+from flatpunch.media.tabulated import PunchSolution, TabulatedMedium, underlying
 from flatpunch.media.two_bodies import TwoBodies
 
 __all__ = [
@@ -22,8 +23,11 @@ __all__ = [
     "PowerLawRelaxation",
     "PowerModulus",
     "Prony",
+    "PunchSolution",
     "Relaxation",
     "RigidBase",
     "StandardLinearSolid",
+    "TabulatedMedium",
     "TwoBodies",
+    "underlying",
 ]

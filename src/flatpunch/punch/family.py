@@ -117,6 +117,8 @@ class PunchFamily:
         if not beta.size:
             return 0.0
         interpolation = max(panel.error for panel, _ in self._parts(beta))
+        if self.kernel.solution is not None and self.kernel.solution.covers(beta):
+            return interpolation + self.kernel.solution.error
         return interpolation + (self._truncation(float(beta.max())) if self.kernel.graded else 0.0)
 
     def _truncation(self, beta: float) -> float:
@@ -147,6 +149,9 @@ class PunchFamily:
         return [(panel, np.flatnonzero(inside)) for panel, inside in self._panels.over(np.log(beta))]
 
     def _sample(self, beta: Array) -> Array:
+        known = self.kernel.solution
+        if known is not None and known.covers(beta):
+            return np.hstack(known.round(beta))
         answers = solve_round(self.kernel, beta, sufficient_terms(self.kernel, float(beta.max())))
         return np.hstack([answers.flat, answers.edge, answers.slope])
 

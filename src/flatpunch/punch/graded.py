@@ -49,7 +49,8 @@ from numpy.typing import NDArray
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
-from flatpunch.punch.basis import edge_signs, half_space_diagonal
+from flatpunch.punch.basis import half_space_diagonal
+from flatpunch.punch.krein import excess, round_functionals
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges
 
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
@@ -234,7 +235,9 @@ def fade(terms: int) -> Array:
 
 
 class _All:
-    """All harmonics m of one parity at nb radii, row i for m = parity + 2 i; see `_System` for what is computed.
+    """All harmonics m of one parity at nb radii, row i for m = parity + 2 i.
+
+    Kept of each: c = A^-1 (1, 0, ...), w = A^-1 B' c = -dc/dln beta, the edge strength S[c] and its growth with ln beta.
 
     The matrices are trailing blocks of one, and turned end to end leading blocks with one Cholesky factor. Its inverse J is
     lower triangular: row n of J, times the diagonal element, is c of the block that ends there, and J itself cut off at n
@@ -262,67 +265,26 @@ class _All:
         row = self.terms - 1 - (m - self.parity) // 2
         c, w = self._c[:, row, row::-1], self._w[:, row, row::-1]
         strength = self._strength[:, row, None]
-        return np.asarray((_excess(m, c, strength) - w) / (np.pi * strength)) * fade(c.shape[1])
+        return np.asarray((excess(m, c, strength) - w) / (np.pi * strength)) * fade(c.shape[1])
 
 
 def graded_round(kernel: Kernel, beta: Array, terms: int) -> tuple[Array, Array, Array]:
     """Flat punch c*, edge functional and slope functional of harmonic 0, as of `matrix.Answers`; (nb, terms) each."""
     blocks = graded_matrices(kernel, beta, terms, order=2)
-    system = _System(0, blocks, _inverse_factor(0, blocks[0]))
-    width, s, edge = system.width, edge_signs(terms), system.edge
-    sums = np.cumsum(s * edge, axis=-1)
-    total = sums[:, -1:]
-    slope = ((width + 1) / 2 + np.pi * total) * edge + width * s * (total - sums) - system.edge_change()
+    inverse = _inverse_factor(0, blocks[0])
+    c = _solve(inverse, np.broadcast_to(np.eye(1, terms), (beta.size, terms)))
+    # A c = (1, 0, 0, ...) at every radius: A c' = -B' c and A c'' = -B'' c - 2 B' c'
+    change = -_solve(inverse, _times(blocks[1], c))
+    second = -_solve(inverse, _times(blocks[2], c) + 2 * _times(blocks[1], change))
+    edge, slope = round_functionals(c, change, second)
     faded = fade(terms)
-    return system.c, edge * faded, slope * faded
+    return c, edge * faded, slope * faded
 
 
-class _System:
-    """One harmonic at nb radii: what follows from B, B' and B'' (shape (3, nb, terms, terms)).
-
-    Attributes
-    ----------
-    c : ndarray, shape (nb, terms)
-        A^-1 (1, 0, 0, ...).
-    strength, growth : ndarray, shape (nb, 1)
-        S[c] and d ln S[c]/d ln beta.
-    edge : ndarray, shape (nb, terms)
-        The vector v.
-    """
-
-    def __init__(self, m: int, blocks: Array, inverse: Array) -> None:
-        terms = blocks.shape[-1]
-        self.m, self.blocks, self.s = m, blocks, edge_signs(terms)
-        self.width = 2.0 * (m + 2 * np.arange(terms)) + 1
-        self.inverse = inverse
-        self.c = self.solve(np.broadcast_to(np.eye(1, terms), (blocks.shape[1], terms)))
-        first, self.second = _times(blocks[1], self.c), _times(blocks[2], self.c)
-        self.w = self.solve(first)
-        # notation: w = A^-1 B' c = -dc/dln beta
-        square = (1 + 2 * m) * self.c[:, 0] - _dot(self.c, first)
-        change = -(1 + 2 * m) * self.w[:, 0] + 2 * _dot(self.w, first) - _dot(self.c, self.second)
-        self.strength = np.sqrt(square / np.pi)[:, None]
-        self.growth = (change / (2 * square))[:, None]
-        right = _excess(m, self.c, self.strength) - self.w
-        self.edge = right / (np.pi * self.strength)
-
-    def solve(self, right: Array) -> Array:
-        """A^-1 times vectors (nb, terms)."""
-        half = _times(self.inverse, right[:, ::-1])
-        return np.asarray(np.matmul(half[:, None, :], self.inverse)[:, 0, ::-1])
-
-    def edge_change(self) -> Array:
-        """dv/dln beta, shape (nb, terms)."""
-        w_change = self.solve(self.second - 2 * _times(self.blocks[1], self.w))
-        right = _excess(self.m, -self.w, self.growth * self.strength) - w_change
-        return np.asarray(right / (np.pi * self.strength) - self.edge * self.growth)
-
-
-def _excess(m: int, c: Array, strength: Array) -> Array:
-    """(m - q) c_l - (2 q + 1) s_l (S - sum_(i<=l) s_i c_i)."""
-    s = edge_signs(c.shape[-1])
-    q = m + 2.0 * np.arange(c.shape[-1])
-    return np.asarray((m - q) * c - (2 * q + 1) * s * (strength - np.cumsum(s * c, axis=-1)))
+def _solve(inverse: Array, right: Array) -> Array:
+    """A^-1 times vectors (nb, terms), from the inverse Cholesky factor of A turned end to end."""
+    half = _times(inverse, right[:, ::-1])
+    return np.asarray(np.matmul(half[:, None, :], inverse)[:, 0, ::-1])
 
 
 def _inverse_factor(parity: int, block: Array) -> Array:
@@ -333,7 +295,3 @@ def _inverse_factor(parity: int, block: Array) -> Array:
 
 def _times(matrices: Array, vectors: Array) -> Array:
     return np.asarray(np.matmul(matrices, vectors[:, :, None])[:, :, 0])
-
-
-def _dot(one: Array, other: Array) -> Array:
-    return np.asarray(np.einsum("bi,bi->b", one, other))

@@ -11,7 +11,7 @@ from scipy.special import beta as beta_function
 
 from flatpunch._validation import Array, FlatpunchWarning, positive, values
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TwoBodies
+from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import Answers, solve_round, sufficient_terms
@@ -111,12 +111,12 @@ class FlatPunch:
         return float((exponent + 1) * np.pi * b @ self.coefficients)
 
 
-def flat_punch(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies, radius: float) -> FlatPunch:
+def flat_punch(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float) -> FlatPunch:
     """Press a rigid cylindrical punch with a flat end into a medium.
 
     Parameters
     ----------
-    medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
+    medium : Medium, HalfSpace, PowerLawHalfSpace, TwoBodies or TabulatedMedium
         The elastic body.
     radius : float
         Punch radius a [m], > 0.
@@ -146,18 +146,26 @@ def flat_punch(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies, radiu
         rounding = 16 * float(np.finfo(float).eps)
         alpha = (kernel.exponent - 1) / 2
         return FlatPunch(radius, kernel.modulus, beta, answers.flat[0], rounding, answers.edge[0], alpha)
+    known = kernel.solution
+    if known is not None and known.covers(values("beta", beta)):
+        flat, edge, _ = known.round(values("beta", beta))
+        return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0]))
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
     answers = _solve(kernel, beta, terms)
-    punch = FlatPunch(
-        radius, kernel.modulus, beta, answers.flat[0], _error(kernel, beta, terms, answers), answers.edge[0]
-    )
+    error = _error(kernel, beta, terms, answers)
+    return _checked(FlatPunch(radius, kernel.modulus, beta, answers.flat[0], error, answers.edge[0]))
+
+
+def _checked(punch: FlatPunch) -> FlatPunch:
+    """Return the punch, with a warning where it would have to pull."""
     if punch.lowest_pressure < 0:
         warnings.warn(
-            f"The pressure under a flat punch of radius {radius:.3g} m (beta = {beta:.3g}) is negative in part: a stiff film "
-            "bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off there.",
+            f"The pressure under a flat punch of radius {punch.radius:.3g} m (beta = {punch.beta:.3g}) is negative in part: a "
+            "stiff film bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off "
+            "there.",
             FlatpunchWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     return punch
 

@@ -18,7 +18,7 @@ from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
 from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, mean_decay
 from flatpunch.contact.viscoelastic.springs import Springs
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase
+from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.media.relaxation import Relaxation
 
 _SPLITS = 16
@@ -84,6 +84,7 @@ def solve(
 
 def check_medium(medium: Any) -> None:
     """Refuse bodies whose compliance changes its shape with time."""
+    medium = underlying(medium)
     alike = isinstance(medium, (HalfSpace, PowerLawHalfSpace)) or (
         isinstance(medium, Medium) and (isinstance(medium.base, RigidBase) or not medium.layers)
     )

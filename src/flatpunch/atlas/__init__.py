@@ -1,0 +1,33 @@
+"""The atlas: an open library of flat-punch solutions.
+
+Tables of the flat punch over its radius and the parameters of whole families of media. `tabulated(medium)` is the medium with
+its solution at hand; `table(name)` gives values for many media and radii at once; `build` makes tables of further families.
+"""
+
+from flatpunch.atlas.build import build
+from flatpunch.atlas.family import FAMILIES, Family, dundurs
+from flatpunch.atlas.library import families, table, tabulated
+from flatpunch.atlas.parameter import Parameter
+from flatpunch.atlas.solution import Solution
+from flatpunch.atlas.storage import AtlasFileError, read_table, write_table
+from flatpunch.atlas.table import Table
+from flatpunch.atlas.verify import Verification, verified, verify
+
+__all__ = [
+    "FAMILIES",
+    "AtlasFileError",
+    "Family",
+    "Parameter",
+    "Solution",
+    "Table",
+    "Verification",
+    "build",
+    "dundurs",
+    "families",
+    "read_table",
+    "table",
+    "tabulated",
+    "verified",
+    "verify",
+    "write_table",
+]

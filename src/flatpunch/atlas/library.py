@@ -1,0 +1,155 @@
+"""The shipped tables, and media that find theirs by themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from flatpunch._validation import Array, Indices
+from flatpunch.atlas.family import FAMILIES
+from flatpunch.atlas.solution import Solution
+from flatpunch.atlas.storage import read_table
+from flatpunch.atlas.table import Table
+from flatpunch.media import Medium, TabulatedMedium
+
+Outside = Literal["solve", "refuse"]
+
+
+def folder() -> Path:
+    """Where the shipped tables are."""
+    return Path(str(resources.files("flatpunch.atlas") / "data"))
+
+
+def families() -> tuple[str, ...]:
+    """Names of the shipped tables."""
+    return tuple(sorted(name for name in FAMILIES if (folder() / f"{name}.nc").is_file()))
+
+
+def table(name: str | Path) -> Table:
+    """A shipped table by its name, or one of your own by its file.
+
+    Parameters
+    ----------
+    name : str or path
+        One of `families()`, or a file that `flatpunch atlas build` has written.
+
+    Returns
+    -------
+    Table
+    """
+    if isinstance(name, str) and name in families():
+        return _read(folder() / f"{name}.nc")
+    if Path(name).suffix:
+        return _read(Path(name))
+    raise ValueError(f"{name!r} is no table: there are {', '.join(families())}, and files of your own (name.nc).")
+
+
+def tabulated(medium: Medium, *, outside: Outside = "solve", tables: tuple[Table, ...] = ()) -> TabulatedMedium:
+    """A medium that takes its flat punches from the atlas, for use wherever a medium is asked for.
+
+    Parameters
+    ----------
+    medium : Medium
+        One layer, homogeneous or graded (LinearModulus, ExponentialModulus), on a base: the table is found by what it is.
+    outside : "solve" or "refuse"
+        What to do where a contact is smaller or larger than the table holds: solve it directly, as without a table, or raise.
+    tables : tuple of Table
+        Tables to use instead of the shipped ones of the same name.
+
+    Returns
+    -------
+    TabulatedMedium
+        Goes into `flatpunch.indent`, `flatpunch.flat_punch` and all others.
+
+    Raises
+    ------
+    ValueError
+        If no table holds this medium; the message says which come close and why not.
+    """
+    if outside not in ("solve", "refuse"):
+        raise ValueError(f"outside = {outside!r} must be 'solve' or 'refuse'.")
+    own = {found.name: found for found in tables}
+    for name, family in FAMILIES.items():
+        values = None if family.identify is None else family.identify(medium)
+        if values is None or (name not in own and name not in families()):
+            continue
+        try:
+            solution = (own.get(name) or table(name)).at(**values)
+        except ValueError as error:
+            raise ValueError(f"The medium belongs to {name!r}, but {error}") from error
+        return TabulatedMedium(medium, MediumSolution(solution, outside))
+    raise ValueError(
+        f"No table holds this {type(medium).__name__}: the atlas knows one layer on a base, {', '.join(families())}. Without "
+        "flatpunch.atlas.tabulated it is solved directly."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class MediumSolution:
+    """A solution with what to do outside its range; see `flatpunch.media.PunchSolution`."""
+
+    solution: Solution
+    outside: Outside
+
+    @property
+    def error(self) -> float:
+        """Bound of the relative error."""
+        return self.solution.error
+
+    def covers(self, beta: Array) -> bool:
+        """Whether all radii are in the table; a medium that refuses others raises."""
+        inside = self.solution.covers(beta)
+        if not inside and self.outside == "refuse":
+            low, high = self.solution.beta_range
+            lowest, highest = float(np.min(beta, initial=np.inf)), float(np.max(beta, initial=0.0))
+            raise ValueError(
+                f"Contact radii of {lowest:.3g} ... {highest:.3g} lengths of the medium are asked for; the table "
+                f"{self.solution.family!r} holds {low:g} ... {high:g}. outside='solve' solves the others directly."
+            )
+        return inside
+
+    def flat(self, beta: Array) -> Array:
+        """Coefficients of the flat punch."""
+        return self.solution.flat(beta)
+
+    def round(self, beta: Array) -> tuple[Array, Array, Array]:
+        """Flat punch, edge and slope functionals."""
+        return self.solution.round(beta)
+
+    def responds_to(self, exponent: float) -> bool:
+        """Whether `edges` knows r^exponent psi(phi)."""
+        return self.solution.responds_to(exponent)
+
+    def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
+        """Answers to harmonics of outlines."""
+        return self.solution.edges(beta, orders, exponent)
+
+
+@lru_cache(maxsize=16)
+def _read_once(path: Path, changed: float) -> Table:
+    return read_table(path)
+
+
+def _read(path: Path) -> Table:
+    return _read_once(path, path.stat().st_mtime if path.is_file() else 0.0)
+
+
+def describe(found: Table) -> dict[str, Any]:
+    """What a table is, for listings."""
+    low, high = found.beta_range
+    entries = sum(series.value.size for panel in found.panels for series in panel.series.values())
+    return {
+        "name": found.name,
+        "title": found.title,
+        "parameters": {p.name: (p.low, p.high) for p in found.parameters},
+        "beta": (low, high),
+        "bound": found.bound,
+        "coefficients": entries,
+        "responses": bool(found.panels[0].orders.size),
+        **found.attributes,
+    }

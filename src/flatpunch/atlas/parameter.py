@@ -1,0 +1,134 @@
+"""One parameter of a family: its range, and the coordinate in which solutions are smooth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from flatpunch._validation import Array, values
+
+Scale = Literal["linear", "log", "upper"]
+
+_SLACK = 1e-9
+"""What a value may lie outside its range, relative to it: rounding of what it was computed from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named parameter with a range.
+
+    Parameters
+    ----------
+    name : str
+        As it is written in calls, files and on the command line.
+    meaning : str
+        One line for a reader of the data set, with the definition.
+    low, high : float
+        Range, both included.
+    scale : "linear", "log" or "upper"
+        Coordinate v: the value; its logarithm; or -ln(shift + (high - value)/(high - low)) for what changes fast near the upper
+        end, as everything does near incompressibility.
+    shift : float
+        Of the scale "upper": relative distance from the upper end below which nothing changes any more.
+    unit : str
+        "1" for what has none.
+    """
+
+    name: str
+    meaning: str
+    low: float
+    high: float
+    scale: Scale = "linear"
+    shift: float = 0.0
+    unit: str = "1"
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
+            raise ValueError(f"{self.name}: the range {self.low!r} ... {self.high!r} must be finite and ascending.")
+        if self.scale not in ("linear", "log", "upper"):
+            raise ValueError(f"{self.name}: scale = {self.scale!r} must be 'linear', 'log' or 'upper'.")
+        if self.scale == "log" and self.low <= 0:
+            raise ValueError(f"{self.name}: a logarithmic range begins above zero, not at {self.low!r}.")
+        if self.scale == "upper" and not self.shift > 0:
+            raise ValueError(f"{self.name}: the scale 'upper' needs a shift > 0.")
+
+    def check(self, given: Array | float) -> Array:
+        """Values as an array, refused outside the range."""
+        found = np.asarray(given, dtype=float)
+        slack = _SLACK * (self.high - self.low)
+        bad = ~((found >= self.low - slack) & (found <= self.high + slack))
+        if bad.any():
+            raise ValueError(
+                f"{self.name} = {np.ravel(found)[np.ravel(bad)][0]:.6g} lies outside the table, which holds "
+                f"{self.low:g} ... {self.high:g}. Outside it the medium is solved directly: flatpunch.flat_punch, or "
+                "atlas.tabulated(medium, outside='solve')."
+            )
+        return np.asarray(np.clip(found, self.low, self.high))
+
+    def unit_coordinate(self, inside: Array | float) -> Array:
+        """Coordinate x in [-1, 1] of values inside the range."""
+        low, high = self._coordinate(np.array([self.low, self.high]))
+        return np.asarray((2 * self._coordinate(np.asarray(inside, dtype=float)) - low - high) / (high - low))
+
+    def at(self, x: Array) -> Array:
+        """Values at coordinates x in [-1, 1]; the ends are exact."""
+        low, high = self._coordinate(np.array([self.low, self.high]))
+        v = (low + high) / 2 + (high - low) / 2 * np.asarray(x)
+        if self.scale == "linear":
+            values = v
+        elif self.scale == "log":
+            values = np.exp(v)
+        else:
+            values = self.high - (np.exp(-v) - self.shift) * (self.high - self.low)
+        return np.asarray(
+            np.where(x == -1, self.low, np.where(x == 1, self.high, np.clip(values, self.low, self.high)))
+        )
+
+    def _coordinate(self, values: Array) -> Array:
+        if self.scale == "linear":
+            return values
+        if self.scale == "log":
+            return np.log(values)
+        return np.asarray(-np.log(self.shift + (self.high - values) / (self.high - self.low)))
+
+
+def lobatto(intervals: int) -> Array:
+    """Chebyshev-Lobatto points cos(pi j/intervals), j = intervals ... 0, ascending; doubling `intervals` keeps every point."""
+    j = np.arange(intervals, -1, -1)
+    points = np.sin(np.pi * (intervals - 2 * j) / (2 * intervals))
+    return np.asarray(points)
+
+
+def lobatto_transform(intervals: int) -> Array:
+    """Matrix from values at the Lobatto points to Chebyshev coefficients, shape (intervals + 1, intervals + 1)."""
+    if intervals == 0:
+        return np.ones((1, 1))
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(lobatto(intervals), intervals)))
+
+
+def polynomials(x: Array, degree: int) -> Array:
+    """T_0(x) ... T_degree(x), shape (degree + 1, *x.shape)."""
+    found = np.empty((degree + 1, *x.shape))
+    found[0] = 1.0
+    if degree:
+        found[1] = x
+    twice = 2 * x
+    for n in range(2, degree + 1):
+        np.multiply(twice, found[n - 1], out=found[n])
+        found[n] -= found[n - 2]
+    return found
+
+
+def check_beta(beta: float | Array, low: float, high: float) -> Array:
+    """Radii as an array, refused outside the range of a table."""
+    found = values("beta", np.atleast_1d(beta), strict=True).reshape(np.shape(beta))
+    outside = (found < low * (1 - 1e-12)) | (found > high * (1 + 1e-12))
+    if outside.any():
+        raise ValueError(
+            f"beta = {np.ravel(found)[np.ravel(outside)][0]:.6g} lies outside the table, which holds {low:g} ... {high:g} "
+            "(punch radius over the length of the medium)."
+        )
+    return found

@@ -1,0 +1,80 @@
+"""One medium of a family, solved directly for all radii: the work that a build hands to its workers."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flatpunch._validation import Array, Indices
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.punch.basis import power_edge
+from flatpunch.punch.harmonics import harmonic_size, solve_edges
+from flatpunch.punch.matrix import solve_round, sufficient_terms
+from flatpunch.punch.panels import nodal_transform, nodes
+
+EXPONENTS = (1, 2)
+"""Indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids."""
+
+_WIDTH = np.log(10) / 2
+_COARSE = 0.1
+_EVERY = 24
+"""All harmonics up to here, then eight to an octave: the responses are smooth functions of ln m."""
+
+
+def panel_edges(low: float, high: float) -> list[tuple[float, float]]:
+    """Intervals of beta: half decades, whole ones below 0.1 where a contact is small against the layer."""
+    first, last = round(np.floor(np.log(low) / _WIDTH + 1e-9)), round(np.ceil(np.log(high) / _WIDTH - 1e-9))
+    edges = [first]
+    while edges[-1] < last:
+        wide = edges[-1] % 2 == 0 and edges[-1] + 2 <= min(last, round(np.log(_COARSE) / _WIDTH))
+        edges.append(edges[-1] + (2 if wide else 1))
+    ends = [float(np.exp(edge * _WIDTH)) for edge in edges]
+    return list(pairwise(ends))
+
+
+def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
+    """Chebyshev coefficients over ln beta of everything the atlas holds of one medium.
+
+    Parameters
+    ----------
+    point : dict
+        `medium`; `low` and `high`, the range of beta; `responses`, whether those to non-round outlines are wanted.
+
+    Returns
+    -------
+    dict
+        For panel i "i/flat", shape (24, terms): column 0 is ln Kbar, column n is c_n/c_0. With responses, over the harmonics
+        "i/orders": "i/stiffening" is k_m - (m - 1)/2, "i/edge_1" and "i/edge_2" are S[A_m^-1 b[r^n]]/(pi e S0_m).
+    """
+    kernel = compliance(point["medium"])
+    found: dict[str, Any] = {}
+    for i, (low, high) in enumerate(panel_edges(point["low"], point["high"])):
+        beta = nodes(float(np.log(low)), float(np.log(high)))
+        answers = solve_round(kernel, beta, sufficient_terms(kernel, high))
+        flat = answers.flat / answers.flat[:, :1]
+        flat[:, 0] = np.log(np.pi * answers.flat[:, 0])
+        found[f"{i}/flat"] = nodal_transform() @ flat
+        if point["responses"]:
+            strength = (1 + np.pi * answers.edge[:, 0]) / np.pi
+            found |= {f"{i}/{name}": value for name, value in _responses(kernel, beta, high, strength).items()}
+    return found
+
+
+def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> dict[str, Any]:
+    orders = felt_orders(2 * harmonic_size(kernel, high))
+    edges = solve_edges(kernel, beta, orders)
+    transform = nodal_transform()
+    found = {"orders": orders, "stiffening": transform @ (edges.stiffening(orders) - (orders - 1) / 2)}
+    for n in EXPONENTS:
+        half_space = np.array([power_edge(n, int(m)) for m in orders])
+        found[f"edge_{n}"] = transform @ (edges.power_edge(n, orders) / (np.pi * strength[:, None] * half_space))
+    return found
+
+
+def felt_orders(reach: int) -> Indices:
+    """Harmonics m = 1, 2, ... 24 and on to `reach`, eight to an octave."""
+    steps = np.arange(1, int(np.ceil(8 * np.log2(max(reach, 2 * _EVERY) / _EVERY))) + 1)
+    more = np.unique(np.round(_EVERY * 2 ** (steps / 8)).astype(int))
+    return np.concatenate([np.arange(1, _EVERY + 1), more])
