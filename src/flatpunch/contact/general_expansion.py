@@ -5,7 +5,8 @@ f_b g_m cos m phi on the disc needs the pressure with c_m = A_m^-1 b[f_b g_m]; i
 h_m = -S[c_m]/(e a d'). Half-space parts are closed: S0_m = ((m + 1) b_0 + a db_0/da)/pi.
 
 Where f touches zero away from the axis (truncated tips) ln f is singular; there the arithmetic mean is the base and f - f_b
-takes the place of f_b g, which is the same to second order.
+takes the place of f_b g, which is the same to second order. There the harmonic m = 1 is a shift of the tip: what it does to the
+force enters as a lower depth instead of a factor, which is exact for a paraboloid.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _LARGEST_TERM = 2.0
 """|ln(F/F_base)| at which the force term is cut."""
 _TINY = 1e-300
 
-_DEPTH, _SLOPE, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SKEW, _SWING = range(9)
+_DEPTH, _SLOPE, _SHIFT, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SKEW, _SWING = range(10)
 
 
 class GeneralExpansion:
@@ -103,12 +104,17 @@ class GeneralExpansion:
         return np.asarray(contact.size[:, None] * np.exp(w))
 
     def _path(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
-        depth, force = radius * values[:, _DEPTH], self.kernel.modulus * radius**2 * values[:, _FORCE]
-        slope = np.where(radius > 0, radius * values[:, _SLOPE], 0.0)
-        growth = np.where(slope > 0, slopes[:, _X2] / np.where(slope > 0, slope, 1.0), 0.0)
+        depth = radius * (values[:, _DEPTH] - values[:, _SHIFT])
+        force = self.kernel.modulus * radius**2 * values[:, _FORCE]
+        base_slope = radius * values[:, _SLOPE]
+        slope = base_slope - radius * (values[:, _SHIFT] + slopes[:, _SHIFT])
         flat = self.kernel.modulus * radius * values[:, -1]
         factor = np.exp(values[:, _X2])
-        return PathPoint(radius, depth, factor * force, factor * (flat + force * growth), slope)
+        # dF/dd = exp(X) (K a d_b' + F_b dX/dln a)/(a d')
+        moving = slope > 0
+        stretch = np.where(moving, base_slope / np.where(moving, slope, 1.0), 1.0)
+        growth = np.where(moving, slopes[:, _X2] / np.where(moving, slope, 1.0), 0.0)
+        return PathPoint(radius, depth, factor * force, factor * (flat * stretch + force * growth), slope)
 
     def _at(self, radius: Array) -> tuple[Array, Array]:
         live = radius > 0
@@ -139,11 +145,17 @@ class GeneralExpansion:
         stiffened = mean_square + np.sum(k[:, :-1] * np.abs(h[:, :-1]) ** 2, axis=1) / 2
         rise = np.pi * e**2 / base.answers.flat[:, 0]
         # X2 = (a K' D1 <w^2>/2 - int p* f_b <g^2>/2)/F_b, both over E* a
-        pull = np.pi**2 * e**2 * base.depth_slope * mean_square - curvature
+        rate = np.pi**2 * e**2 * base.depth_slope
+        pull = rate * mean_square - curvature
+        shift = np.zeros_like(radius)
+        if not self._logarithmic and self._orders[0] == 1:
+            first = rate * np.abs(h[:, 0]) ** 2 / 2
+            pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
         force = base.force / (self.kernel.modulus * radius)
         columns = [
             base.depth / radius,
             base.depth_slope / radius,
+            shift / radius,
             force / radius,
             np.clip(pull / np.maximum(force, _TINY), -_LARGEST_TERM, _LARGEST_TERM),
             rise * stiffened,
