@@ -17,13 +17,16 @@ from scipy.ndimage import map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import Operator, build_operator
+from flatpunch.bem.operator import Operator, build_operator, to_numpy
 from flatpunch.bem.solver import State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
 
 _COARSEST = 32
 _COARSE_TOLERANCE = 1e-4
 _NEWTON_STEPS = 40
+
+_GUIDE_CELLS, _FINER_GUIDE_CELLS = 72**2, 144**2
+"""Most cells of the grid on which the smooth part of the approximate inverse is made, and for thin layers."""
 
 _RIM = 4
 """Cells left around the contact of a coarser grid, whose rim is known to two cells."""
@@ -46,12 +49,15 @@ class Levels:
         Array namespace.
     single : bool
         Whether everything is done in single precision.
+    whole : Levels, optional
+        Levels of the grid that this one is a part of.
     """
 
     kernel: Kernel
     grid: Grid
     xp: Any = np
     single: bool = False
+    whole: Levels | None = None
 
     @cached_property
     def coarser(self) -> Levels | None:
@@ -72,6 +78,16 @@ class Levels:
         """Operator of the inner loop."""
         return self.operator if self.single else self.operator.single()
 
+    @cached_property
+    def guide(self) -> Operator:
+        """Operator on a coarse grid, for the smooth part of the approximate inverse."""
+        if self.whole is not None:
+            return self.whole.guide
+        cells = self.grid.nx * self.grid.ny
+        # thin layers are worth finer cells: what they do to smooth pressures depends on their thickness over the cell's
+        few = cells <= _GUIDE_CELLS or (cells <= _FINER_GUIDE_CELLS and self.grid.spacing > self.kernel.length / 2)
+        return self.operator if few or self.coarser is None else self.coarser.guide
+
     def window(self, pressure: Any) -> Window | None:
         """The part of the grid around the contact of a pressure; None where that would save little."""
         contact = to_numpy(pressure) > 0
@@ -87,7 +103,7 @@ class Levels:
             return None
         h = self.grid.spacing
         center = float(self.grid.x[x0] + (x1 - x0 - 1) / 2 * h), float(self.grid.y[y0] + (y1 - y0 - 1) / 2 * h)
-        part = replace(self, grid=Grid(x1 - x0, y1 - y0, h, center))
+        part = replace(self, grid=Grid(x1 - x0, y1 - y0, h, center), whole=self)
         return Window(part, slice(y0, y1), slice(x0, x1))
 
     def cells(self, height: Callable[[Grid], Array]) -> Any:
@@ -199,6 +215,7 @@ def _solve(levels: Levels, cells: Any, depth: float, start: Any, tolerance: floa
         depth / levels.grid.spacing,
         start=start,
         inner=levels.inner,
+        guide=levels.guide,
         tolerance=tolerance,
         limit=limit,
     )
@@ -214,15 +231,23 @@ def prolong(pressure: Any, coarse: Levels, fine: Levels) -> Any:
     gc, gf = coarse.grid, fine.grid
     y = (gf.y - gc.y[0]) / gc.spacing
     x = (gf.x - gc.x[0]) / gc.spacing
-    values = to_numpy(pressure).astype(float)
-    sampled = map_coordinates(values**2, np.meshgrid(y, x, indexing="ij"), order=1, mode="constant")
-    return fine.operator.asarray(np.sqrt(sampled))
+    squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
+    sampled = map_coordinates(squared, np.meshgrid(y, x, indexing="ij"), order=1, mode="constant")
+    return fine.operator.asarray(np.sqrt(np.maximum(sampled, 0.0)))
 
 
-def to_numpy(values: Any) -> Array:
-    """Array of any library as a NumPy array in main memory."""
-    if hasattr(values, "get"):
-        values = values.get()
-    elif hasattr(values, "cpu"):
-        values = values.cpu()
-    return np.asarray(values)
+def beyond_the_rim(squared: Array) -> Array:
+    """p^2 continued to the cells next to the contact, where it is negative: else the contact grows by half a cell.
+
+    Only half of the linear continuation is taken: a start too wide is corrected more easily than one too narrow, and
+    the rim of the coarse grid is itself known to a fraction of a cell only.
+    """
+    ny, nx = squared.shape
+    padded, empty = np.pad(squared, 2), squared == 0
+    total, sides = np.zeros_like(squared), np.zeros_like(squared)
+    for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        first, second = (padded[2 + n * dy : 2 + n * dy + ny, 2 + n * dx : 2 + n * dx + nx] for n in (1, 2))
+        known = empty & (first > 0) & (second > 0)
+        total += np.where(known, np.minimum(2 * first - second, 0.0), 0.0)
+        sides += known
+    return np.asarray(squared + 0.5 * total / np.maximum(sides, 1.0))

@@ -157,3 +157,12 @@ def compliance_values(kernel: Kernel, k: Array) -> Array:
     table = np.exp(np.linspace(np.log(k.min()), np.log(k.max()), 400))
     values = np.log(np.asarray(kernel(table)))
     return np.asarray(np.exp(np.interp(np.log(k), np.log(table), values)))
+
+
+def to_numpy(values: Any) -> Array:
+    """Array of any library as a NumPy array in main memory."""
+    if hasattr(values, "get"):
+        values = values.get()
+    elif hasattr(values, "cpu"):
+        values = values.cpu()
+    return np.asarray(values)

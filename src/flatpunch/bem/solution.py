@@ -19,8 +19,8 @@ from flatpunch.bem.extent import (
     typical_depth,
 )
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force, to_numpy
-from flatpunch.bem.operator import BYTES_PER_CELL
+from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force
+from flatpunch.bem.operator import BYTES_PER_CELL, to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.shape import Height, IndenterHeight, PunchHeight, loaded_half_widths, overlap_half_widths
 from flatpunch.bem.solver import State, punch_stiffness

@@ -1,7 +1,7 @@
 """Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
 
 Two loops. The outer one guesses the contact (cells that carry pressure or overlap the indenter), the inner one removes
-the gap error on it by preconditioned conjugate gradients; then pressures that came out negative are dropped and the guess
+the gap error on it by preconditioned conjugate gradients (operator.py, smooth.py); then pressures that came out negative are dropped and the guess
 is made anew. The inner loop is a linear problem and stops at a fraction of the error it began with: conjugacy survives
 the many small changes of the contact that stop the classical one-loop method (Polonsky & Keer 1999) under stiff films,
 and since it yields a correction only, single precision suffices there whatever the tolerance. The outer loop works in
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch.bem.operator import Operator
+from flatpunch.bem.smooth import SmoothModes, precondition, smooth_modes
 
 DROP = 0.03
 """Reduction asked of the inner loop: best or equal over half-spaces, soft layers and films up to 1000 times stiffer."""
@@ -28,6 +29,9 @@ _PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken."""
 
 _HALVINGS = 6
+
+_STALE = 0.02
+"""Change of the contact's area from which on the smooth part of the approximate inverse is made anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +87,7 @@ def solve_contact(
     *,
     start: Any = None,
     inner: Operator | None = None,
+    guide: Operator | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
 ) -> State:
@@ -100,6 +105,8 @@ def solve_contact(
         Pressure to begin with.
     inner : Operator, optional
         The operator in single precision; by default made here.
+    guide : Operator, optional
+        The medium's operator on a coarse grid that covers this one, for the smooth part of the approximate inverse.
     tolerance : float
         Largest gap error in contact and largest penetration outside, relative to depth.
     limit : int
@@ -111,6 +118,8 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
+    modes: SmoothModes | None = None
+    known = 0
     while True:
         error = max(now.gap_error, now.penetration)
         if error <= tolerance or iterations >= limit:
@@ -118,7 +127,11 @@ def solve_contact(
         best, waited = (error, 0) if error < best else (best, waited + 1)
         contact = (now.pressure > 0) | (now.gap < 0)
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        change, count = remove_gap(inner, contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        if guide is not None:
+            cells = int(xp.count_nonzero(contact))
+            if abs(cells - known) > _STALE * known:
+                modes, known = smooth_modes(guide, inner, contact), cells
+        change, count = remove_gap(inner, contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations, modes)
         now, tried = _advance(operator, height, depth, now, change, waited >= _PATIENCE)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
@@ -165,7 +178,9 @@ def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Tri
     return _Trial(pressure, u, gap, energy, gap_error, penetration)
 
 
-def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
+def remove_gap(
+    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, modes: SmoothModes | None = None
+) -> tuple[Any, int]:
     """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
 
     Parameters
@@ -180,6 +195,8 @@ def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: i
         Wanted reduction of the largest gap.
     limit : int
         Largest number of iterations.
+    modes : SmoothModes, optional
+        Smooth part of the approximate inverse for about this contact.
 
     Returns
     -------
@@ -196,8 +213,7 @@ def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: i
     r = xp.astype(gap / scale, dtype)
     p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
     for n in range(limit):
-        z = operator.precondition(r)
-        z = z * mask
+        z = precondition(operator, modes, mask, r)
         rz = dot(xp, r, z)
         t *= rz / rz_old
         t += z
