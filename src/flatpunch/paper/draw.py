@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from flatpunch._validation import Array
 from flatpunch.paper.cases import TITLES
@@ -59,7 +60,8 @@ def _contours(
     bound = float(np.max(np.abs(levels)))
     filled = axes.contourf(x, y, z, levels=levels, cmap="RdBu_r", vmin=-bound, vmax=bound, alpha=0.75, extend="both")
     lines = axes.contour(x, y, z, levels=levels, colors="k", linewidths=0.6)
-    axes.clabel(lines, fontsize=7, fmt="%g", inline_spacing=2)
+    # the line of zero also runs along the axis e_g = 0
+    axes.clabel(lines, [level for level in levels if level != 0], fontsize=7, fmt="%g", inline_spacing=2)
     lines.set_linestyle("solid")
     if extra is not None:
         dotted = axes.contour(x, y, z, levels=[-extra, extra], colors="k", linewidths=0.6, linestyles="dotted")
@@ -67,6 +69,9 @@ def _contours(
     figure.colorbar(filled, ax=axes, pad=0.02, ticks=levels[:: max(1, levels.size // 9)])
     axes.set_xlim(float(x.max()), float(x.min()))
     axes.set_ylim(0.0, float(y.max()))
+    for label in axes.texts:
+        # half a number at the border is none
+        label.set_visible(0.01 < label.get_position()[1] / float(y.max()) < 0.99)
     axes.set_xlabel(r"$\log_{10}(h/a_0)$")
     axes.set_ylabel(r"$e_g$")
 
@@ -88,7 +93,7 @@ def radii(panels: list[list[Curves]]) -> Figure:
 
 def forces(panels: list[list[Curves]]) -> Figure:
     """F over the half-space's largest force: the same method's (left), the exact one (right)."""
-    figure, rows = sheet(len(panels), 2)
+    figure, rows = sheet(len(panels), 2, height=3.45)
     for row, sets in zip(rows, panels, strict=True):
         for axes, same in zip(row, (True, False), strict=True):
             for colour, curve in zip(THICKNESS_COLOURS, sets, strict=False):
@@ -110,9 +115,10 @@ def forces(panels: list[list[Curves]]) -> Figure:
                     mfc="w",
                     ms=4,
                 )
-            below = r"$F\,/\,F_\infty(d_\mathrm{max})$, $F_\infty$ " + ("of the same method" if same else "exact")
             axes.set_yscale("log")
-            _depth_axis(axes, sets, below)
+            _depth_axis(axes, sets, r"$F\,/\,F_\infty(d_\mathrm{max})$")
+            whose = "by the same method" if same else "exact"
+            axes.set_title(f"{axes.get_title()}\n$F_\\infty$ {whose}")
     _legend(figure, panels[0])
     return figure
 
@@ -142,7 +148,8 @@ def _legend(figure: Figure, sets: list[Curves]) -> None:
 
 def pyramid_outlines(pair: list[Outlines]) -> Figure:
     """Contact outline over the cells in contact."""
-    figure, (row,) = sheet(1, len(pair), width=3.6, height=3.8)
+    figure, (row,) = sheet(1, len(pair), width=3.6, height=4.0)
+    figure.set_layout_engine("compressed")  # for axes of equal scales
     for axes, found in zip(row, pair, strict=True):
         half = float(np.max(found.contours["first-order"])) * 1.06
         axes.pcolormesh(
@@ -155,11 +162,13 @@ def pyramid_outlines(pair: list[Outlines]) -> Figure:
         axes.set_aspect("equal")
         axes.set_xlim(-half, half)
         axes.set_ylim(-half, half)
-        axes.set_title(f"{TITLES[found.body]}, $h = {found.thickness:.3g}\\,a_0$")
+        times = "" if abs(found.thickness - 1) < 5e-3 else f"{found.thickness:.3g}\\,"
+        axes.set_title(f"{TITLES[found.body]}, $h = {times}a_0$")
         axes.set_xlabel(r"$x\,\tan\alpha/d$")
         axes.set_ylabel(r"$y\,\tan\alpha/d$")
-    handles, labels = row[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    handles, _ = row[0].get_legend_handles_labels()
+    handles.append(Patch(color="0.78", label=NAMES["bem"]))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
