@@ -37,7 +37,8 @@ ALLOWED = {
     "plots_medium": _MEDIA | {"files"},
     "plots_indenter": _FILES | {"plots", "plots_indenter"},
     "fit": _FILES | {"fit", "reference", "plots"},
-    "cli": _FILES | {"plots", "cli", "atlas", "paper", "fit"},
+    "sweeps": _FILES | {"parallel", "plots", "sweeps"},
+    "cli": _FILES | {"plots", "cli", "sweeps", "atlas", "paper", "fit"},
 }
 """What each part may import from the package, itself included. A new part needs a line here, and one in ARCHITECTURE.md."""
 

@@ -53,6 +53,7 @@ from flatpunch.media import (
     TwoBodies,
 )
 from flatpunch.punch import flat_punch
+from flatpunch.sweeps import sweep
 
 __all__ = [
     "AfmPyramid",
@@ -112,4 +113,5 @@ __all__ = [
     "read_curve",
     "read_height_map",
     "save",
+    "sweep",
 ]

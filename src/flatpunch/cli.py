@@ -18,6 +18,7 @@ from rich.console import Console
 
 from flatpunch.fit.commands import add_commands
 from flatpunch.paper.command import paper
+from flatpunch.sweeps.commands import add_commands as add_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -260,6 +261,7 @@ def _friendly() -> Iterator[None]:
 
 
 add_commands(app, _friendly, _progress)
+add_sweep(app, _friendly, _progress)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +46,8 @@ class Case:
         Times of a history [s].
     relaxation : object or None
         How the medium relaxes; goes with `time`.
+    source : tuple of Path and str, or None
+        The case file and its text.
     """
 
     title: str
@@ -59,6 +61,7 @@ class Case:
     range_of_action: float | None = None
     time: Array | None = None
     relaxation: Any = None
+    source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -183,21 +186,32 @@ def read_case(path: str | Path) -> Case:
     CaseError
         If the file is unreadable or describes no case. All problems found are listed, one a line.
     """
-    path = Path(path)
+    path, text = Path(path), case_text(path)
+    return replace(case_from(parsed(text, path), path), source=(path, text))
+
+
+def case_text(path: str | Path) -> str:
+    """Return the text of a case file."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        return Path(path).read_text(encoding="utf-8")
     except OSError as error:
         raise CaseError(
             f"{path}: not readable ({error.strerror or error}). Give the path of a case file in TOML."
         ) from None
     except UnicodeDecodeError:
         raise CaseError(f"{path}: not a text file. A case file is TOML in UTF-8.") from None
+
+
+def parsed(text: str, path: Path) -> dict[str, Any]:
+    """Return the tables of a case file; `path` is what messages call it."""
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(f"{path}: not valid TOML: {error}. Texts and quantities stand in quotation marks.") from None
-    return _case(data, path)
 
 
-def _case(data: dict[str, Any], path: Path) -> Case:
+def case_from(data: dict[str, Any], path: Path) -> Case:
+    """Check the tables of a case file and return the case; files that they name are looked for beside `path`."""
     context = {"folder": path.parent, "adhesive": "work_of_adhesion" in data}
     try:
         table = CaseTable.model_validate(data, context=context)

@@ -57,6 +57,7 @@ def solve_points(
     cost: Callable[[Any], float] | None = None,
     group: Callable[[Any], Hashable] | None = None,
     retry_failed: bool = False,
+    anew: bool = False,
     tries: int = 3,
 ) -> Solved:
     """Solve many independent points, each once, and keep what is finished.
@@ -89,6 +90,8 @@ def solve_points(
         Point -> what it shares with others of the group (its body, say), solved by the same worker one after the other.
     retry_failed : bool
         Try again what failed in an earlier run.
+    anew : bool
+        Solve everything, whatever is there.
     tries : int
         How often a point is tried that takes its process down with it, before it counts as failed. On a cluster its scheduler
         decides.
@@ -113,7 +116,7 @@ def solve_points(
         keys[name]: Item(keys[name], point, group(point) if group else None, float(cost(point)) if cost else 1.0)
         for name, point in named.items()
     }
-    there = place.states(items)
+    there = {} if anew else place.states(items)
     missing = [item for key, item in items.items() if key not in there or (retry_failed and not there[key])]
     solve = _solver(function, missing, workers or cores(), scheduler, tries)
     with reporting(title, progress) as report:

@@ -1,0 +1,212 @@
+"""What is varied: a path into a case file, "layers.0.thickness", and its values as people write them.
+
+    "0.2um:5um:40"          40 values, evenly spaced
+    "0.2um:5um:40:log"      evenly spaced in their logarithm
+    "15deg, 20deg, 25deg"   these
+    [1e-6, 2e-6]            numbers are in SI units
+
+The value in the file says what a path holds: a quantity of some dimension, a number, a text, true or false.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch.files import units
+
+_RANGE = re.compile(r"\s*([^:]+?)\s*:\s*([^:]+?)\s*:\s*([^:]+?)\s*(?::\s*(\w+)\s*)?")
+_FORMS = "Write start:stop:count, start:stop:count:log, or values with commas between them"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One varied value of a case file.
+
+    Attributes
+    ----------
+    path : str
+        Where it stands, "layers.0.thickness".
+    values : tuple
+        Its values: floats in SI units, whole numbers, texts, or flags.
+    written : tuple
+        The same as they stand in a case file.
+    unit : str
+        SI unit, empty for what has none.
+    log : bool
+        Whether they are evenly spaced in their logarithm.
+    """
+
+    path: str
+    values: tuple[Any, ...]
+    written: tuple[Any, ...]
+    unit: str
+    log: bool
+
+    @property
+    def numeric(self) -> bool:
+        """Whether the values are numbers, which can be drawn over an axis."""
+        return not any(isinstance(value, (str, bool)) for value in self.values)
+
+    def text(self, i: int) -> str:
+        """Return a value as people read it."""
+        value = self.values[i]
+        if self.unit == "rad":
+            return f"{math.degrees(value):.4g}°"
+        if self.unit:
+            return units.text(value, self.unit)
+        return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
+
+
+def axes_of(data: Mapping[str, Any], vary: Mapping[str, Any]) -> list[Axis]:
+    """Read what is varied; everything is checked against the case file.
+
+    Parameters
+    ----------
+    data : mapping
+        Tables of the case file.
+    vary : mapping
+        Path -> range, values with commas between them, or a sequence.
+
+    Raises
+    ------
+    ValueError
+        Names the path, the value, and what to write instead.
+    """
+    if not isinstance(vary, Mapping) or not vary:
+        raise ValueError(
+            f"vary = {vary!r} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}."
+        )
+    there = dict(scalars(data))
+    axes = [_axis(path, spec, there) for path, spec in vary.items()]
+    for i, axis in enumerate(axes):
+        if axis.path in [other.path for other in axes[:i]]:
+            raise ValueError(f"{axis.path} is varied twice; give all its values at once.")
+    return axes
+
+
+def scalars(thing: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield all single values of nested tables and lists with their paths."""
+    entries = thing.items() if isinstance(thing, Mapping) else enumerate(thing) if isinstance(thing, list) else None
+    if entries is None:
+        yield path, thing
+        return
+    for key, value in entries:
+        yield from scalars(value, f"{path}.{key}" if path else str(key))
+
+
+def put(data: Any, path: str, value: Any) -> None:
+    """Set a value of nested tables and lists."""
+    *way, last = path.split(".")
+    for step in way:
+        data = data[int(step)] if isinstance(data, list) else data[step]
+    data[int(last) if isinstance(data, list) else last] = value
+
+
+def _axis(path: str, spec: Any, there: Mapping[str, Any]) -> Axis:
+    path = re.sub(r"\[(\d+)\]", r".\1", path.strip())
+    if path not in there:
+        raise ValueError(_unknown(path, there))
+    current = there[path]
+    dimension = dimension_of(current)
+    found, log = _range(path, spec, current, dimension) or (_listed(path, spec, current, dimension), False)
+    if len(set(found)) < len(found):
+        twice = next(value for i, value in enumerate(found) if value in found[:i])
+        raise ValueError(f"{path} = {spec!r} holds {twice!r} twice; give each value once.")
+    written = tuple(f"{value!r} {dimension.unit}" for value in found) if dimension else found
+    return Axis(path, found, written, dimension.unit if dimension else "", log)
+
+
+def _unknown(path: str, there: Mapping[str, Any]) -> str:
+    below = [name for name in there if name.startswith(path + ".")] if path else []
+    if below:
+        return f"vary: {path!r} is a table or a list; vary a value in it: {', '.join(below)}."
+    near = difflib.get_close_matches(path, there, n=1, cutoff=0.6)
+    advice = f"; did you mean {near[0]!r}?" if near else "."
+    have = ", ".join(f"{name} = {value!r}" for name, value in there.items() if name != "title")
+    return (
+        f"vary: {path!r} is not in the case file{advice} It holds {have}. A field that the file leaves at its default can be "
+        "varied once it is written there."
+    )
+
+
+def dimension_of(current: Any) -> units.Dimension | None:
+    """What kind of quantity a text of the file is, if it is one."""
+    if not isinstance(current, str):
+        return None
+    for dimension in units.DIMENSIONS:
+        try:
+            units.to_si(current, dimension)
+        except ValueError:
+            continue
+        return dimension
+    return None
+
+
+def _range(
+    path: str, spec: Any, current: Any, dimension: units.Dimension | None
+) -> tuple[tuple[Any, ...], bool] | None:
+    """Values of "start:stop:count:log"; None if it is no range."""
+    if not isinstance(spec, str) or ":" not in spec or (isinstance(current, str) and dimension is None):
+        return None
+    match = _RANGE.fullmatch(spec)
+    if match is None or isinstance(current, bool):
+        raise ValueError(f"{path} = {spec!r} is no range. {_FORMS}.")
+    start, stop = (_value(path, end, current, dimension) for end in match.group(1, 2))
+    count, spacing = match[3], match[4] or "lin"
+    if not count.isdigit() or int(count) < 2:
+        raise ValueError(f"{path} = {spec!r}: the count {count!r} must be a whole number, 2 or more. {_FORMS}.")
+    if spacing not in ("lin", "log"):
+        raise ValueError(f"{path} = {spec!r}: the spacing {spacing!r} must be 'log' or 'lin'. {_FORMS}.")
+    if start == stop:
+        raise ValueError(f"{path} = {spec!r} starts where it stops. {_FORMS}.")
+    if spacing == "log" and not min(start, stop) > 0:
+        raise ValueError(f"{path} = {spec!r}: spacing 'log' has no zero and no negative numbers; take 'lin'.")
+    values = (np.geomspace if spacing == "log" else np.linspace)(start, stop, int(count)).tolist()
+    if isinstance(current, int) and all(float(value).is_integer() for value in values):
+        values = [int(value) for value in values]
+    return tuple(values), spacing == "log"
+
+
+def _listed(path: str, spec: Any, current: Any, dimension: units.Dimension | None) -> tuple[Any, ...]:
+    """Values one by one."""
+    if isinstance(spec, str):
+        spec = [entry.strip() for entry in spec.split(",")]
+    if not isinstance(spec, (Sequence, np.ndarray)) or len(spec) == 0 or "" in list(spec):
+        raise ValueError(f"{path} = {spec!r} holds no values. {_FORMS}.")
+    return tuple(
+        _value(path, entry.item() if isinstance(entry, np.generic) else entry, current, dimension) for entry in spec
+    )
+
+
+def _value(path: str, entry: Any, current: Any, dimension: units.Dimension | None) -> Any:
+    """One value, of the kind that the file holds."""
+    hint = f"The case file holds {current!r}."
+    if dimension is not None:
+        if isinstance(entry, (int, float)) and not isinstance(entry, bool):
+            return float(entry)  # Python's numbers are in SI units
+        try:
+            return units.to_si(entry, dimension)
+        except ValueError as error:
+            raise ValueError(f"{path} = {entry!r} {error} {hint}") from None
+    if isinstance(current, bool):
+        flags = {"true": True, "false": False}
+        if str(entry).lower() not in flags:
+            raise ValueError(f"{path} = {entry!r} must be true or false. {hint}")
+        return flags[str(entry).lower()]
+    if isinstance(current, str):
+        if not isinstance(entry, str):
+            raise ValueError(f"{path} = {entry!r} must be a text. {hint}")
+        return entry
+    if isinstance(entry, bool):
+        raise ValueError(f"{path} = {entry!r} must be a plain number. {hint}")
+    try:
+        return int(entry) if isinstance(entry, int) or re.fullmatch(r"[+-]?\d+", str(entry)) else float(entry)
+    except (TypeError, ValueError):
+        raise ValueError(f"{path} = {entry!r} must be a plain number, without a unit. {hint}") from None

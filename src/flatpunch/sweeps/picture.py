@@ -1,0 +1,252 @@
+"""Picture of a parameter study: one quantity at one step over the first parameter, a line for each value of the second.
+
+Further parameters get panels. Many values of a numeric second parameter are told by a colour bar instead of a legend. Points at
+which the theory does not hold are hollow, points that failed are crosses on the axis.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from flatpunch.files import units
+
+_LEGEND, _PANELS = 7, 9
+_STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 9}
+_SYMBOLS = {"force": "normal force $F$", "depth": "indentation depth $d$", "radius": "mean contact radius $a_0$"}
+_LINE = "_a value of the second parameter"
+_FAILED, _ONE = "#c1121f", "#1f4e79"
+
+
+def parameters(result: xr.Dataset) -> list[str]:
+    """Paths of the varied parameters, in order."""
+    return [str(name) for name in result["status"].dims]
+
+
+def figure(result: xr.Dataset, *, quantity: str | None = None, step: int = -1) -> Figure:
+    """Draw a parameter study.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `sweep` returned.
+    quantity : str, optional
+        Variable along `step` to draw; the force, or the depth where forces were prescribed.
+    step : int
+        Which step; the last by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with its own `savefig`.
+
+    Raises
+    ------
+    ValueError
+        Where nothing was solved, or more panels would be needed than a picture shows.
+    """
+    first, *others = parameters(result)
+    values = checked(result, quantity, step).isel(step=step)
+    shown = str(values.name)
+    _few_enough(result)
+    panels = list(itertools.product(*(range(result.sizes[name]) for name in others[1:])))
+    columns = len(panels) if len(panels) < 4 else math.ceil(math.sqrt(len(panels)))
+    rows = math.ceil(len(panels) / columns)
+    finite = values.values[np.isfinite(values.values)]
+    factor, unit = units.readable(float(np.abs(finite).max(initial=0.0)), str(values.attrs.get("units", "")))
+    with matplotlib.rc_context(_STYLE):
+        drawn = Figure(figsize=(1.6 + 3.6 * columns, 0.5 + 3.1 * rows), layout="constrained")
+        grid = drawn.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        for at, axes in itertools.zip_longest(panels, grid.flat):
+            if at is None:
+                axes.set_axis_off()
+                continue
+            fixed = dict(zip(others[1:], at, strict=True))
+            _panel(axes, result.isel(fixed).isel(step=step), shown, factor, first, others[0] if others else None)
+            axes.set_title(
+                ", ".join(
+                    f"{heading(name, parameters(result))} = {value_text(result[name], i)}" for name, i in fixed.items()
+                )
+            )
+        label = _SYMBOLS.get(shown, str(values.attrs.get("long_name", shown))) + where(result, step)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(f"{label} ({unit})" if unit else label)
+        _scale(grid[0, 0], first, result, finite)
+        for axes in grid.flat[max(0, len(panels) - columns) : len(panels)]:  # the lowest of each column
+            axes.set_xlabel(_label(result, first))
+            axes.tick_params(labelbottom=True)
+        if others:
+            _legend(drawn, grid, result, others[0])
+    return drawn
+
+
+def checked(result: xr.Dataset, quantity: str | None, step: int) -> xr.DataArray:
+    """Return the variable to show: the one that is named, or the force, or the depth where forces were prescribed."""
+    known = [
+        str(name) for name, found in result.data_vars.items() if found.dims[-1:] == ("step",) and found.dtype == float
+    ]
+    if not known:
+        raise ValueError("no point of this study was solved, so there is nothing to show; its `reason` says why.")
+    shown = quantity or ("depth" if result.attrs.get("control") == "force" else "force")
+    if shown not in known:
+        raise ValueError(f"quantity = {shown!r} is not in this study; it has {', '.join(known)}.")
+    steps = result.sizes["step"]
+    if not -steps <= step < steps:
+        raise ValueError(f"step = {step} is not in this study, whose points have {steps} steps: 0 to {steps - 1}.")
+    return result[shown]
+
+
+def where(result: xr.Dataset, step: int = -1) -> str:
+    """Words for the step: what was prescribed there, if it is the same at all points."""
+    control = str(result.attrs["control"])
+    values = result[control].isel(step=step).values
+    values = values[np.isfinite(values)]
+    # boundary elements meet what was prescribed to 1e-6 or so
+    if values.size and np.ptp(values) <= 1e-4 * np.abs(values).max():
+        return f" at {control} {units.text(float(values[0]), str(result[control].attrs['units']))}"
+    return ""
+
+
+def _few_enough(result: xr.Dataset) -> None:
+    panels = math.prod(result.sizes[name] for name in parameters(result)[2:])
+    if panels > _PANELS:
+        raise ValueError(
+            f"a picture of this study would need {panels} panels, one for each value beyond the first two parameters; "
+            f"{_PANELS} is the most. Name the parameters with the most values first, or draw a part of it."
+        )
+
+
+def _panel(axes: Axes, part: xr.Dataset, shown: str, factor: float, first: str, second: str | None) -> None:
+    part = part.isel({first: np.argsort(_positions(part, first))})
+    x = _positions(part, first)
+    lines = [part] if second is None else [part.isel({second: i}) for i in range(part.sizes[second])]
+    marker = "o" if x.size <= 25 else ""
+    for line, colour in zip(lines, _colours(part, second), strict=True):
+        y, valid = line[shown].values * factor, line["valid"].values.astype(bool)
+        axes.plot(x, y, "-", color=colour, linewidth=1.3, label=_LINE)
+        axes.plot(x, np.where(valid, y, np.nan), marker or "None", color=colour, markersize=3)
+        axes.plot(x, np.where(valid, np.nan, y), "o", color=colour, markersize=3.5, markerfacecolor="white")
+        bad = line["status"].values == "failed"
+        if bad.any():
+            axes.plot(
+                x[bad], np.zeros(bad.sum()), "x", color=_FAILED, transform=axes.get_xaxis_transform(), clip_on=False
+            )
+
+
+def _positions(part: xr.Dataset, name: str) -> Any:
+    """Numbers in readable units, or places in order for texts and flags."""
+    values = part[name].values
+    return values * _unit(part, name)[0] if _numeric(part, name) else np.arange(values.size, dtype=float)
+
+
+def _numeric(result: xr.Dataset, name: str) -> bool:
+    return result[name].dtype.kind in "if"
+
+
+def _unit(result: xr.Dataset, name: str) -> tuple[float, str]:
+    unit = str(result[name].attrs.get("units", ""))
+    if unit == "rad":
+        return math.degrees(1.0), "°"
+    largest = float(np.abs(result[name].values).max())
+    return units.readable(largest, unit) if unit else (1.0, "")
+
+
+def value_text(coordinate: xr.DataArray, i: int) -> str:
+    """Return a value of a parameter as people read it."""
+    value, unit = coordinate.values[i], str(coordinate.attrs.get("units", ""))
+    if unit == "rad":
+        return f"{math.degrees(value):.4g}°"
+    if unit:
+        return units.text(float(value), unit)
+    return f"{value:.4g}" if coordinate.dtype.kind == "f" else str(value).lower()
+
+
+def heading(name: str, among: Sequence[str]) -> str:
+    """Last word of a path, or all of it where another parameter ends the same."""
+    last = name.rsplit(".", 1)[-1]
+    alike = sum(other.rsplit(".", 1)[-1] == last for other in among) > 1 or last.isdigit()
+    return name if alike else last.replace("_", " ")
+
+
+def _label(result: xr.Dataset, name: str) -> str:
+    unit = _unit(result, name)[1] if _numeric(result, name) else ""
+    short = heading(name, parameters(result))
+    return f"{short} ({unit})" if unit else short
+
+
+def _logarithmic(result: xr.Dataset, name: str) -> bool:
+    """Whether positive values keep their ratio rather than their distance."""
+    if not _numeric(result, name) or result.sizes[name] < 3 or not (result[name].values > 0).all():
+        return False
+    ordered = np.sort(result[name].values)
+    spread = [float(np.std(steps) / np.mean(steps)) for steps in (np.diff(np.log(ordered)), np.diff(ordered))]
+    return spread[0] < spread[1]
+
+
+def _scale(axes: Axes, first: str, result: xr.Dataset, finite: Any) -> None:
+    """Logarithmic axes where the values are spaced so, or span more than a decade and a half."""
+    if _logarithmic(result, first):
+        axes.set_xscale("log")
+        _plain_ticks(axes.xaxis, result[first].values)
+    elif not _numeric(result, first):
+        axes.set_xticks(range(result.sizes[first]), [value_text(result[first], i) for i in range(result.sizes[first])])
+    if finite.size and finite.min() > 0 and finite.max() > 30 * finite.min():
+        axes.set_yscale("log")
+        _plain_ticks(axes.yaxis, finite)
+    elif finite.size and 0 <= finite.min() < 0.5 * finite.max():
+        axes.set_ylim(bottom=0)
+
+
+def _plain_ticks(axis: Axis, values: Any) -> None:
+    """Numbers as people write them, 0.2 0.5 1 2, on a logarithmic axis; decades alone where there are many."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if values.max() < 300 * values.min() else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _colours(part: xr.Dataset, second: str | None) -> list[Any]:
+    if second is None:
+        return [_ONE]
+    if _barred(part, second):
+        return [matplotlib.colormaps["viridis"](share) for share in 0.92 * _norm(part, second)(part[second].values)]
+    return [matplotlib.colormaps["viridis"](share) for share in np.linspace(0, 0.85, part.sizes[second])]
+
+
+def _barred(result: xr.Dataset, name: str) -> bool:
+    return result.sizes[name] > _LEGEND and _numeric(result, name)
+
+
+def _norm(result: xr.Dataset, name: str) -> Normalize:
+    values = result[name].values
+    kind = LogNorm if _logarithmic(result, name) else Normalize
+    return kind(float(values.min()), float(values.max()))
+
+
+def _legend(drawn: Figure, grid: Any, result: xr.Dataset, name: str) -> None:
+    """Tell the lines apart: by a colour bar where there are many numbers."""
+    if _barred(result, name):
+        factor, _ = _unit(result, name)
+        norm = _norm(result, name)
+        colours = matplotlib.colors.LinearSegmentedColormap.from_list(
+            "viridis", matplotlib.colormaps["viridis"](np.linspace(0, 0.92, 256))
+        )
+        scaled = type(norm)(norm.vmin * factor, norm.vmax * factor)  # type: ignore[operator]
+        bar = drawn.colorbar(matplotlib.cm.ScalarMappable(scaled, colours), ax=grid, label=_label(result, name))
+        if isinstance(norm, LogNorm):
+            _plain_ticks(bar.ax.yaxis, result[name].values)
+        return
+    lines = [line for line in grid[0, 0].get_lines() if line.get_label() == _LINE]
+    labels = [value_text(result[name], i) for i in range(result.sizes[name])]
+    title = heading(name, parameters(result))
+    drawn.legend(lines, labels, title=title, loc="outside right upper", frameon=False)

@@ -1,0 +1,216 @@
+"""`sweep`: a case file solved over a grid of values, as one data set."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import json
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._progress import Report
+from flatpunch._validation import FlatpunchWarning
+from flatpunch._version import __version__
+from flatpunch.contact import indent
+from flatpunch.files import Case, CaseError
+from flatpunch.files.cases import case_from, case_text, parsed
+from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
+from flatpunch.sweeps.axes import Axis, axes_of, put
+
+_SHOWN = 5
+_SLOW = ("bem", "refined")
+_WORTH_A_PROCESS = 32
+"""Points of a fast method, up to 0.1 s each with a body of their own, that take as long as starting a process."""
+
+
+def sweep(
+    case: str | Path | Case,
+    vary: Mapping[str, Any],
+    *,
+    contours: bool = False,
+    store: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: Any = None,
+    progress: bool | Report | None = None,
+    retry_failed: bool = False,
+    anew: bool = False,
+) -> xr.Dataset:
+    """Solve a case for all combinations of values of some of its parameters.
+
+    Parameters
+    ----------
+    case : path or Case
+        Case file, or what `read_case` returned.
+    vary : mapping
+        Path into the case file -> its values: "0.2um:5um:40:log" (start, stop, count, and "log" or "lin"), "15deg, 20deg", or a
+        sequence of texts with units or of numbers in SI units. Paths name tables and list entries, "layers.0.thickness".
+    contours : bool
+        Keep the outlines a(phi) too, which are large.
+    store : path, optional
+        Folder that keeps each finished point; a later call with the same folder solves only what is missing.
+    workers : int, optional
+        Processes. By default one for 32 points of a fast method, or for each point of a slow one, at most one for each core.
+    scheduler : str or distributed.Client, optional
+        Address of a Dask scheduler, whose cluster then does the work.
+    progress : bool or callable, optional
+        True shows a bar; a function is called with (points done, points in all).
+    retry_failed, anew : bool
+        Try again what failed in an earlier run; solve everything again.
+
+    Returns
+    -------
+    xarray.Dataset
+        What `indent` returns, over the varied parameters (coordinates named by their paths, in SI units) and `step`; NaN where
+        a point failed. `status` is "solved" or "failed", `reason` says why, `notes` holds those of each point.
+
+    Raises
+    ------
+    ValueError
+        Before any work: for a path that is not in the file, a value without its unit, a combination that is no case.
+    """
+    path, text = case.source if isinstance(case, Case) and case.source else _source(case)
+    data = parsed(text, path)
+    axes = axes_of(data, vary)
+    cases = _cases(data, axes, path)
+    slow = any(found.method in _SLOW for found in cases)
+    few = len(cases) if slow else 1 + len(cases) // _WORTH_A_PROCESS
+    solved = solve_points(
+        partial(_solve, contours=contours),
+        [replace(found, title="") for found in cases],  # which moves no numbers
+        store=store,
+        workers=workers if workers is not None else min(cores(), few),
+        scheduler=scheduler,
+        progress=progress,
+        title="Sweep",
+        group=_body,
+        retry_failed=retry_failed,
+        anew=anew,
+    )
+    result = _dataset(axes, solved)
+    return result.assign_attrs(
+        title=f"Parameter study: {cases[0].title or path.name}",
+        case_file=path.name,
+        case=text,
+        vary=json.dumps({axis.path: list(axis.written) for axis in axes}, ensure_ascii=False),
+        control=cases[0].control,
+        flatpunch_version=__version__,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        conventions="SI units; pressure positive in compression; depth and gap as in the documentation",
+    )
+
+
+def _source(case: Any) -> tuple[Path, str]:
+    if isinstance(case, Case) or not isinstance(case, (str, Path)):
+        raise TypeError(f"case = {type(case).__name__} must be the path of a case file, or what read_case returned.")
+    return Path(case), case_text(case)
+
+
+def _cases(data: dict[str, Any], axes: Sequence[Axis], path: Path) -> list[Case]:
+    """All combinations, the last parameter running fastest; refused together where some are no cases."""
+    cases, problems = [], []
+    for at in itertools.product(*(range(len(axis.values)) for axis in axes)):
+        changed = copy.deepcopy(data)
+        for axis, i in zip(axes, at, strict=True):
+            put(changed, axis.path, axis.written[i])
+        try:
+            cases.append(case_from(changed, path))
+        except CaseError as error:
+            where = ", ".join(f"{axis.path} = {axis.text(i)}" for axis, i in zip(axes, at, strict=True))
+            problems.append(f"With {where}:\n    {error}")
+    if problems:
+        more = f"\n... and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
+        count = f"{len(problems)} of {len(problems) + len(cases)}"
+        raise CaseError(f"{count} combinations describe no case.\n" + "\n".join(problems[:_SHOWN]) + more)
+    steps = sorted({found.values.size for found in cases})
+    if len(steps) > 1:
+        raise ValueError(
+            f"vary changes the number of steps, from {steps[0]} to {steps[-1]}: such results have no common grid. Keep the "
+            "number of points of [control] or [history]."
+        )
+    return cases
+
+
+def _body(case: Case) -> str:
+    """Points on the same body share its flat-punch solutions."""
+    return content_key(case.medium)
+
+
+def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
+    """One point: the arrays of the result, and how they are to be understood."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FlatpunchWarning)
+        result = indent(case.medium, case.indenter, **case.arguments)
+    kept = result if contours else result.drop_dims("phi")
+    notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)])
+    structure = {
+        kind: {str(name): [list(found[name].dims), dict(found[name].attrs)] for name in found}
+        for kind, found in (("coords", kept.coords), ("data", kept.data_vars))
+    }
+    arrays = {str(name): kept[name].values for name in kept.variables}
+    return {**arrays, "_structure": json.dumps(structure), "_notes": "\n".join(line for line in notes if line)}
+
+
+def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
+    """Put the points side by side."""
+    shape, dims = tuple(len(axis.values) for axis in axes), tuple(axis.path for axis in axes)
+    outcomes = list(solved.values())
+    coords: dict[str, Any] = {axis.path: (axis.path, _plain(axis.values), _described(axis)) for axis in axes}
+    data: dict[str, Any] = {}
+    for name, own, attrs, values in _variables(outcomes, coords):
+        filled = np.full((len(outcomes), *next(iter(values.values())).shape), *_empty(values))
+        for i, value in values.items():
+            filled[i] = value
+        data[name] = ((*dims, *own), filled.reshape(*shape, *filled.shape[1:]), attrs)
+    texts = {
+        "status": (["solved" if outcome.ok else "failed" for outcome in outcomes], "whether the point was solved"),
+        "reason": ([outcome.reason for outcome in outcomes], "why the point failed"),
+        "notes": ([str((o.numbers or {}).get("_notes", "")) for o in outcomes], "limits of the method at this point"),
+    }
+    for name, (lines, long_name) in texts.items():
+        data[name] = (dims, np.array(lines, dtype=object).reshape(shape), {"long_name": long_name})
+    return xr.Dataset(data, coords)
+
+
+def _variables(
+    outcomes: Sequence[Outcome], coords: dict[str, Any]
+) -> Iterator[tuple[str, list[str], dict[str, Any], dict[int, Any]]]:
+    """Name, dimensions, attributes and values by point of all that has the same shape wherever it is there.
+
+    Coordinates that are the same everywhere, the steps and angles, are added to `coords`.
+    """
+    described: dict[str, tuple[list[str], dict[str, Any]]] = {}
+    values: dict[str, dict[int, Any]] = {}
+    for i, outcome in enumerate(outcomes):
+        if outcome.numbers is None:
+            continue
+        structure = json.loads(str(outcome.numbers["_structure"]))
+        for name, (own, attrs) in structure["coords"].items():
+            coords.setdefault(name, (own, outcome.numbers[name], attrs))
+        for name, (own, attrs) in structure["data"].items():
+            described.setdefault(name, (own, attrs))
+            values.setdefault(name, {})[i] = np.asarray(outcome.numbers[name])
+    for name, (own, attrs) in described.items():
+        if len({value.shape for value in values[name].values()}) == 1:
+            yield name, own, attrs, values[name]
+
+
+def _empty(values: Mapping[int, Any]) -> tuple[Any, Any]:
+    """What stands where there is nothing, and the type."""
+    return (False, bool) if all(value.dtype == bool for value in values.values()) else (np.nan, float)
+
+
+def _plain(values: Sequence[Any]) -> Any:
+    return np.array(values, dtype=object if isinstance(values[0], str) else None)
+
+
+def _described(axis: Axis) -> dict[str, Any]:
+    attrs: dict[str, Any] = {"long_name": f"{axis.path} of the case file"}
+    return {**attrs, "units": axis.unit} if axis.unit else attrs
