@@ -83,3 +83,32 @@ def test_contact_off_the_grid_says_how_large_it_must_be():
     assert nx * grid.spacing > 2 * np.sqrt(2e-3)
     step = solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=2e-3, grid=Grid(nx, ny, grid.spacing))[0]
     assert step.converged
+
+
+@pytest.mark.parametrize("depth", [1e-7, 1e-6, 5e-6])
+def test_needle_of_a_contact_gets_a_grid(depth):
+    """A Knoop tip on a film 50 times stiffer than its base: at depth 1e-6 the contact is 21 um long and 0.1 um wide."""
+    kernel = compliance(media.Medium([media.Layer(50e9, 0.3, 1e-6)], media.HalfSpace(1e9, 0.3)))
+    step = solve(kernel, indenters.Knoop(), depths=depth, grid=96, tolerance=1e-5)[0]
+    assert step.converged
+    along, across = step.contact.any(axis=0).sum(), step.contact.any(axis=1).sum()
+    assert along > 10 * across
+    assert along > 0.5 * step.grid.nx
+    assert across <= step.grid.ny - 2
+
+
+def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
+    """The box is found on coarse cells; were it too small along one axis, the grid grows along that one alone."""
+    from flatpunch.bem import solution
+    from flatpunch.bem.extent import Extent
+
+    tip, small = indenters.EllipticParaboloid(0.5, 2.0), Extent((1.2e-2, 2.2e-2), (0.0, 0.0))
+    right = solve(HALF_SPACE, tip, depths=1e-3, grid=96)[0]
+    monkeypatch.setattr(solution, "find_extent", lambda *_, **__: small)
+    step = solve(HALF_SPACE, tip, depths=1e-3, grid=64)[0]
+    assert step.converged
+    assert not step.contact[:, [0, -1]].any()
+    assert step.grid.nx > 1.5 * small.grid(64).nx
+    assert step.grid.ny == small.grid(64).ny
+    # 64 cells on a narrow ellipse: 2e-4
+    assert step.force == pytest.approx(right.force, rel=5e-4)

@@ -16,6 +16,8 @@ _ATTEMPTS = 60
 _TOLERANCE = 1e-3
 _LIMIT = 200
 
+_SETTLED = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class Extent:
@@ -87,16 +89,34 @@ def find_extent(
             wx, wy = (cells * grid.spacing / 2 * 1.5 for cells in (grid.nx, grid.ny))
             extent = Extent((wx, wy), extent.center)
             continue
-        extent = _recentred(box, grid)
-        if all(
-            2 * width > 0.45 * cells * grid.spacing
-            for width, cells in zip(box.half_widths, (grid.nx, grid.ny), strict=True)
-        ):
+        before, extent = extent, _recentred(box, grid)
+        if _filled(box, grid) or _settled(before, extent):
             return extent
     raise ContactTouchesEdge(
         f"No bounding box of the contact was found in {_ATTEMPTS} attempts; the last one was {extent.half_widths[0]:.3g} m x "
         f"{extent.half_widths[1]:.3g} m (half-widths). The indenter may have no bounded contact. Give a grid."
     )
+
+
+def grown(grid: Grid, contact: Mask) -> Grid:
+    """The grid with half as many cells again along each axis whose ends the contact touches."""
+    beside = bool(contact[:, 0].any() or contact[:, -1].any())
+    above = bool(contact[0].any() or contact[-1].any())
+    nx, ny = (n + 2 * (n // 4) + 2 if touched else n for n, touched in ((grid.nx, beside), (grid.ny, above)))
+    return Grid(nx, ny, grid.spacing, grid.center)
+
+
+def _filled(box: Extent, grid: Grid) -> bool:
+    """Whether the box takes nearly half of the grid both ways, so that it is known well enough."""
+    return all(
+        2 * width > 0.45 * cells * grid.spacing
+        for width, cells in zip(box.half_widths, (grid.nx, grid.ny), strict=True)
+    )
+
+
+def _settled(before: Extent, now: Extent) -> bool:
+    """Whether looking closer has stopped to change the box: contacts of needle shape never fill a grid across."""
+    return all(abs(w / v - 1) < _SETTLED for v, w in zip(before.half_widths, now.half_widths, strict=True))
 
 
 def _recentred(box: Extent, grid: Grid) -> Extent:

@@ -38,6 +38,9 @@ _PRESSURES = int(np.count_nonzero(_ORDER <= _DEGREE))
 _FEWEST = 3.0
 """Coarse cells in contact per polynomial below which there is no smooth part to speak of."""
 
+_SINGULAR, _STIFFEST = 1e-10, 1e-5
+"""Below which share of the largest a combination of polynomials is nothing but rounding, and in single precision useless."""
+
 
 @dataclass(frozen=True, slots=True)
 class SmoothModes:
@@ -100,12 +103,10 @@ def smooth_modes(guide: Operator, operator: Operator, contact: Any) -> SmoothMod
     if np.count_nonzero(inside) < _FEWEST * _ORDER.size or min(rows.size, columns.size) <= _RESPONSE_DEGREE:
         return None
     box = _scaling(coarse.x[columns]), _scaling(coarse.y[rows])
-    solved = _coarse_inverse(guide, share, _legendre(coarse.x, *box[0]), _legendre(coarse.y, *box[1]))
-    if solved is None:
-        return None
+    inverse, response = _coarse_inverse(guide, share, _legendre(coarse.x, *box[0]), _legendre(coarse.y, *box[1]))
     # sums run over fine cells, and displacements are counted in them
     narrow = fine.spacing / coarse.spacing
-    inverse, response = solved[0] * narrow**2, solved[1]
+    inverse *= narrow**2
     stiff, flexible = np.zeros((2, _SIZE**2, _SIZE**2))
     place = _POWER_Y * _SIZE + _POWER_X
     stiff[np.ix_(place[:_PRESSURES], place[:_PRESSURES])] = inverse * narrow
@@ -119,22 +120,28 @@ def smooth_modes(guide: Operator, operator: Operator, contact: Any) -> SmoothMod
     )
 
 
-def _coarse_inverse(guide: Operator, share: Array, x: Array, y: Array) -> tuple[Array, Array] | None:
-    """E^-1 and Y in the units of the coarse grid; None where polynomials cannot be told apart on its cells."""
+def _coarse_inverse(guide: Operator, share: Array, x: Array, y: Array) -> tuple[Array, Array]:
+    """E^-1 and Y in the units of the coarse grid."""
     # notation: P all products of polynomials, Z the first of them times the share of a cell in contact
     P = y.T[_POWER_Y][:, :, None] * x.T[_POWER_X][:, None, :]
     Z = P[:_PRESSURES] * share
     inside = share > 0
     displaced = _convolve_all(guide, Z)[:, inside].T
     P, Z, share = P[:, inside], Z[:, inside], share[inside]
-    E, gram = Z @ displaced, (P * share) @ P.T
-    try:
-        root = np.linalg.inv(np.linalg.cholesky((E + E.T) / 2))
-        # the polynomials of highest degree are nearly dependent on narrow contacts: what is lost there costs iterations only
-        Y = np.linalg.solve(gram + 1e-12 * np.trace(gram) * np.eye(_ORDER.size), (P * share) @ displaced)
-    except np.linalg.LinAlgError:
-        return None
-    return root.T @ root, Y
+    gram = (P * share) @ P.T
+    Y = np.linalg.lstsq(gram, (P * share) @ displaced, rcond=_SINGULAR)[0]
+    return _inverse_of_told_apart(Z @ displaced, gram[:_PRESSURES, :_PRESSURES]), Y
+
+
+def _inverse_of_told_apart(E: Array, gram: Array) -> Array:
+    """E^-1 on those combinations of pressures that are not all but dependent nor all but without effect."""
+    size, shape = np.linalg.eigh(gram)
+    kept = size > _SINGULAR * size[-1]
+    unit = shape[:, kept] / np.sqrt(size[kept])
+    softness, mode = np.linalg.eigh(unit.T @ ((E + E.T) / 2) @ unit)
+    kept = softness > _STIFFEST * softness[-1]
+    unit = unit @ (mode[:, kept] / np.sqrt(softness[kept]))
+    return np.asarray(unit @ unit.T)
 
 
 def _convolve_all(guide: Operator, loads: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from flatpunch.bem.extent import (
     ContactTouchesEdge,
     Extent,
     find_extent,
+    grown,
     touches_edge,
     typical_depth,
 )
@@ -37,6 +38,9 @@ _STIFFNESS_TOLERANCE = 1e-5
 
 _CLOSE = 0.005
 """Relative step of depth below which the solution before is as good a start as the next coarser grid."""
+
+_GROWTHS = 8
+"""How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
 
 Progress = Callable[[int, int], None]
 
@@ -171,11 +175,10 @@ def solve(
             if levels is None or not extent.fits(levels.grid):
                 levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
         start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
-        state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
+        levels, state, effort = _solve_inside(
+            levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
+        )
         before = levels
-        contact = to_numpy(state.contact).astype(bool)
-        if touches_edge(contact):
-            raise _too_small(levels, height, contact, **prescribed)
         solutions.append(_solution(levels, height, state, effort, tolerance, rim, angles, stiffness))
         if progress is not None:
             progress(i + 1, targets.size)
@@ -327,8 +330,28 @@ def _solve(
     return solve_force(levels, height, force, guess, tolerance, limit)
 
 
+def _solve_inside(
+    levels: Levels,
+    height: Height,
+    tolerance: float,
+    limit: int,
+    start: Any,
+    growths: int,
+    **prescribed: float,
+) -> tuple[Levels, State, Effort]:
+    """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times."""
+    for left in range(growths, -1, -1):
+        state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
+        contact = to_numpy(state.contact).astype(bool)
+        if not touches_edge(contact):
+            return levels, state, effort
+        if left:
+            levels, start = announced(replace(levels, grid=grown(levels.grid, contact)), 1), None
+    raise _too_small(levels, height, **prescribed)
+
+
 def _too_small(
-    levels: Levels, height: Height, contact: Mask, *, depth: float | None = None, force: float | None = None
+    levels: Levels, height: Height, *, depth: float | None = None, force: float | None = None
 ) -> ContactTouchesEdge:
     grid = levels.grid
     first = Extent((grid.nx * grid.spacing, grid.ny * grid.spacing), grid.center)
