@@ -1,6 +1,7 @@
 """One number of each figure, from the quick run; resuming; the command."""
 
 import csv
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from typer.testing import CliRunner
 
 from flatpunch.cli import app
 from flatpunch.paper import plan as plans
-from flatpunch.paper import points, reproduce, run, wanted_figures
+from flatpunch.paper import points, reproduce, wanted_figures
 from flatpunch.reference import elliptic
 
 
@@ -130,35 +131,26 @@ def test_every_figure_comes_in_three_forms(quick):
     assert not list(folder.rglob(".unfinished-*"))
 
 
-def test_finished_points_are_used_again(quick, monkeypatch):
-    """A second run solves nothing; a point that was lost is solved alone."""
+def test_finished_points_are_used_again(quick):
+    """A second run solves nothing; a point that was lost is solved alone, to the same numbers."""
     folder, _ = quick
-    plan, store = plans.quick(), points.Store(folder / "points")
-    wanted = plan.points((10,))
-    solved = []
-    monkeypatch.setattr(run, "solve", lambda some, _: solved.extend(some))
-    assert run.solve_missing(wanted, store, jobs=1) == 0
-    kept = store.path(wanted[0]).read_bytes()
-    store.path(wanted[0]).unlink()
-    seen = []
-    assert run.solve_missing(wanted, store, jobs=1, progress=lambda *at: seen.append(at)) == 1
-    assert solved == wanted[:1]
-    assert seen[0] == (1, 2)
-    points.write_whole(store.path(wanted[0]), kept)
+    wanted, store, seen = plans.quick().points((10,)), points.Store(folder / "points"), []
+    assert store.solve(wanted, jobs=1) == 0
+    there = set((folder / "points").iterdir())
+    before = store.load(wanted[0])
+    (lost,) = (path for path in there if np.array_equal(np.load(path)["force"], before["force"]))
+    lost.unlink()
+    assert store.solve(wanted, jobs=1, progress=lambda *at: seen.append(at)) == 1
+    assert seen == [(1, 2), (2, 2)]
+    assert set((folder / "points").iterdir()) == there
+    for name, value in store.load(wanted[0]).items():
+        np.testing.assert_array_equal(value, before[name])
 
 
-def test_a_failed_write_leaves_nothing(tmp_path):
-    with pytest.raises(TypeError):
-        points.write_whole(tmp_path / "a.csv", "not bytes")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_spoilt_point_is_named(tmp_path):
-    store = points.Store(tmp_path)
-    point = plans.quick().points((10,))[0]
-    store.path(point).write_bytes(b"PK spoilt")
-    with pytest.raises(ValueError, match=r"cannot be read.*Delete it"):
-        store.load(point)
+def test_a_point_that_cannot_be_solved_stops_the_run(tmp_path):
+    bad = dataclasses.replace(plans.quick().points((6,))[0], depth=-1.0)
+    with pytest.raises(ValueError, match=r"Point\(.*depth=-1.0.*ValueError: depth"):
+        points.Store(tmp_path).solve([bad], jobs=1)
 
 
 def test_figure_numbers():

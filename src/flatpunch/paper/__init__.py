@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from flatpunch._progress import Report as Progress
     from flatpunch.paper.report import Report
-    from flatpunch.paper.run import Progress
 
 __all__ = ["FIGURES", "reproduce", "wanted_figures"]
 
@@ -54,14 +54,14 @@ def reproduce(
     from flatpunch.paper import plan as plans
     from flatpunch.paper.points import Store
     from flatpunch.paper.report import make
-    from flatpunch.paper.run import cores, solve_missing
+    from flatpunch.parallel import cores
 
     plan = plans.quick() if quick else plans.full()
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(folder / "points")
     # the matrices are small: on busy cores a second thread for them made the drawing ten times slower
     with threadpool_limits(1):
-        solve_missing(plan.points(figures), store, jobs or cores(), progress)
+        store.solve(plan.points(figures), jobs or cores(), progress)
         return make(plan, figures, store, folder, step or (lambda what: None))
 
 

@@ -28,7 +28,6 @@ def paper(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     from flatpunch.paper import reproduce, wanted_figures
-    from flatpunch.paper.run import elapsed
 
     start, console = time.monotonic(), Console(stderr=True)
     try:
@@ -61,4 +60,10 @@ def paper(
     for statement in report.statements:
         typer.echo(f"{statement.name}: {statement.verdict}")
         typer.echo(f"    {statement.finding}")
-    typer.echo(f"Written: {output / 'index.html'} ({elapsed(start)})")
+    typer.echo(f"Written: {output / 'index.html'} ({_elapsed(start)})")
+
+
+def _elapsed(start: float) -> str:
+    """Seconds since `start`, readable."""
+    seconds = time.monotonic() - start
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.1f} min"

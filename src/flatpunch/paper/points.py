@@ -1,33 +1,30 @@
 """One boundary element solution of the case studies, and the folder that keeps the finished ones.
 
-A point is kept as `<key>.npz`; the key is a hash of everything that determines the numbers. Files are written under a
-temporary name and renamed, so that an interrupt leaves whole files only and the next run goes on from there.
+Every finished point is on disk before it counts (`flatpunch.parallel`): after an interrupt the next run goes on from there.
 """
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
-import os
-import tempfile
-import zipfile
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flatpunch import bem
+from flatpunch._progress import Report
 from flatpunch._validation import Array
 from flatpunch.paper import base_stress
 from flatpunch.paper.cases import Body, Shape, indenter, kernel
+from flatpunch.parallel import Folder, point_keys, solve_points
 
 _FORMAT = 2
 """Raised whenever a change in the boundary elements or here moves the numbers: points of older formats are computed anew."""
 
 _TOLERANCE = 1e-6
+_VERSION = (_FORMAT, _TOLERANCE)
 _ANGLES = 360
 
 
@@ -47,12 +44,6 @@ class Point:
     fields: bool = False
     base: bool = False
 
-    @property
-    def key(self) -> str:
-        """File name: a hash of all of it."""
-        text = json.dumps([_FORMAT, _TOLERANCE, asdict(self)], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
-
 
 Numbers = dict[str, Any]
 """Arrays of a solved point by name: force, radius, area, contour, eccentricity, peak; mask, spacing; base_tension, ..."""
@@ -62,62 +53,50 @@ class Store:
     """Finished points in a folder."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
-
-    def path(self, point: Point) -> Path:
-        """Where a point is kept."""
-        return self.folder / f"{point.key}.npz"
-
-    def missing(self, points: Iterable[Point]) -> list[Point]:
-        """Points that are not there yet, in order, each once."""
-        return [p for p in dict.fromkeys(points) if not self.path(p).exists()]
+        self.folder = Folder(folder)
 
     def load(self, point: Point) -> Numbers:
-        """A finished point."""
-        try:
-            with np.load(self.path(point)) as data:
-                return {name: data[name][()] for name in data.files}
-        except (OSError, ValueError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{self.path(point)} cannot be read ({error}). Delete it and run again.") from None
+        """Return a finished point."""
+        (key,) = point_keys(solve, {point: point}, _VERSION).values()
+        return dict(self.folder.read(key).numbers or {})
 
-    def save(self, point: Point, numbers: Numbers) -> None:
-        """Keep a point, whole or not at all."""
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **numbers)
-        write_whole(self.path(point), buffer.getvalue())
+    def solve(self, points: Iterable[Point], jobs: int, progress: Report | None = None) -> int:
+        """Solve what is missing, in so many processes; the number of points solved.
 
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it appears whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".unfinished-")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def solve(points: list[Point], store: Store) -> int:
-    """Solve points of one body, indenter and size, each kept as soon as it is finished; the number solved."""
-    if not points:
-        return 0
-    first = points[0]
-    shape = indenter(first.shape, first.eccentricity)
-    for point in points:
-        (solution,) = bem.solve(
-            kernel(first.body),
-            shape,
-            depths=[_depth_of_unit_radius(point) if point.fields else point.depth],
-            grid=point.cells,
-            tolerance=_TOLERANCE,
-            angles=_ANGLES,
+        Points of one body, indenter and size share the indenter and the kernel.
+        """
+        solved = solve_points(
+            solve,
+            {point: point for point in points},
+            store=self.folder,
+            workers=jobs,
+            progress=progress,
+            version=_VERSION,
+            cost=lambda point: point.cells**2 * (4 if point.fields else 1),
+            group=lambda point: (point.body, point.shape, point.eccentricity, point.cells),
+            retry_failed=True,
         )
-        store.save(point, _numbers(point, solution))
-    return len(points)
+        for point, reason in solved.failed.items():
+            raise ValueError(f"{point}: {reason}")
+        return solved.fresh
+
+
+def solve(point: Point) -> Numbers:
+    """Solve a point by boundary elements."""
+    (solution,) = bem.solve(
+        kernel(point.body),
+        _indenter(point.shape, point.eccentricity),
+        depths=[_depth_of_unit_radius(point) if point.fields else point.depth],
+        grid=point.cells,
+        tolerance=_TOLERANCE,
+        angles=_ANGLES,
+    )
+    return _numbers(point, solution)
+
+
+@lru_cache(maxsize=4)
+def _indenter(shape: Shape, eccentricity: float) -> Any:
+    return indenter(shape, eccentricity)
 
 
 def _depth_of_unit_radius(point: Point) -> float:

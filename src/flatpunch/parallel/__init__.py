@@ -4,10 +4,20 @@
 counts, a point that fails becomes a record with its reason, and a second run solves only what is missing. No mechanics here.
 """
 
-from flatpunch.parallel.engine import Solved, solve_points
+from flatpunch.parallel.engine import Solved, point_keys, solve_points
 from flatpunch.parallel.keys import content_key
 from flatpunch.parallel.store import Folder, write_whole
 from flatpunch.parallel.threads import cores, one_thread
 from flatpunch.parallel.work import Outcome
 
-__all__ = ["Folder", "Outcome", "Solved", "content_key", "cores", "one_thread", "solve_points", "write_whole"]
+__all__ = [
+    "Folder",
+    "Outcome",
+    "Solved",
+    "content_key",
+    "cores",
+    "one_thread",
+    "point_keys",
+    "solve_points",
+    "write_whole",
+]

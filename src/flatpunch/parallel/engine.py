@@ -110,8 +110,7 @@ def solve_points(
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ValueError(f"workers = {workers!r} must be a whole number > 0: that many processes solve points.")
     place = Memory() if store is None else Folder(store) if isinstance(store, (str, Path)) else store
-    salt = content_key(function_name(function), __version__, version)
-    keys = {name: content_key(salt, point) for name, point in named.items()}
+    keys = point_keys(function, named, version)
     items = {
         keys[name]: Item(keys[name], point, group(point) if group else None, float(cost(point)) if cost else 1.0)
         for name, point in named.items()
@@ -128,6 +127,12 @@ def solve_points(
             done += len(outcomes)
             report(done, len(items))
     return Solved(keys, place, len(missing))
+
+
+def point_keys(function: Function, points: Mapping[Any, Any], version: Any = None) -> dict[Any, str]:
+    """Return the keys under which `solve_points` keeps its outcomes, by the names of the points."""
+    salt = content_key(function_name(function), __version__, version)
+    return {name: content_key(salt, point) for name, point in points.items()}
 
 
 def function_name(function: Any) -> Any:
