@@ -20,7 +20,7 @@ from flatpunch.indenters.pyramid import Pyramid
 
 @dataclass(frozen=True, slots=True)
 class FacetedPyramid:
-    """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x . n_j).
+    """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from flatpunch.indenters._common import FULL_TURN, inclination
 
 @dataclass(frozen=True, slots=True)
 class Pyramid:
-    """Regular pyramid, f = tan(inclination) max_j (x . n_j).
+    """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
     the edges lie half-way between the normals.
