@@ -47,6 +47,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
+    "capture_repr": (),
     "write_computation_times": False,
     "remove_config_comments": True,
     "within_subsection_order": "FileNameSortKey",
@@ -85,7 +86,7 @@ class TheoryMath(MathDomain):
 def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
     """Turn each mention of an equation, (T3.2), into a link."""
     if not docname.startswith("generated/"):
-        source[0] = re.sub(r"(?<!\$ )\((T\d+\.\d+)\)", r"{eq}`\1`", source[0])
+        source[0] = re.sub(r"(?<!\$\$ )\((T\d+\.\d+)\)", r"{eq}`\1`", source[0])
 
 
 def setup(app: Sphinx) -> None:

@@ -40,16 +40,15 @@ branch.set_xlabel(r"$F/\pi w R$")
 branch.set_ylabel("contact radius")
 branch.legend(frameon=False, loc="lower right")
 
-# the softer the layer, the wider the contact when it is lost
-modulus = np.geomspace(0.5, 3e9, 9)
+# the stickier the sphere, the wider the contact when it is lost
 cases = {"sliding": (False, 0.5), r"bonded, $\nu = 0.3$": (True, 0.3), r"bonded, $\nu = 0.5$": (True, 0.5)}
 for label, (bonded, poisson) in cases.items():
+    layer = fp.Medium([fp.Layer(1.0, poisson, 0.02, bonded=bonded)], base=fp.RigidBase())
     found = []
-    for young in modulus:
-        layer = fp.Medium([fp.Layer(young, poisson, 0.02, bonded=bonded)], base=fp.RigidBase())
-        state = fp.pull_off(layer, bead, work_of_adhesion=1.0)
-        found.append((state.radius / 0.02, -state.force / np.pi))
-    forces.semilogx(*np.transpose(found), "o-", ms=4, label=label)
+    for work in np.geomspace(3e-10, 2, 15):
+        state = fp.pull_off(layer, bead, work_of_adhesion=work)
+        found.append((state.radius / 0.02, -state.force / (np.pi * work)))
+    forces.semilogx(*np.transpose(found), "o-", ms=3, label=label)
 for limit in (1.5, 2.0, 3.0):
     forces.axhline(limit, color="0.8", lw=0.8, zorder=0)
 forces.set_xlabel("contact radius at pull-off / layer thickness")
