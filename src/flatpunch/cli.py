@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch.atlas_cli.commands import atlas_app
 from flatpunch.fit.commands import add_commands
 from flatpunch.paper.command import paper
 from flatpunch.sweeps.commands import add_commands as add_sweep
@@ -81,16 +82,18 @@ def solve(
 
 @app.command()
 def check(case: CaseFile) -> None:
-    """Read a case file and say what would be solved, without solving it.
+    """Read a case file and say what would be solved or fitted, without doing it.
 
-    Every problem found is listed with the field, its value and what to write instead.
+    Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
+    write instead.
     """
     with _friendly():
         from flatpunch.files import describe, read_case
+        from flatpunch.fit.case import describe_fit, is_fit_case, read_fit_case
 
-        loaded = read_case(case)
+        lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
         out = Console()
-        for line in describe(loaded):
+        for line in lines:
             out.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -262,6 +265,7 @@ def _friendly() -> Iterator[None]:
 
 add_commands(app, _friendly, _progress)
 add_sweep(app, _friendly, _progress)
+app.add_typer(atlas_app(_friendly, _progress), name="atlas")
 
 
 def main() -> None:

@@ -38,24 +38,30 @@ def shipped_cases() -> list[Path]:
 
 def describe(case: Case) -> Iterator[str]:
     """Yield lines that say what a case would solve."""
-    yield f"Case      {case.title or '(no title)'}"
-    bodies = (
-        [("Upper", case.medium.upper), ("Lower", case.medium.lower)]
-        if isinstance(case.medium, TwoBodies)
-        else [("Body", case.medium)]
+    yield from describe_sample(
+        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
     )
-    for name, body in bodies:
-        yield from _body(name, body)
-    yield f"Indenter  {_words(case.indenter)}"
     if case.time is None:
         yield f"Control   {_control(case)}"
     else:
         yield f"History   {_history(case, case.time)}"
-        yield f"Relaxes   {_words(case.relaxation)}"
-    if case.work_of_adhesion is not None:
-        within = f", range of action {text(case.range_of_action, 'm')}" if case.range_of_action is not None else ""
-        yield f"Adhesion  work {text(case.work_of_adhesion, 'J/m^2').replace('^2', '²')}{within}"
     yield f"Method    {case.method}, outline at {case.angles} polar angles"
+
+
+def describe_sample(
+    title: str, medium: Any, indenter: Any, work: float | None, range_of_action: float | None, relaxation: Any
+) -> Iterator[str]:
+    """Yield the lines about bodies, indenter, relaxation and adhesion."""
+    yield f"Case      {title or '(no title)'}"
+    bodies = [("Upper", medium.upper), ("Lower", medium.lower)] if isinstance(medium, TwoBodies) else [("Body", medium)]
+    for name, body in bodies:
+        yield from _body(name, body)
+    yield f"Indenter  {_words(indenter)}"
+    if relaxation is not None:
+        yield f"Relaxes   {_words(relaxation)}"
+    if work is not None:
+        within = f", range of action {text(range_of_action, 'm')}" if range_of_action is not None else ""
+        yield f"Adhesion  work {text(work, 'J/m^2').replace('^2', '²')}{within}"
 
 
 def _body(name: str, body: Any) -> Iterator[str]:

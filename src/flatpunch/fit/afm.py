@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -42,19 +45,61 @@ def read_afm(
     CurveError
         If afmformats is not installed or cannot read the file.
     """
-    path = Path(path)
-    override = {
-        name: value
-        for name, value in (("spring constant", spring_constant), ("sensitivity", sensitivity))
-        if value is not None
-    }
+    file = AfmFile.opened(path, spring_constant=spring_constant, sensitivity=sensitivity, height=height)
+    return [file.curve(i) for i in range(len(file))]
+
+
+@dataclass(frozen=True, eq=False)
+class AfmFile:
+    """An open microscope file; its curves are read when asked for, and an open file is kept for the next one."""
+
+    path: Path
+    data: Sequence[Any]
+    height: str
+
+    @classmethod
+    def opened(
+        cls,
+        path: str | Path,
+        *,
+        spring_constant: float | None = None,
+        sensitivity: float | None = None,
+        height: str = "height (measured)",
+    ) -> AfmFile:
+        """Open a file, or return it if it still is; parameters as for `read_afm`."""
+        path = Path(path)
+        override = {
+            name: value
+            for name, value in (("spring constant", spring_constant), ("sensitivity", sensitivity))
+            if value is not None
+        }
+        try:
+            changed = path.stat().st_mtime_ns
+        except OSError as error:
+            raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
+        return _kept(path, changed, tuple(override.items()), height)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def curve(self, index: int) -> Curve:
+        """One curve."""
+        if not 0 <= index < len(self.data):
+            raise CurveError(
+                f"{self.path.name}: there is no curve {index}; the file holds {len(self.data)}, counted from 0."
+            )
+        return _curve(self.data[index], self.path, index, self.height)
+
+
+@lru_cache(maxsize=2)
+def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], height: str) -> AfmFile:
     if path.suffix.lower() == ".zip":
-        return _zipped(path, override, height)
-    return [_curve(data, path, i, height) for i, data in enumerate(_loaded(path, override))]
+        return AfmFile(path, _zipped(path, dict(override)), height)
+    return AfmFile(path, _loaded(path, dict(override)), height)
 
 
-def _zipped(path: Path, override: dict[str, float], height: str) -> list[Curve]:
-    """afmformats takes a zip for a workshop file; here it is only a wrapping."""
+def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
+    """afmformats takes a zip for a workshop file; here it is only a wrapping. Columns are read before the folder goes."""
     try:
         with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
             names = [name for name in archive.namelist() if not name.endswith("/")]
@@ -62,9 +107,33 @@ def _zipped(path: Path, override: dict[str, float], height: str) -> list[Curve]:
                 raise CurveError(f"{path.name}: {len(names)} files inside; unpack it and read them one by one.")
             inner = Path(folder) / Path(names[0]).name
             inner.write_bytes(archive.read(names[0]))
-            return [_curve(data, path, i, height) for i, data in enumerate(_loaded(inner, override))]
+            return [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
     except zipfile.BadZipFile as error:
         raise CurveError(f"{path.name}: damaged ({error}).") from None
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """A curve that no longer needs its file."""
+
+    metadata: dict[str, Any]
+    data: dict[str, Any]
+
+    @property
+    def columns(self) -> list[str]:
+        return list(self.data)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.data[name]
+
+
+def _columns_of(data: Any, path: Path) -> dict[str, Any]:
+    try:
+        return {name: np.asarray(data[name]) for name in data.columns}
+    except (KeyboardInterrupt, SystemExit, GeneratorExit):
+        raise
+    except BaseException as error:
+        raise CurveError(f"{path.name}: {_explained(error)}") from None
 
 
 def _loaded(path: Path, override: dict[str, float]) -> Any:
@@ -98,16 +167,19 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
             raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
         segment = np.asarray(data["segment"]) if "segment" in columns else np.zeros(force.size, dtype=int)
+        time = np.asarray(data["time"], dtype=float) if "time" in columns else None
     except (KeyboardInterrupt, SystemExit, GeneratorExit, CurveError):
         raise
     except BaseException as error:
         raise CurveError(f"{path.name}: {_explained(error)}") from None
     meta = {"source": str(path.name), "segment": segment, "metadata": dict(data.metadata)}
     k = float(k) if k is not None and np.isfinite(k) else None
+    if time is not None and not np.isfinite(time).all():
+        time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
     if "tip position" in columns:
-        return Curve(-position, force, spring_constant=k, name=name, meta=meta)
+        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time)
     if k is None:
         raise CurveError(
             f"{path.name}: the file does not say the cantilever's spring constant. Pass spring_constant=... [N/m]."
         )
-    return Curve.from_piezo(-position, force, k, name=name, meta=meta)
+    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time)

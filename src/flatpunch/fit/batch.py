@@ -15,15 +15,15 @@ import xarray as xr
 
 from flatpunch._version import __version__
 from flatpunch.files.results import whole_file
-from flatpunch.fit.curve import Curve
+from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.fitting import fit_model, model_of
-from flatpunch.fit.forward import ForwardModel
-from flatpunch.fit.readers import AFM, EXCEL, TEXT, read_curve
+from flatpunch.fit.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.report import unit_of
+from flatpunch.fit.sample import Sample
 from flatpunch.fit.settings import Free, Settings, as_free
 
 _CHUNK = 16
-_TEXTS = ("curve", "reason", "notes")
+_TEXTS = ("curve", "file", "reason", "notes")
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class Batch:
     Attributes
     ----------
     rows : tuple of dict
-        One a curve, in the order of the input: "curve", "ok", "reason", and the columns of `FitResult.row`.
+        One a curve, in the order of the input: "curve", where it comes from ("file", "index"), "ok", "reason", the columns of
+        `FitResult.row`, and the position in a map.
     """
 
     rows: tuple[Mapping[str, Any], ...]
@@ -89,8 +90,8 @@ class Batch:
 
 def _unit(name: str) -> str:
     bare = name.split(" ")[0]
-    if bare in ("deepest", "noise"):
-        return {"deepest": "m", "noise": "N"}[bare]
+    if bare in ("deepest", "noise", "position"):
+        return "N" if bare == "noise" else "m"
     try:
         return unit_of(bare)
     except KeyError:
@@ -107,6 +108,9 @@ def fit_batch(
     indenter: Any,
     free: Any = (),
     *,
+    work_of_adhesion: float | None = None,
+    range_of_action: float | None = None,
+    relaxation: Any = None,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Mapping[str, Any] | None = None,
@@ -117,8 +121,8 @@ def fit_batch(
     Parameters
     ----------
     curves : iterable of Curve or path
-        Curves, or files to be read.
-    medium, indenter, free
+        Curves, or files to be read; all curves of a force map.
+    medium, indenter, free, work_of_adhesion, range_of_action, relaxation
         As for `fit`.
     workers : int, optional
         Processes; one for each core if left out, at most one for 64 curves.
@@ -134,41 +138,92 @@ def fit_batch(
     Batch
         One record for each curve, good or bad.
     """
+    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     chosen = Settings(**{"engine": "normal-equations", **settings})
-    wanted = as_free(free)
-    start = tuple(sorted((name, f.start) for name, f in wanted.items() if f.start is not None))
-    model = model_of(medium, indenter, tuple(wanted), start, chosen.method)
-    job = _Job(model, wanted, chosen, dict(reading or {}))
-    items = list(curves)
-    count = workers if workers is not None else min(os.cpu_count() or 1, 1 + len(items) // 64)
     rows: list[dict[str, Any]] = []
-    for done in _done(job, items, count):
+    for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers):
         rows.extend(done)
         if progress is not None:
             progress(len(rows))
     return Batch(tuple(rows))
 
 
-def _done(job: _Job, items: Sequence[Any], workers: int) -> Iterator[list[dict[str, Any]]]:
-    """Records, chunk by chunk, in order. The first chunk is done here: its tables are inherited where processes fork."""
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One curve of a file."""
+
+    path: Path
+    index: int | None = None
+
+
+def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> list[Any]:
+    """Curves and places of curves; a file with many of them is opened to count them."""
+    items: list[Any] = []
+    for item in curves:
+        if isinstance(item, Curve):
+            items.append(item)
+            continue
+        try:
+            count = curves_in(item, **(reading or {}))
+        except CurveError:
+            # told again, as the record of this file, when its turn comes
+            count = 1
+        items += [Place(Path(item), i if count > 1 else None) for i in range(count)]
+    return items
+
+
+def fit_rows(
+    items: Sequence[Any],
+    sample: Sample,
+    free: Mapping[str, Free],
+    settings: Settings,
+    reading: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+) -> Iterator[list[dict[str, Any]]]:
+    """Records of fits, chunk by chunk, in order.
+
+    Parameters
+    ----------
+    items : sequence of Curve or Place
+        As `listed` gives them.
+    sample, free, settings
+        The case.
+    reading, workers
+        As for `fit_batch`.
+    """
+    model_of(sample, free, settings.method)
+    job = _Job(sample, free, settings, dict(reading or {}))
+    count = workers if workers is not None else min(os.cpu_count() or 1, 1 + len(items) // 64)
     chunks = (items[i : i + _CHUNK] for i in range(0, len(items), _CHUNK))
+    # the first chunk is done here: its tables are inherited where processes fork
     first = next(chunks, ())
     if first:
         yield job.run(first)
-    if workers <= 1:
+    if count <= 1 or len(items) <= _CHUNK:
         yield from map(job.run, chunks)
         return
     from concurrent.futures import ProcessPoolExecutor
 
-    with ProcessPoolExecutor(workers) as pool:
+    pool = ProcessPoolExecutor(count, initializer=_deaf)
+    try:
         yield from pool.map(job.run, chunks)
+    finally:
+        # after an interrupt nobody waits for what has not begun
+        pool.shutdown(cancel_futures=True)
+
+
+def _deaf() -> None:
+    """Ctrl-C reaches all processes of a terminal; the first one answers for all."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """What every worker needs to know."""
+    """What every worker needs to know; models are made where they are used, as their tables hold functions."""
 
-    model: ForwardModel
+    sample: Sample
     free: Mapping[str, Free]
     settings: Settings
     reading: Mapping[str, Any]
@@ -177,30 +232,29 @@ class _Job:
         return [self._one(item) for item in items]
 
     def _one(self, item: Any) -> dict[str, Any]:
-        name = item.name if isinstance(item, Curve) else str(item)
+        origin: dict[str, Any] = {"curve": item.name} if isinstance(item, Curve) else _origin(item)
         try:
-            curve = item if isinstance(item, Curve) else replace(read_curve(item, **self.reading), name=Path(item).name)
-            row = fit_model(curve, self.model, self.free, self.settings).row()
+            curve = item if isinstance(item, Curve) else self._read(item, origin["curve"])
+            result = fit_model(curve, model_of(self.sample, self.free, self.settings.method), self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))
-            return {"curve": name, "ok": False, "reason": str(error) if known else f"{type(error).__name__}: {error}"}
-        for axis in ("x", "y"):
-            position = curve.meta.get("metadata", {}).get(f"position {axis}")
-            if position is not None:
-                row[f"position {axis}"] = float(position)
-        return row
+            return {**origin, "ok": False, "reason": str(error) if known else f"{type(error).__name__}: {error}"}
+        return {**origin, **result.row(), **_position(curve)}
 
-    def __reduce__(self) -> Any:
-        # tables are made anew in each process that does not inherit them; solvers hold functions that cannot travel
-        parts = (self.model.medium, self.model.indenter, self.model.free, self.model.method)
-        return _job, (*parts, dict(self.free), self.settings, dict(self.reading))
+    def _read(self, place: Place, name: str) -> Curve:
+        return replace(read_curve(place.path, index=place.index or 0, **self.reading), name=name)
 
 
-def _job(
-    medium: Any, indenter: Any, names: tuple[str, ...], method: str, free: Any, settings: Any, reading: Any
-) -> _Job:
-    return _Job(model_of(medium, indenter, names, (), method), free, settings, reading)
+def _origin(place: Place) -> dict[str, Any]:
+    name = place.path.name if place.index is None else f"{place.path.name}[{place.index}]"
+    return {"curve": name, "file": place.path.name, "index": place.index or 0}
+
+
+def _position(curve: Curve) -> dict[str, float]:
+    """Where in a map a curve was taken [m]."""
+    known = curve.meta.get("metadata", {})
+    return {key: float(known[key]) for key in ("position x", "position y") if known.get(key) is not None}
 
 
 def files_in(folder: str | Path) -> list[Path]:

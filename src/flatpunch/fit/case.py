@@ -8,21 +8,26 @@ from __future__ import annotations
 import copy
 import math
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from flatpunch.files import CaseError
+from flatpunch.files import CaseError, describe_sample
 from flatpunch.files import units as si
 from flatpunch.files.indenter_tables import IndenterTable
-from flatpunch.files.media_tables import BaseTable, LayerTable, body
-from flatpunch.files.steps import ControlTable
-from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, explain
+from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.relaxation_tables import RelaxationTable
+from flatpunch.files.steps import ControlTable, HistoryTable
+from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, explain
+from flatpunch.fit.adhesive_model import adhesive_method
 from flatpunch.fit.columns import STIFFNESS
-from flatpunch.fit.scaling import parameter_names
+from flatpunch.fit.fitting import check_free
+from flatpunch.fit.forward import method_for
+from flatpunch.fit.report import quantity, unit_of
+from flatpunch.fit.sample import Sample
 from flatpunch.fit.settings import Free, Settings
 
 _DIMENSIONS = {
@@ -32,6 +37,12 @@ _DIMENSIONS = {
     "inclination": si.ANGLE,
     "half_opening_angle": si.ANGLE,
     "poisson": None,
+    "work_of_adhesion": si.WORK_OF_ADHESION,
+    "time": si.TIME,
+    "times": si.TIME,
+    "equilibrium": None,
+    "exponent": None,
+    "weights": None,
 }
 
 
@@ -51,6 +62,10 @@ class FitCase:
         How.
     reading : mapping
         Keyword arguments of `read_curve`.
+    work_of_adhesion, range_of_action : float or None
+        [J/m^2], [m].
+    relaxation : object or None
+        How the medium relaxes.
     """
 
     title: str
@@ -59,6 +74,24 @@ class FitCase:
     free: Mapping[str, Free]
     settings: Settings
     reading: Mapping[str, Any] = field(default_factory=dict)
+    work_of_adhesion: float | None = None
+    range_of_action: float | None = None
+    relaxation: Any = None
+
+    @property
+    def sample(self) -> Sample:
+        """Medium, tip and what goes with them."""
+        return Sample(self.medium, self.indenter, self.work_of_adhesion, self.range_of_action, self.relaxation)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What `fit` takes by name, after the curve, medium, indenter and free."""
+        more = {
+            name: value
+            for name in ("work_of_adhesion", "range_of_action", "relaxation")
+            if (value := getattr(self, name)) is not None
+        }
+        return {**more, **asdict(self.settings)}
 
 
 class FitTable(Table):
@@ -71,6 +104,7 @@ class FitTable(Table):
     depth_to: Length | None = None
     force_to: Force | None = None
     level: Number = 0.95
+    segment: str = "auto"
 
     def build(self, folder: Path) -> dict[str, Any]:
         """Return fields of `Settings`; the method comes from the top of the file."""
@@ -109,17 +143,39 @@ class FitCaseTable(Table):
     method: str = "auto"
     angles: Count = 360
     layers: list[LayerTable] = Field(default=[])
-    base: BaseTable
+    base: BaseTable | None = None
+    upper: BodyTable | None = None
+    lower: BodyTable | None = None
     indenter: IndenterTable
+    work_of_adhesion: WorkOfAdhesion | None = None
+    range_of_action: Length | None = None
+    relaxation: RelaxationTable | None = None
     control: ControlTable | None = None
+    history: HistoryTable | None = None
     fit: FitTable | None = None
     curve: CurveTable | None = None
 
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
         settings = Settings(method=self.method, **(self.fit.built if self.fit else {}))
-        medium = body(self.layers, self.base, None, None)
-        return FitCase(self.title, medium, self.indenter.built, {}, settings, self.curve.built if self.curve else {})
+        method_for(self.indenter.built, self.method)
+        case = FitCase(
+            self.title,
+            body(self.layers, self.base, self.upper, self.lower),
+            self.indenter.built,
+            {},
+            settings,
+            self.curve.built if self.curve else {},
+            self.work_of_adhesion,
+            self.range_of_action,
+            self.relaxation.built if self.relaxation else None,
+        )
+        # whether its parts go together
+        sample = case.sample
+        if sample.work_of_adhesion is not None:
+            adhesive_method(sample.indenter, self.method)
+        _check_segment(case)
+        return case
 
 
 def _quantity(name: str, value: str, dimension: si.Dimension) -> float:
@@ -165,28 +221,100 @@ def read_fit_case(path: str | Path) -> FitCase:
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     case: FitCase = table.built
-    known = parameter_names(case.medium, case.indenter)
+    known = case.sample.names
     for name in found:
         if name not in known:
             raise CaseError(f"{path}: {name} cannot be fitted; in this case one can fit {', '.join(known)}.")
-    return FitCase(case.title, case.medium, case.indenter, found, case.settings, case.reading)
+    try:
+        case = replace(case, free=found)
+        check_free(case.sample, found)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    return case
+
+
+def _check_segment(case: FitCase) -> None:
+    """Refuse segments that the physics has no use for."""
+    known = ("auto", "retract", "both") if case.work_of_adhesion is not None else ("auto", "approach")
+    known = ("auto", "both") if case.relaxation is not None else known
+    if case.settings.segment not in known:
+        raise ValueError(
+            f"segment = {case.settings.segment!r} does not go with this case; it is {' or '.join(map(repr, known))}."
+        )
+
+
+def is_fit_case(path: str | Path) -> bool:
+    """Whether a case file looks for something: a value { fit = ... }, or a table [fit] or [curve]."""
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        # unreadable files are told by whoever reads them
+        return False
+    return "fit" in data or "curve" in data or _looks_for(data)
+
+
+def _looks_for(value: Any) -> bool:
+    if isinstance(value, dict):
+        return "fit" in value or any(_looks_for(v) for v in value.values())
+    return isinstance(value, list) and any(_looks_for(v) for v in value)
+
+
+def describe_fit(case: FitCase) -> Iterator[str]:
+    """Yield lines that say what a case would fit."""
+    settings = case.settings
+    yield from describe_sample(
+        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
+    )
+    for i, (name, free) in enumerate(case.free.items()):
+        unit = unit_of(name)
+        limits = [quantity(v, unit) if v is not None else "" for v in (free.minimum, free.maximum)]
+        between = f", between {limits[0] or 'any'} and {limits[1] or 'any'}" if any(limits) else ""
+        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{between}"
+    if not case.free:
+        yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
+    contact = "free" if settings.contact == "free" else quantity(settings.contact, "m")
+    yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
+    method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
+    yield f"Method    {method or method_for(case.indenter, settings.method)}"
+
+
+def _segment(case: FitCase) -> str:
+    if case.settings.segment != "auto":
+        return case.settings.segment
+    return "retract" if case.work_of_adhesion is not None else "both" if case.relaxation is not None else "approach"
 
 
 def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free]]:
     """Separate { fit = ..., min = ..., max = ... } from a file: the file with the starts in their place, and what is free."""
     plain = copy.deepcopy(data)
     found: dict[str, Free] = {}
-    places: list[tuple[str, Any]] = [(f"layers[{i}]", table) for i, table in enumerate(_tables(plain.get("layers")))]
-    places += [(name, plain.get(name)) for name in ("base", "indenter")]
-    for prefix, table in places:
-        if not isinstance(table, dict):
-            continue
+    for prefix, table in _places(plain):
         for name, value in table.items():
-            if isinstance(value, dict) and "fit" in value:
-                label, free = _free(f"{prefix}.{name}", name, value)
-                found[label] = free
-                table[name] = value["fit"]
+            for label, where, key, wanted in _wanted(f"{prefix}{name}", table, name, value):
+                label, found_free = _free(label, name, wanted)
+                found[label] = found_free
+                where[key] = wanted["fit"]
     return plain, found
+
+
+def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, Any, Any, Mapping[str, Any]]]:
+    """Fitted values in a field: itself, or entries of its list."""
+    if isinstance(value, dict) and "fit" in value:
+        return [(label, table, name, value)]
+    if isinstance(value, list):
+        return [(f"{label}[{i}]", value, i, v) for i, v in enumerate(value) if isinstance(v, dict) and "fit" in v]
+    return []
+
+
+def _places(plain: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Tables in which something can be fitted, with what their names begin with."""
+    places: list[tuple[str, Any]] = []
+    for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
+        if isinstance(body_, dict):
+            places += [(f"{prefix}layers[{i}].", table) for i, table in enumerate(_tables(body_.get("layers")))]
+            places.append((f"{prefix}base.", body_.get("base")))
+    places += [(f"{name}.", plain.get(name)) for name in ("indenter", "relaxation")]
+    return [(prefix, table) for prefix, table in [*places, ("", plain)] if isinstance(table, dict)]
 
 
 def _tables(value: Any) -> list[Any]:
@@ -200,7 +328,7 @@ def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
             f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
         )
     if name not in _DIMENSIONS:
-        raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(_DIMENSIONS)}.")
+        raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(sorted(_DIMENSIONS))}.")
     limits = [_limit(f"{path}.{key}", name, value.get(key)) for key in ("min", "max")]
     if name == "half_opening_angle":
         limits = [None if v is None else math.pi / 2 - v for v in reversed(limits)]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flatpunch.fit.case import FitCase
 
 CurveFile = Annotated[
-    Path, typer.Argument(metavar="CURVE", help="Measured curve, or a folder of curves.", show_default=False)
+    Path, typer.Argument(metavar="CURVE", help="Measured curve, force map, or a folder of them.", show_default=False)
 ]
 FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file of the fit.", show_default=False)]
 
@@ -57,7 +57,8 @@ def add_commands(
         """Fit a case to a measured curve, or to every curve in a folder.
 
         In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
-        start, and limits if there are any. The contact point and the baseline are fitted with the rest.
+        start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
+        [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
 
         [bold]flatpunch fit curve.csv gel.toml --plot fit.png[/bold]
         """
@@ -68,7 +69,9 @@ def add_commands(
             from flatpunch.fit.case import read_fit_case
 
             loaded = read_fit_case(case)
-            if curve.is_dir():
+            if curve.is_dir() or _many(curve, loaded):
+                if drift is not None or profile:
+                    raise ValueError("--drift and --profile go with a single curve.")
                 _fit_folder(curve, loaded, output, plot, workers, progress)
             else:
                 _fit_one(curve, loaded, output, plot, drift, profile)
@@ -115,18 +118,23 @@ def add_commands(
             _told([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
 
 
+def _many(path: Path, case: FitCase) -> bool:
+    """Whether a file holds more than one curve."""
+    from flatpunch.fit.readers import curves_in
+
+    return curves_in(path, **case.reading) > 1
+
+
 def _fit_one(
     path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool
 ) -> None:
-    from dataclasses import asdict
-
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
     from flatpunch.fit.readers import read_curve
     from flatpunch.fit.report import quantity, unit_of
 
     curve = read_curve(path, **case.reading)
-    result = fit(curve, case.medium, case.indenter, case.free, **asdict(case.settings))
+    result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
     _say(result.summary())
     if profile:
         for name in result.objective.model.free:
@@ -153,8 +161,6 @@ def _fit_one(
 
 def _drift(curve: Any, case: FitCase, path: Path) -> Path:
     """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio."""
-    from dataclasses import asdict
-
     from flatpunch.fit.fitting import fit_ranges
     from flatpunch.fit.pictures import drift_figure
     from flatpunch.media import HalfSpace
@@ -164,7 +170,7 @@ def _drift(curve: Any, case: FitCase, path: Path) -> Path:
     if name not in case.free:
         raise ValueError(f"--drift shows {name}, which is not fitted in this case.")
     top = case.medium.layers[0]
-    settings = asdict(case.settings)
+    settings = case.arguments
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **settings)
     bulk = fit_ranges(curve, HalfSpace(top.young, top.poisson), case.indenter, ["base.young"], **settings)
     return save_figure(drift_figure(layered, name, bulk, "base.young"), path)
@@ -173,33 +179,28 @@ def _drift(curve: Any, case: FitCase, path: Path) -> Path:
 def _fit_folder(
     folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, progress: Any
 ) -> None:
-    from dataclasses import asdict
+    from dataclasses import replace
 
     import numpy as np
 
-    from flatpunch.fit.batch import files_in, fit_batch
+    from flatpunch.fit.batch import Batch, files_in, fit_rows, listed
     from flatpunch.fit.report import quantity, unit_of
 
-    files = files_in(folder)
-    settings = {**asdict(case.settings), "engine": "normal-equations"}
-    with progress("Fitting", len(files)) as step:
-        before = 0
-
-        def advanced(done: int) -> None:
-            nonlocal before
-            step(f"{done} of {len(files)}", done - before)
-            before = done
-
-        batch = fit_batch(
-            files,
-            case.medium,
-            case.indenter,
-            case.free,
-            workers=workers,
-            progress=advanced,
-            reading=case.reading,
-            **settings,
-        )
+    items = listed(files_in(folder) if folder.is_dir() else [folder], case.reading)
+    settings = replace(case.settings, engine="normal-equations")
+    rows: list[Any] = []
+    try:
+        with progress("Fitting", len(items)) as step:
+            for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers):
+                rows.extend(done)
+                step(f"{len(rows)} of {len(items)}", len(done))
+    except KeyboardInterrupt:
+        # what has been fitted was work; the table says how much of it there is
+        if output is not None and rows:
+            Batch(tuple(rows)).save(output)
+            _say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")
+        raise
+    batch = Batch(tuple(rows))
     good = len(batch.rows) - len(batch.failed)
     _say(f"{good} of {len(batch.rows)} curves fitted")
     for name in case.free:

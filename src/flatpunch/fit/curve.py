@@ -43,6 +43,8 @@ class Curve:
         the fit weighs for it.
     stiffness : array, shape (n,), optional
         Measured contact stiffness [N/m] (nanoindentation); NaN where there is none.
+    time : array, shape (n,), optional
+        [s]; fits of relaxation need it.
     name : str
         For tables and messages.
     meta : dict
@@ -60,11 +62,13 @@ class Curve:
     stiffness: Array | None = None
     name: str = "curve"
     meta: dict[str, Any] = field(default_factory=dict, repr=False)
+    time: Array | None = None
 
     def __post_init__(self) -> None:
         columns = {"depth": self.depth, "force": self.force}
-        if self.stiffness is not None:
-            columns["stiffness"] = self.stiffness
+        for name in ("stiffness", "time"):
+            if getattr(self, name) is not None:
+                columns[name] = getattr(self, name)
         for name, column in columns.items():
             array = np.array(column, dtype=float)
             array.setflags(write=False)
@@ -106,8 +110,8 @@ class Curve:
 
     def taken(self, chosen: Any) -> Curve:
         """The curve at some of its points: a mask, a slice or indices."""
-        stiffness = None if self.stiffness is None else self.stiffness[chosen]
-        return replace(self, depth=self.depth[chosen], force=self.force[chosen], stiffness=stiffness)
+        more = {name: c[chosen] for name in ("stiffness", "time") if (c := getattr(self, name)) is not None}
+        return replace(self, depth=self.depth[chosen], force=self.force[chosen], **more)
 
     @property
     def noise(self) -> float:
@@ -161,6 +165,23 @@ def _check_direction(curve: Curve) -> None:
         )
 
 
+def check_saturation(curve: Curve) -> None:
+    """Refuse curves in which many points read the same largest force.
+
+    Raises
+    ------
+    CurveError
+        If the detector is saturated.
+    """
+    force = curve.force
+    held = int(np.sum(force >= force.max() - 1e-9 * float(np.ptp(force))))
+    if held >= max(_PLATEAU[0], _PLATEAU[1] * force.size):
+        raise CurveError(
+            f"{curve.name}: {held} points read the same largest force {force.max():.4g} N: the detector is saturated. Cut the "
+            "curve below it (force_to=...), or measure again with a smaller setpoint."
+        )
+
+
 def check_signal(curve: Curve, adhesion: Adhesion) -> tuple[Flags, tuple[str, ...]]:
     """Judge an approach: which points can be used, and notes.
 
@@ -178,13 +199,8 @@ def check_signal(curve: Curve, adhesion: Adhesion) -> tuple[Flags, tuple[str, ..
         If the detector is saturated, the force does not rise above its noise, or it dips (adhesion).
     """
     force, n = curve.force, curve.force.size
-    span, noise = float(np.ptp(force)), curve.noise
-    held = int(np.sum(force >= force.max() - 1e-9 * span))
-    if held >= max(_PLATEAU[0], _PLATEAU[1] * n):
-        raise CurveError(
-            f"{curve.name}: {held} points read the same largest force {force.max():.4g} N: the detector is saturated. Cut the "
-            "curve below it (force_to=...), or measure again with a smaller setpoint."
-        )
+    noise = curve.noise
+    check_saturation(curve)
     far = force[: max(int(_FAR * n), FEWEST)]
     baseline = float(np.median(far))
     if force.max() - baseline < 6 * noise:
@@ -204,7 +220,7 @@ def check_signal(curve: Curve, adhesion: Adhesion) -> tuple[Flags, tuple[str, ..
             f"{dip / (force.max() - baseline):.1%} of the largest force and {dip / max(noise, 1e-300):.0f} times the noise: the "
             "tip is pulled in. A model without adhesion would put the contact point wrong. Use adhesion='above' to fit the part "
             "above the baseline only (the modulus is then still biased by the adhesive force), or measure in a liquid that "
-            "screens it."
+            "screens it. If the curve has a retract, work_of_adhesion fits the adhesion with the rest."
         )
     back = lowest + int(np.argmax(force[lowest:] >= baseline))
     start = lowest

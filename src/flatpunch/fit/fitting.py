@@ -10,36 +10,58 @@ from typing import Any
 import numpy as np
 
 from flatpunch._validation import Array, real
-from flatpunch.fit.curve import Curve, CurveError, approach, check_signal
+from flatpunch.fit.adhesive_model import AdhesiveModel
+from flatpunch.fit.adhesive_setup import adhesive_setup
+from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.forward import ForwardModel
+from flatpunch.fit.history_model import HistoryModel
+from flatpunch.fit.history_setup import history_setup
 from flatpunch.fit.minimum import Minimum, covariance, minimise
-from flatpunch.fit.objective import Objective, contact_range, frame_of, scanned
-from flatpunch.fit.report import judged
+from flatpunch.fit.physics_notes import limits_of_theory
+from flatpunch.fit.report import judged, quantity, unit_of
 from flatpunch.fit.result import Estimate, FitResult
 from flatpunch.fit.robust import noise_variance, reweighted
-from flatpunch.fit.scaling import external, internal, replaced, slope, value_of
+from flatpunch.fit.sample import Sample
+from flatpunch.fit.scaling import external, internal, plain_limits, slope
 from flatpunch.fit.settings import Free, Settings, as_free
+from flatpunch.fit.setup import Setup, elastic_setup
 
-_SCANNED, _BINS = 100, 400
-"""Points to which a curve is averaged for the search of the contact point, and for the first descent."""
 _FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
 
+Model = ForwardModel | AdhesiveModel | HistoryModel
 
-def fit(curve: Curve, medium: Any, indenter: Any, free: Any = (), **settings: Any) -> FitResult:
+
+def fit(
+    curve: Curve,
+    medium: Any,
+    indenter: Any,
+    free: Any = (),
+    *,
+    work_of_adhesion: float | None = None,
+    range_of_action: float | None = None,
+    relaxation: Any = None,
+    **settings: Any,
+) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
 
     Parameters
     ----------
     curve : Curve
-        Measured force over tip position, with its baseline; cut to the approach here.
+        Measured force over tip position, with its baseline; cut to the part that is fitted here.
     medium, indenter : object
         The case: known values, and starting values of the free ones.
     free : sequence of str, or mapping of str to Free, float or (minimum, maximum)
-        Parameters to fit: "layers[0].young", "layers[0].thickness", "base.poisson", "indenter.radius", ...; see
-        `flatpunch.fit.parameter_names`.
+        Parameters to fit: "layers[0].young", "layers[0].thickness", "base.poisson", "indenter.radius", "work_of_adhesion",
+        "relaxation.time", ...; see `flatpunch.fit.parameter_names` and `flatpunch.fit.Sample`.
+    work_of_adhesion : float, optional
+        w [J/m^2], or where to start: the contact is adhesive (JKR) and the retract is fitted.
+    range_of_action : float, optional
+        Gap up to which the adhesive traction acts [m]; the notes then say whether JKR theory holds.
+    relaxation : StandardLinearSolid, Prony or PowerLawRelaxation, optional
+        The medium relaxes, or where to start: the force over time of ramp, hold and retract is fitted; the curve needs times.
     **settings
-        Fields of `Settings`: contact, baseline, loss, adhesion, depth_to, force_to, method, level, engine.
+        Fields of `Settings`: contact, baseline, loss, adhesion, depth_to, force_to, method, level, engine, segment.
 
     Returns
     -------
@@ -55,42 +77,43 @@ def fit(curve: Curve, medium: Any, indenter: Any, free: Any = (), **settings: An
     """
     chosen = Settings(**settings)
     wanted = as_free(free)
-    start_values = {name: f.start for name, f in wanted.items() if f.start is not None}
-    model = model_of(medium, indenter, tuple(wanted), tuple(sorted(start_values.items())), chosen.method)
-    return fit_model(curve, model, wanted, chosen)
+    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
+    return fit_model(curve, model_of(sample, wanted, chosen.method), wanted, chosen)
 
 
-def model_of(
-    medium: Any, indenter: Any, free: tuple[str, ...], start: tuple[tuple[str, float], ...], method: str
-) -> ForwardModel:
+def model_of(sample: Sample, free: Mapping[str, Free], method: str) -> Model:
     """The forward model of a case, kept for the next curve.
 
     Parameters
     ----------
-    medium, indenter : object
+    sample : Sample
         The case.
-    free : tuple of str
-        What is fitted.
-    start : tuple of (name, value)
-        Starting values that differ from the case's.
+    free : mapping of str to Free
+        What is fitted, with starting values that differ from the case's.
     method : str
         Contact method.
     """
+    for name in free:
+        sample.check(name)
+    starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
+    started = sample.replaced(starts)
     try:
-        return _kept(medium, indenter, free, start, method)
+        return _kept(started, tuple(free), method)
     except TypeError:
-        return ForwardModel(*_started(medium, indenter, start), free, method)
+        return _made(started, tuple(free), method)
 
 
 @lru_cache(maxsize=64)
-def _kept(
-    medium: Any, indenter: Any, free: tuple[str, ...], start: tuple[tuple[str, float], ...], method: str
-) -> ForwardModel:
-    return ForwardModel(*_started(medium, indenter, start), free, method)
+def _kept(sample: Sample, free: tuple[str, ...], method: str) -> Model:
+    return _made(sample, free, method)
 
 
-def _started(medium: Any, indenter: Any, start: tuple[tuple[str, float], ...]) -> tuple[Any, Any]:
-    return replaced(medium, indenter, dict(start))
+def _made(sample: Sample, free: tuple[str, ...], method: str) -> Model:
+    if sample.work_of_adhesion is not None:
+        return AdhesiveModel(sample, free, method)
+    if sample.relaxation is not None:
+        return HistoryModel(sample, free, method)
+    return ForwardModel(sample.medium, sample.indenter, free, method)
 
 
 def fit_ranges(
@@ -131,138 +154,107 @@ def fit_ranges(
     return results
 
 
-def fit_model(curve: Curve, model: ForwardModel, free: Mapping[str, Free], settings: Settings) -> FitResult:
+def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings) -> FitResult:
     """Fit with a forward model at hand; what `fit` and batches do for each curve."""
-    part, keep, notes = prepared(curve, settings)
-    used = part.taken(keep) if not keep.all() else part
-    lower, upper = _bounds(model, free)
-    objective = Objective(
-        model=model,
-        depth=used.depth,
-        force=used.force,
-        nuisance=settings.nuisance,
-        held={
-            "contact": 0.0 if settings.contact == "free" else float(settings.contact),
-            "baseline": 0.0,
-            "tilt": 0.0,
-        },
-        frame=frame_of(used.depth, used.force),
-        spring=used.spring_constant,
-    )
-    count = len(objective.names)
-    if used.depth.size <= count:
-        raise CurveError(f"{curve.name}: {used.depth.size} points cannot determine {count} parameters.")
-    low, high, _ = contact_range(used.depth, used.force)
-    origin, width, _ = objective.frame
-    slack = high - low
-    loose = {
-        "contact": ((low - slack - origin) / width, (high + slack / 3 - origin) / width),
-        "baseline": (-10.0, 10.0),
-        "tilt": (-10.0, 10.0),
-    }
-    lower = np.append(lower, [loose[name][0] for name in objective.nuisance])
-    upper = np.append(upper, [loose[name][1] for name in objective.nuisance])
-    found = _searched(objective, model, curve.name, lower, upper, settings)
+    if not isinstance(curve, Curve):
+        raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
+    setup = _setup(curve, model, _bounds(model, free), settings)
+    found = _searched(setup, setup.start(), curve.name, settings)
+    if setup.again is not None and (narrower := setup.again(found.x)) is not None:
+        setup = narrower
+        found = _searched(setup, setup.start(), curve.name, settings)
+    objective, count = setup.objective, len(setup.objective.names)
     polished = None
     if settings.engine == "lmfit" and count:
         from flatpunch.fit.lmfit_engine import polish
 
-        polished, found = polish(objective, found, lower, upper, settings.loss)
+        polished, found = polish(objective, found, setup.lower, setup.upper, settings.loss)
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
-    estimates = _estimates(objective, found, spread, lower, upper, settings.level)
     result = FitResult(
-        curve=part,
-        used=keep,
+        curve=setup.part,
+        used=setup.used,
         objective=objective,
         minimum=found,
-        estimates=estimates,
+        estimates=_estimates(objective, found, spread, setup.lower, setup.upper, settings.level),
         covariance=spread,
         undetermined=undetermined,
         noise=float(np.sqrt(variance)) * objective.frame[2],
         settings=settings,
-        bounds=(lower, upper),
+        bounds=(setup.lower, setup.upper),
         lmfit=polished,
-        notes=notes,
+        notes=setup.notes,
     )
-    return replace(result, notes=(*notes, *judged(result), *_limits(result)))
+    return replace(result, notes=(*setup.notes, *judged(result), *limits_of_theory(result)))
 
 
-def _limits(result: FitResult) -> tuple[str, ...]:
-    """What the contact theory says about its own limits at the fitted values; single fits only, as it costs a cold solution."""
-    deepest = float(result.depth.max())
-    if result.settings.engine != "lmfit" or deepest <= 0:
-        return ()
-    return tuple(result.objective.model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines())
-
-
-def prepared(curve: Curve, settings: Settings) -> tuple[Curve, Any, tuple[str, ...]]:
-    """The approach, which of its points are used, and notes."""
-    if not isinstance(curve, Curve):
-        raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
-    part = approach(_cut(curve, settings))
-    keep, notes = check_signal(part, settings.adhesion)
-    return part, keep, notes
-
-
-def _cut(curve: Curve, settings: Settings) -> Curve:
-    """The curve before it first reaches `force_to` or `depth_to`."""
-    end = curve.depth.size
-    for name, column, limit in (
-        ("force_to", curve.force, settings.force_to),
-        ("depth_to", curve.depth, settings.depth_to),
-    ):
-        if limit is not None:
-            beyond = column > real(name, limit)
-            if beyond.any():
-                end = min(end, int(np.argmax(beyond)))
-    return curve if end == curve.depth.size else curve.taken(slice(0, end))
-
-
-def _bounds(model: ForwardModel, free: Mapping[str, Free]) -> tuple[Array, Array]:
-    """Limits in internal parameters."""
-    lower, upper = [], []
-    for name, start in zip(model.free, model.start(), strict=True):
-        limits = free[name]
-        if name.endswith("poisson"):
-            low, high = -0.99, 0.5
-        else:
-            low, high = start - np.log(_FAR), start + np.log(_FAR)
-        if limits.minimum is not None:
-            low = internal(name, _limit(name, "minimum", limits.minimum))
-        if limits.maximum is not None:
-            high = internal(name, _limit(name, "maximum", limits.maximum))
-        if not low <= start <= high or low == high:
-            value = value_of(model.medium, model.indenter, name)
+def _setup(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:
+    if isinstance(model, AdhesiveModel):
+        if settings.segment == "approach":
+            raise ValueError("segment = 'approach' does not go with work_of_adhesion; it is 'retract' or 'both'.")
+        return adhesive_setup(curve, model, limits, settings)
+    if isinstance(model, HistoryModel):
+        if settings.segment not in ("auto", "both"):
             raise ValueError(
-                f"{name}: the start {value:.6g} must lie between minimum {limits.minimum} and maximum {limits.maximum}."
+                f"segment = {settings.segment!r} does not go with relaxation: what was before is remembered."
             )
-        lower.append(low)
-        upper.append(high)
-    return np.array(lower), np.array(upper)
+        return history_setup(curve, model, limits, settings)
+    if settings.segment not in ("auto", "approach"):
+        raise ValueError(
+            f"segment = {settings.segment!r} goes with work_of_adhesion or relaxation; without them the approach is fitted."
+        )
+    return elastic_setup(curve, model, limits, settings)
+
+
+def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
+    """Refuse limits that a start does not lie between, without making a model.
+
+    Raises
+    ------
+    ValueError
+        Which, and what they are.
+    """
+    for name, what in free.items():
+        _between(name, what.start if what.start is not None else sample.value(name), what)
+
+
+def _bounds(model: Model, free: Mapping[str, Free]) -> tuple[Array, Array]:
+    """Limits in internal parameters."""
+    starts = model.externals(model.start())
+    pairs = [_between(name, starts[name], free[name]) for name in model.free]
+    return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+
+
+def _between(name: str, start: float, limits: Free) -> tuple[float, float]:
+    begin = internal(name, start)
+    low, high = plain_limits(name) or (begin - np.log(_FAR), begin + np.log(_FAR))
+    if limits.minimum is not None:
+        low = internal(name, _limit(name, "minimum", limits.minimum))
+    if limits.maximum is not None:
+        high = internal(name, _limit(name, "maximum", limits.maximum))
+    # the start has been there and back
+    slack = 1e-12 * max(1.0, abs(begin))
+    if not low - slack <= begin <= high + slack or low == high:
+        unit = unit_of(name)
+        words = [quantity(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
+        raise ValueError(f"{name}: the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
+    return low, high
 
 
 def _limit(name: str, which: str, value: float) -> float:
     value = real(f"{name} {which}", value)
-    if not name.endswith("poisson") and value <= 0:
+    plain = plain_limits(name)
+    if plain is None and value <= 0:
         raise ValueError(f"{name} {which} = {value!r} must be > 0.")
-    return min(value, 0.5) if name.endswith("poisson") else value
+    return float(np.clip(value, *plain)) if plain else value
 
 
-def _searched(
-    objective: Objective, model: ForwardModel, name: str, lower: Array, upper: Array, settings: Settings
-) -> Minimum:
-    """Scan, descend on block means, then on all points."""
-    low, high, first = contact_range(objective.depth, objective.force)
-    coarse = objective.binned(_BINS, first)
-    moduli = [j for j, free in enumerate(model.free) if free.endswith("young")]
-    start = np.clip(scanned(objective.binned(_SCANNED, first), model.start(), moduli, (low, high)), lower, upper)
-    if coarse.depth.size < objective.depth.size:
-        start = minimise(coarse.evaluate, start, lower, upper, settled=0.05).x
-    found = minimise(objective.evaluate, start, lower, upper)
+def _searched(setup: Setup, start: Array, name: str, settings: Settings) -> Minimum:
+    """Descend from a start."""
+    found = minimise(setup.objective.evaluate, start, setup.lower, setup.upper)
     if settings.loss != "linear":
-        found = reweighted(objective, found, lower, upper, settings.loss)
+        found = reweighted(setup.objective, found, setup.lower, setup.upper, settings.loss)
     if not found.converged:
         raise CurveError(
             f"{name}: no minimum found after {found.evaluations} evaluations, residual "
@@ -272,7 +264,7 @@ def _searched(
 
 
 def _estimates(
-    objective: Objective, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
+    objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
 ) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
     from scipy.stats import t as student

@@ -13,16 +13,18 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.fit.minimum import Minimum
-from flatpunch.fit.objective import Objective
+from flatpunch.fit.objective import NUISANCE
+from flatpunch.fit.scaling import plain_limits
 
 
 def lmfit_name(name: str) -> str:
     """Name of a parameter as lmfit wants it: letters, digits and underscores."""
     plain = re.sub(r"\W+", "_", name).strip("_")
-    return f"log_{plain}" if "." in name and not name.endswith("poisson") else plain
+    logarithm = name not in NUISANCE and plain_limits(name) is None
+    return f"log_{plain}" if logarithm else plain
 
 
-def polish(objective: Objective, found: Minimum, lower: Array, upper: Array, loss: str) -> tuple[Any, Minimum]:
+def polish(objective: Any, found: Minimum, lower: Array, upper: Array, loss: str) -> tuple[Any, Minimum]:
     """Run lmfit from the minimum found; returns its result and the minimum it ended at.
 
     Raises

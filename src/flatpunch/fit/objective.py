@@ -18,12 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array
-from flatpunch.fit.forward import ForwardModel
+from flatpunch._validation import Array, Indices
+from flatpunch.fit.curve import Curve
 
 _NEWTON = 8
 _SETTLED = 1e-2
 """Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
+_STEEPEST = 0.25
+"""Least 1 + M'/k that is let through; data closer to the instability are left out of the fit in the end."""
 NUISANCE = ("contact", "baseline", "tilt")
 
 
@@ -33,9 +35,12 @@ class Objective:
 
     contact is in units of the depth range from the first point, baseline and tilt in units of the force range (tilt over the
     whole depth range), so that all of x are of order one: `frame` holds first depth, depth range and force range.
+
+    Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
+    to negative depths. `part_loaded` is the same over all points of the curve that is shown.
     """
 
-    model: ForwardModel
+    model: Any
     depth: Array
     force: Array
     nuisance: tuple[str, ...]
@@ -43,6 +48,8 @@ class Objective:
     frame: tuple[float, float, float]
     weight: Array | None = None
     spring: float | None = None
+    loaded: Indices | None = None
+    part_loaded: Indices | None = None
     _before: dict[int, Array] = field(default_factory=dict, repr=False)
 
     @property
@@ -82,7 +89,7 @@ class Objective:
             else:
                 jacobian[j] = (self.depth - origin) / width
         if self.spring is not None:
-            jacobian[:, block] /= 1 + stiffness / self.spring
+            jacobian[:, block] /= self._give(stiffness)
         residual = residual / span
         if self.weight is not None:
             residual *= self.weight
@@ -96,34 +103,39 @@ class Objective:
         at = depth if self.spring is None else depth - residual / self.spring
         fresh = not residual.any()
         for turn in range(_NEWTON):
-            block = _touching(at)
+            block = _touching(at) if self.loaded is None else self.loaded
             force, stiffness, by_theta = self.model.evaluate(at[block], theta)
             miss = straight - residual
             miss[block] += force
             if self.spring is None:
                 return miss, block, stiffness, by_theta
             step = miss.copy()
-            step[block] /= 1 + stiffness / self.spring
+            step[block] /= self._give(stiffness)
             residual = residual + step
             at = depth - residual / self.spring
             # what is left is of second order but of one sign: it must vanish beside the error of a mean
             left = miss - step if fresh and turn == 0 else step
             if np.abs(left).max() < _SETTLED * np.sqrt(np.mean(residual**2)):
                 break
-        self._before[depth.size] = residual
+        if np.abs(residual).max() < self.frame[2]:
+            self._before[depth.size] = residual
+        else:
+            # lost on a trial beyond an instability: nothing to start the next evaluation from
+            self._before.pop(depth.size, None)
         return residual, block, stiffness, by_theta
 
-    def prediction(self, x: Array) -> Array:
-        """Fitted force at the points [N]."""
-        theta, rest = self.split(x)
-        return self.predicted_at(theta, rest, self.depth)
+    def _give(self, stiffness: Array) -> Array:
+        """How much faster the piezo moves than the tip; it must not turn round where adhesion is about to let go."""
+        assert self.spring is not None
+        return np.asarray(np.maximum(1 + stiffness / self.spring, _STEEPEST))
 
-    def predicted_at(self, theta: Array, rest: dict[str, float], depth: Array) -> Array:
-        """Fitted force at other tip positions [N]."""
-        inside = depth - rest["contact"]
-        touching = inside > 0
-        result = rest["baseline"] + rest["tilt"] * (depth - self.frame[0])
-        if touching.any():
+    def over(self, curve: Curve, x: Array) -> Array:
+        """Fitted force at all points of the curve that is shown [N]."""
+        theta, rest = self.split(x)
+        inside = curve.depth - rest["contact"]
+        touching = inside > 0 if self.part_loaded is None else self.part_loaded
+        result = rest["baseline"] + rest["tilt"] * (curve.depth - self.frame[0])
+        if inside[touching].size:
             result[touching] += self.model.evaluate(inside[touching], theta)[0]
         return np.asarray(result)
 

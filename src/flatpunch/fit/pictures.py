@@ -10,7 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatpunch.files.units import readable
+from flatpunch.fit.history_model import HistoryModel
 from flatpunch.fit.report import quantity, unit_of
+from flatpunch.fit.scaling import plain_limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,27 +67,40 @@ def _complains(result: FitResult) -> bool:
 
 
 def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
-    x_factor, x_unit = readable(float(np.abs(result.depth).max()), "m")
+    """Curve, fit and residuals over depth, or over time where that is what was fitted."""
+    over_time = isinstance(result.objective.model, HistoryModel)
+    along = result.curve.time if over_time and result.curve.time is not None else result.depth
+    x_factor, x_unit = readable(float(np.abs(along).max()), "s" if over_time else "m")
     y_factor, y_unit = readable(float(np.abs(result.curve.force).max()), "N")
-    x, order = result.depth * x_factor, np.argsort(result.depth)
+    x, order = along * x_factor, np.argsort(along, kind="stable")
+    fitted, residual = result.force, result.residual
     left = ~result.used
     top.plot(x, result.curve.force * y_factor, ".", ms=2, color=_DATA, label="measured", rasterized=True)
     if left.any():
         top.plot(
-            x[left], result.curve.force[left] * y_factor, ".", ms=2, color=_GREY, label="left out", rasterized=True
+            x[left], result.curve.force[left] * y_factor, "x", ms=4, color=_GREY, label="left out", rasterized=True
         )
-    top.plot(x[order], result.force[order] * y_factor, color=_FIT, lw=1.4, label="fitted")
-    top.axvline(0, color=_GREY, lw=0.6, ls=":")
+    top.plot(x[order], fitted[order] * y_factor, color=_FIT, lw=1.4, label="fitted")
+    if not over_time:
+        top.axvline(0, color=_GREY, lw=0.6, ls=":")
     top.set_ylabel(f"force / {y_unit}")
-    top.legend(frameon=False, fontsize=8, loc="upper left")
-    words = [f"{name} = {quantity(e.value, unit_of(name))}" for name, e in result.estimates.items() if "." in name]
-    top.set_title(f"{result.curve.name}: {', '.join(words)}", fontsize=9)
-    bottom.plot(x, result.residual * y_factor, ".", ms=2, color=_DATA, rasterized=True)
+    top.legend(frameon=False, fontsize=8, loc="best")
+    free = result.objective.model.free
+    words = [f"{name} = {quantity(result[name], unit_of(name))}" for name in free]
+    top.set_title(_lines(result.curve.name, words), fontsize=9)
+    # what was left out would only stretch the axis
+    bottom.plot(x[~left], residual[~left] * y_factor, ".", ms=2, color=_DATA, rasterized=True)
     bottom.axhline(0, color=_FIT, lw=0.8)
-    bottom.set_xlabel(f"depth / {x_unit}")
+    bottom.set_xlabel(f"time / {x_unit}" if over_time else f"depth / {x_unit}")
     bottom.set_ylabel(f"residual / {y_unit}")
     for axes in (top, bottom):
         axes.grid(alpha=0.25, lw=0.6)
+
+
+def _lines(name: str, words: Sequence[str]) -> str:
+    """Title of at most two values a line."""
+    rows = [", ".join(words[i : i + 2]) for i in range(0, len(words), 2)]
+    return "\n".join([f"{name}: {rows[0]}", *rows[1:]]) if rows else name
 
 
 def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
@@ -107,7 +122,7 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
         result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=0.8
     )
     for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
-        if not name.endswith("poisson") and values.max() > 5 * values.min():
+        if plain_limits(name) is None and values.max() > 5 * values.min():
             scale("log")
     axes.set_xlabel(f"{first} / {scales[0][1] or '1'}")
     axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")

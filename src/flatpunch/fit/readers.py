@@ -36,6 +36,7 @@ def read_curve(
     spring_constant: float | None = None,
     skip_nan: bool = False,
     flip: bool = False,
+    index: int = 0,
     **afm: Any,
 ) -> Curve:
     """Read one measured curve.
@@ -59,6 +60,8 @@ def read_curve(
         Drop rows in which a number is missing; otherwise they are an error.
     flip : bool
         Change the sign of depth and piezo: for heights that grow away from the sample.
+    index : int
+        Which curve of a microscope file with many (a force map), from 0.
     **afm
         For microscope files, see `flatpunch.fit.afm.read_afm`: sensitivity, height. A text file for which one of them is given
         is read as a microscope's.
@@ -76,10 +79,12 @@ def read_curve(
     if not path.is_file():
         raise CurveError(f"{path}: no such file.")
     kind = path.suffix.lower()
-    if kind in AFM or kind == ".zip" or afm:
-        from flatpunch.fit.afm import read_afm
+    if _by_afmformats(path, afm):
+        from flatpunch.fit.afm import AfmFile
 
-        return read_afm(path, spring_constant=spring_constant, **afm)[0]
+        return AfmFile.opened(path, spring_constant=spring_constant, **afm).curve(index)
+    if index:
+        raise CurveError(f"{path}: index = {index}, but a table holds one curve.")
     if kind in EXCEL:
         from flatpunch.fit.excel import excel_tables
 
@@ -90,6 +95,29 @@ def read_curve(
         known = ", ".join((*TEXT, *EXCEL, *AFM))
         raise CurveError(f"{path}: the ending {kind!r} is none of those that are read: {known}.")
     return curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
+
+
+def curves_in(path: str | Path, *, spring_constant: float | None = None, **reading: Any) -> int:
+    """Number of curves in a file: many in a force map, one elsewhere.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    spring_constant, **reading
+        As for `read_curve`.
+    """
+    path = Path(path)
+    afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
+    if not path.is_file() or not _by_afmformats(path, afm):
+        return 1
+    from flatpunch.fit.afm import AfmFile
+
+    return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
+
+
+def _by_afmformats(path: Path, afm: Mapping[str, Any]) -> bool:
+    return path.suffix.lower() in (*AFM, ".zip") or bool(afm)
 
 
 def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> Table:
@@ -122,10 +150,22 @@ def curve_of(
     data = {role: in_si(table, role, positions[role], units) for role in roles}
     if "stiffness" in positions and "stiffness" not in data:
         data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
+    meta: dict[str, Any] = {"source": table.source}
+    if "time" in positions:
+        # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
+        try:
+            data["time"] = in_si(table, "time", positions["time"], units)
+        except CurveError as error:
+            if "time" in explicit:
+                raise
+            meta["no time"] = str(error)
     if skip_nan:
         good = np.logical_and.reduce([np.isfinite(column) for column in data.values()])
         data = {role: column[good] for role, column in data.items()}
-    return _assembled(table, name, data, spring_constant, -1.0 if flip else 1.0)
+    if "time" in data and not np.isfinite(data["time"]).all():
+        bad = int(np.argmin(np.isfinite(data.pop("time"))))
+        meta["no time"] = f"{table.source}: row {table.first_row + bad} has no time."
+    return _assembled(name, data, spring_constant, -1.0 if flip else 1.0, meta)
 
 
 def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: float | None) -> tuple[str, ...]:
@@ -149,14 +189,13 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
     return "depth", "force"
 
 
-def _assembled(table: Table, name: str, data: Mapping[str, Array], k: float | None, sign: float) -> Curve:
-    stiffness = data.get("stiffness")
-    meta = {"source": table.source}
+def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, Any]) -> Curve:
+    more = {role: data[role] for role in ("stiffness", "time") if role in data}
     if "depth" in data:
-        return Curve(sign * data["depth"], data["force"], spring_constant=k, stiffness=stiffness, name=name, meta=meta)
+        return Curve(sign * data["depth"], data["force"], spring_constant=k, name=name, meta=meta, **more)
     assert k is not None
     force = data["force"] if "force" in data else k * data["deflection"]
-    return Curve.from_piezo(sign * data["piezo"], force, k, stiffness=stiffness, name=name, meta=meta)
+    return Curve.from_piezo(sign * data["piezo"], force, k, name=name, meta=meta, **more)
 
 
 _NUMBER = re.compile(r"\s*(?:[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan|NaN|)\s*")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch.files.units import readable
+from flatpunch.fit.scaling import kind
 
 if TYPE_CHECKING:
     from flatpunch.fit.result import Estimate, FitResult
@@ -26,12 +27,18 @@ _UNITS = {
     "contact": "m",
     "baseline": "N",
     "tilt": "N/m",
+    "work_of_adhesion": "J/m^2",
+    "time": "s",
+    "times": "s",
+    "equilibrium": "",
+    "exponent": "",
+    "weights": "",
 }
 
 
 def unit_of(name: str) -> str:
     """SI unit of a parameter."""
-    return _UNITS[name.split(".")[-1]]
+    return _UNITS[kind(name)]
 
 
 def interval_text(estimate: Estimate, name: str) -> str:

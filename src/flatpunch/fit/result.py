@@ -12,9 +12,8 @@ from flatpunch._validation import Array, Flags
 from flatpunch._version import __version__
 from flatpunch.fit.curve import Curve
 from flatpunch.fit.minimum import Minimum
-from flatpunch.fit.objective import Objective
 from flatpunch.fit.report import interval_text, quantity, unit_of
-from flatpunch.fit.scaling import external
+from flatpunch.fit.scaling import external, plain_limits
 
 if TYPE_CHECKING:
     from flatpunch.fit.likelihood import Profile
@@ -69,7 +68,7 @@ class FitResult:
 
     curve: Curve
     used: Flags
-    objective: Objective
+    objective: Any
     minimum: Minimum
     estimates: dict[str, Estimate]
     covariance: Array
@@ -87,7 +86,7 @@ class FitResult:
     @property
     def names(self) -> tuple[str, ...]:
         """Parameters in the order of the covariance."""
-        return self.objective.names
+        return tuple(self.objective.names)
 
     @property
     def values(self) -> dict[str, float]:
@@ -97,7 +96,8 @@ class FitResult:
     @property
     def case(self) -> tuple[Any, Any]:
         """Medium and indenter with the fitted values."""
-        return self.objective.model.case(self.values)
+        medium, indenter = self.objective.model.case(self.values)
+        return medium, indenter
 
     @property
     def depth(self) -> Array:
@@ -107,8 +107,7 @@ class FitResult:
     @property
     def force(self) -> Array:
         """Fitted force at the points of the curve [N]."""
-        theta, rest = self.objective.split(self.minimum.x)
-        return self.objective.predicted_at(theta, rest, self.curve.depth)
+        return np.asarray(self.objective.over(self.curve, self.minimum.x))
 
     @property
     def residual(self) -> Array:
@@ -122,7 +121,8 @@ class FitResult:
         return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
 
     def _rest(self) -> dict[str, float]:
-        return self.objective.split(self.minimum.x)[1]
+        rest: dict[str, float] = self.objective.split(self.minimum.x)[1]
+        return rest
 
     def correlations(self) -> xr.DataArray:
         """Correlations of the estimates, shape (parameters, parameters)."""
@@ -224,7 +224,7 @@ def _end(name: str, value: float) -> float:
     """External value at an infinite internal one."""
     if value > 0:
         return float(np.pi / 2) if name.endswith("inclination") else float("inf")
-    return float("-inf") if name.endswith("poisson") else 0.0
+    return float("-inf") if plain_limits(name) else 0.0
 
 
 def without_arrays(result: FitResult) -> FitResult:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.fit.minimum import Minimum, minimise
-from flatpunch.fit.objective import Objective
 from flatpunch.fit.settings import Loss
 
 
@@ -30,7 +30,7 @@ def robust_scale(residual: Array) -> float:
     return max(float(1.4826 * np.median(np.abs(residual - np.median(residual)))), 1e-300)
 
 
-def reweighted(objective: Objective, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
+def reweighted(objective: Any, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
     """Iteratively reweighted least squares, the scale from the residuals of the step before."""
     base = np.ones_like(found.residual) if objective.weight is None else objective.weight
     x, count = found.x, found.evaluations

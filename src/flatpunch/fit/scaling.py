@@ -24,12 +24,14 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Layer, Medium
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
 
-_NAME = re.compile(r"layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson)|indenter\.(radius|inclination)")
+_NAME = re.compile(
+    r"(?:(upper|lower)\.)?(?:layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson))|indenter\.(radius|inclination)"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,17 +60,25 @@ class Coordinate:
 def parameter_names(medium: Any, indenter: Any) -> list[str]:
     """Names of all parameters of a medium and an indenter that can be fitted."""
     names = []
-    layers = medium.layers if isinstance(medium, Medium) else ()
-    for i, layer in enumerate(layers):
-        if isinstance(layer, Layer):
-            names += [f"layers[{i}].{attribute}" for attribute in ("young", "poisson", "thickness")]
-    if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and isinstance(medium.base, HalfSpace)):
-        names += ["base.young", "base.poisson"]
+    for prefix, body in _bodies(medium).items():
+        layers = body.layers if isinstance(body, Medium) else ()
+        for i, layer in enumerate(layers):
+            if isinstance(layer, Layer):
+                names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "poisson", "thickness")]
+        if isinstance(body, HalfSpace) or (isinstance(body, Medium) and isinstance(body.base, HalfSpace)):
+            names += [f"{prefix}base.young", f"{prefix}base.poisson"]
     if isinstance(indenter, (Paraboloid, Sphere, Cylinder)):
         names.append("indenter.radius")
     if isinstance(indenter, (Cone, Pyramid)):
         names.append("indenter.inclination")
     return names
+
+
+def _bodies(medium: Any) -> dict[str, Any]:
+    """The bodies of a medium by what their names begin with."""
+    if isinstance(medium, TwoBodies):
+        return {"upper.": medium.upper, "lower.": medium.lower}
+    return {"": medium}
 
 
 def value_of(medium: Any, indenter: Any, name: str) -> float:
@@ -84,13 +94,24 @@ def replaced(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[A
         new = dataclasses.replace(owner, **{attribute: float(value)})
         if name.startswith("indenter"):
             indenter = new
-        elif isinstance(medium, HalfSpace):
-            medium = new
-        elif name.startswith("base"):
-            medium = Medium(medium.layers, base=new)
+        elif isinstance(medium, TwoBodies):
+            side, _, rest = name.partition(".")
+            body = _with(getattr(medium, side), rest, new)
+            medium = dataclasses.replace(medium, **{side: body})
         else:
-            medium = Medium([new if layer is owner else layer for layer in medium.layers], base=medium.base)
+            medium = _with(medium, name, new)
     return medium, indenter
+
+
+def _with(body: Any, name: str, new: Any) -> Any:
+    """A body with the part that `name` belongs to replaced."""
+    if isinstance(body, HalfSpace):
+        return new
+    if name.startswith("base"):
+        return Medium(body.layers, base=new)
+    # by its place: equal layers are equal objects
+    index = int(name[len("layers[") : name.index("]")])
+    return Medium([new if i == index else layer for i, layer in enumerate(body.layers)], base=body.base)
 
 
 def _owner(medium: Any, indenter: Any, name: str) -> tuple[Any, str]:
@@ -98,31 +119,51 @@ def _owner(medium: Any, indenter: Any, name: str) -> tuple[Any, str]:
     if match is None or name not in parameter_names(medium, indenter):
         known = ", ".join(parameter_names(medium, indenter))
         raise ValueError(f"free parameter {name!r} is not part of this case; it has {known}.")
-    index, layer, base, tip = match.groups()
+    side, index, layer, base, tip = match.groups()
     if tip:
         return indenter, tip
+    body = getattr(medium, side) if side else medium
     if base:
-        return (medium if isinstance(medium, HalfSpace) else medium.base), base
-    return medium.layers[int(index)], layer
+        return (body if isinstance(body, HalfSpace) else body.base), base
+    return body.layers[int(index)], layer
+
+
+_PLAIN = {
+    "poisson": (-0.99, 0.5),
+    "equilibrium": (0.0, 1 - 1e-6),
+    "exponent": (1e-3, 1 - 1e-3),
+    "weights": (1e-6, 1e3),
+}
+"""Parameters that are fitted as they are, and between which limits; of all others the logarithm is."""
+
+
+def kind(name: str) -> str:
+    """What sort of parameter a name is: "young", "radius", "weights", ..."""
+    return name.split(".")[-1].split("[")[0]
+
+
+def plain_limits(name: str) -> tuple[float, float] | None:
+    """Limits of a parameter that is fitted as it is; None for those of which the logarithm is."""
+    return _PLAIN.get(kind(name))
 
 
 def internal(name: str, value: float) -> float:
-    """Value in which scaling is linear: logarithm, logarithm of the slope for angles, Poisson ratios as they are."""
-    if name.endswith("poisson"):
+    """Value in which scaling is linear: logarithm, logarithm of the slope for angles, numbers without unit as they are."""
+    if kind(name) in _PLAIN:
         return value
     return math.log(math.tan(value)) if name.endswith("inclination") else math.log(value)
 
 
 def external(name: str, value: float) -> float:
     """Inverse of `internal`."""
-    if name.endswith("poisson"):
+    if kind(name) in _PLAIN:
         return value
     return math.atan(math.exp(value)) if name.endswith("inclination") else math.exp(value)
 
 
 def slope(name: str, value: float) -> float:
     """Derivative of the external over the internal value, at the external `value`."""
-    if name.endswith("poisson"):
+    if kind(name) in _PLAIN:
         return 1.0
     return math.sin(2 * value) / 2 if name.endswith("inclination") else value
 
@@ -197,9 +238,7 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     for name in free:
         _owner(medium, indenter, name)
     names = parameter_names(medium, indenter)
-    homogeneous = isinstance(medium, HalfSpace) or (
-        isinstance(medium, Medium) and all(isinstance(layer, Layer) for layer in medium.layers)
-    )
+    homogeneous = all(_homogeneous(body) for body in _bodies(medium).values())
     power = indenter.exponent is not None
     lengths_scale = homogeneous and (power or isinstance(indenter, (Sphere, Cylinder)))
     moduli = [name for name in names if name.endswith("young")]
@@ -223,6 +262,13 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0) for name in names if name.endswith("poisson")]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, tuple(free), force, depth, moving, modulus, length)
+
+
+def _homogeneous(body: Any) -> bool:
+    """Whether all of a body scales with its moduli and thicknesses."""
+    if isinstance(body, Medium):
+        return isinstance(body.base, (HalfSpace, RigidBase)) and all(isinstance(layer, Layer) for layer in body.layers)
+    return isinstance(body, (HalfSpace, RigidBase))
 
 
 def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:

@@ -51,6 +51,8 @@ class Settings:
         Contact method, or "auto".
     level : float
         Confidence level of intervals.
+    segment : "auto", "approach", "retract" or "both"
+        Which part of a cycle is fitted. By itself the approach; with adhesion the retract; with relaxation all of it.
     engine : "lmfit" or "normal-equations"
         The second is several times faster and made for batches; the results are the same.
     """
@@ -64,12 +66,14 @@ class Settings:
     method: str = "auto"
     level: float = 0.95
     engine: Engine = "lmfit"
+    segment: Literal["auto", "approach", "retract", "both"] = "auto"
 
     def __post_init__(self) -> None:
         choices = {
             "baseline": ("constant", "linear", "none"),
             "loss": ("linear", "soft_l1", "huber", "cauchy"),
             "adhesion": ("refuse", "above", "ignore"),
+            "segment": ("auto", "approach", "retract", "both"),
             "engine": ("lmfit", "normal-equations"),
         }
         for name, known in choices.items():

@@ -82,11 +82,14 @@ class Table:
         What q is made of.
     limit : callable
         q -> largest ln delta that can be solved, infinite for idealised tips.
+    decades : int
+        How far below its upper end the table begins.
     """
 
     solve: Solve
     coordinates: Sequence[Coordinate]
     limit: Callable[[tuple[float, ...]], float]
+    decades: int = _DECADES
     _window: tuple[int, int] = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[int, ...], Array] = field(default_factory=dict)
@@ -95,13 +98,13 @@ class Table:
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
         """Interpolant at coordinates q, good for ln delta up to `highest`."""
-        self._widen(min(highest, self._highest(q)))
+        self._widen(min(highest, self.highest(q)))
         key = (*q, *self._window)
         if self._last is None or self._last[0] != key:
             self._last = (key, Piecewise(self._window[0] * STEP, self._combined(q)))
         return self._last[1]
 
-    def _highest(self, q: Sequence[float]) -> float:
+    def highest(self, q: Sequence[float]) -> float:
         """Where the table must end, at the knot next to q, with a little to spare."""
         index = tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True))
         if index not in self._limits:
@@ -130,9 +133,9 @@ class Table:
         top = chunk * int(np.ceil(highest / STEP / chunk))
         low, high = self._window
         if high < low:
-            self._window = (top - _DECADES * PER_DECADE, top)
-        elif top > high or top < high - _DECADES * PER_DECADE // 2:
-            low = min(low, top - _DECADES * PER_DECADE)
+            self._window = (top - self.decades * PER_DECADE, top)
+        elif top > high or top < high - self.decades * PER_DECADE // 2:
+            low = min(low, top - self.decades * PER_DECADE)
             self._window = (low, max(top, high))
             self._pieces.clear()
 
@@ -147,7 +150,9 @@ class Table:
         wanted = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if i not in nodes]
         if wanted:
             phi = self.solve(self._values(index), np.exp(STEP * np.array(wanted)))
-            nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))
+            # without sign where the theory has no answer: such nodes are left out below
+            with np.errstate(invalid="ignore"):
+                nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))
         grid = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if np.isfinite(nodes[i])]
         spline = make_interp_spline(np.array(grid, dtype=float), [nodes[i] for i in grid], k=_DEGREE)
         factorial = np.array([1, 1, 2, 6, 24, 120], dtype=float)

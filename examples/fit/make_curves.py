@@ -1,0 +1,49 @@
+"""Make the synthetic curves of the examples: exact contact of each case, an offset, noise from a fixed seed."""
+
+from pathlib import Path
+
+import numpy as np
+
+import flatpunch as fp
+
+HERE = Path(__file__).parent
+GLASS = fp.RigidBase()
+
+
+def write(name: str, titles: list[str], columns: list[np.ndarray]) -> None:
+    """One CSV file."""
+    np.savetxt(HERE / name, np.column_stack(columns), "%.6g", ",", header=",".join(titles), comments="")
+
+
+def sticky_gel() -> None:
+    """Approach and retract behind a cantilever: jump into contact at depth 0, snap off where dF/dd = -k."""
+    gel, bead = fp.Medium([fp.Layer(4e3, 0.5, 3e-6)], base=GLASS), fp.Sphere(5e-6)
+    work, k, rng = 2e-4, 0.06, np.random.default_rng(7)
+    lost = fp.pull_off(gel, bead, work_of_adhesion=work).depth_minimum.depth
+    depth = np.linspace(lost * (1 - 1e-6), 600e-9, 6000)
+    force = fp.indent(gel, bead, depth=depth, work_of_adhesion=work, angles=8)["force"].values
+    piezo = depth + force / k
+    snap = int(np.argmin(piezo))
+    way = np.linspace(-500e-9, piezo[-1], 700)
+    # both branches are read off at the piezo's position; on the approach nothing happens before the surfaces meet
+    stuck = np.where(way >= piezo[snap], np.interp(way, piezo[snap:], force[snap:]), 0.0)
+    pressed = np.where(way >= 0, stuck, 0.0)
+    cycle, load = np.concatenate([way, way[::-1]]), np.concatenate([pressed, stuck[::-1]])
+    load = load + 0.15e-9 + 40e-12 * rng.normal(size=load.size)
+    write("sticky_gel.csv", ["piezo (nm)", "force (nN)"], [1e9 * (cycle + 150e-9), 1e9 * load])
+
+
+def relaxing_cell() -> None:
+    """Half a second down, four seconds of hold, one back."""
+    cell, bead = fp.Medium([fp.Layer(2e3, 0.5, 4e-6)], base=GLASS), fp.Sphere(2.5e-6)
+    law, rng = fp.StandardLinearSolid(0.35, 0.8), np.random.default_rng(8)
+    time = np.linspace(0, 6, 1500)
+    depth = np.interp(time, [0, 0.5, 1, 5, 6], [-500e-9, 0, 500e-9, 500e-9, -500e-9])
+    force = fp.indent(cell, bead, time=time, depth=depth, relaxation=law, angles=8)["force"].values
+    force = force + 20e-12 + 8e-12 * rng.normal(size=force.size)
+    write("relaxing_cell.csv", ["time (s)", "depth (nm)", "force (nN)"], [time, 1e9 * depth + 200, 1e9 * force])
+
+
+if __name__ == "__main__":
+    sticky_gel()
+    relaxing_cell()

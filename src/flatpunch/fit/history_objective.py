@@ -1,0 +1,90 @@
+"""Residuals of a force history against a viscoelastic model; derivatives by central differences.
+
+A history cannot be cut into points of their own as a curve over depth can: what was before is remembered. It is averaged over
+some hundred stretches of time, each with the weight of the readings in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.fit.curve import Curve
+from flatpunch.fit.history_model import HistoryModel
+
+_STEP = 1e-4
+"""Parameters are of order one: central differences then err by 1e-8 of the third derivative, rounding by 1e-5 of the first."""
+
+
+@dataclass(frozen=True, eq=False)
+class HistoryObjective:
+    """Least-squares problem in x = (theta, contact, baseline, tilt), in the units of `Objective`.
+
+    `depth` holds tip positions; with a `spring` it holds the positions of the cantilever's base instead, and the tip's are part
+    of the answer. Positions rise once and fall once. `counts` are the readings behind each entry.
+    """
+
+    model: HistoryModel
+    time: Array
+    depth: Array
+    force: Array
+    counts: Array
+    nuisance: tuple[str, ...]
+    held: dict[str, float]
+    frame: tuple[float, float, float]
+    spring: float | None = None
+    weight: Array | None = None
+    _before: dict[str, Array] = field(default_factory=dict, repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entries of x."""
+        return (*self.model.free, *self.nuisance)
+
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """Offset and unit of contact [m], baseline [N] and tilt [N/m]."""
+        origin, width, span = self.frame
+        return {"contact": (origin, width), "baseline": (0.0, span), "tilt": (0.0, span / width)}
+
+    def split(self, x: Array) -> tuple[Array, dict[str, float]]:
+        """Free parameters (internal) and all of contact, baseline, tilt in SI."""
+        count = len(self.model.free)
+        values = dict(self.held)
+        for name, value in zip(self.nuisance, x[count:], strict=True):
+            offset, unit = self.scales()[name]
+            values[name] = offset + unit * float(value)
+        return x[:count], values
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
+        residual = self._residual(x)
+        rows = np.empty((x.size, residual.size))
+        for j in range(x.size):
+            ends = []
+            for side in (1, -1):
+                y = x.copy()
+                y[j] += side * _STEP
+                ends.append(self._residual(y))
+            rows[j] = (ends[0] - ends[1]) / (2 * _STEP)
+        return residual, rows
+
+    def _residual(self, x: Array) -> Array:
+        residual = (self._force(x) - self.force) / self.frame[2] * np.sqrt(self.counts)
+        return residual if self.weight is None else residual * self.weight
+
+    def _force(self, x: Array) -> Array:
+        theta, rest = self.split(x)
+        straight = rest["baseline"] + rest["tilt"] * (self.depth - self.frame[0])
+        if self.spring is None:
+            return np.asarray(straight + self.model.history(self.time, self.depth - rest["contact"], theta))
+        piezo = self.depth - rest["contact"] - straight / self.spring
+        depth, force = self.model.behind(self.time, piezo, self.spring, theta, self._before.get("depth"))
+        self._before["depth"] = depth
+        return np.asarray(straight + force)
+
+    def over(self, curve: Curve, x: Array) -> Array:
+        """Fitted force at all points of the curve that is shown [N]."""
+        assert curve.time is not None
+        return np.interp(curve.time, self.time, self._force(x))
