@@ -2,7 +2,7 @@
 
 python scripts/make_corrections.py
 
-About eight hundred boundary element solutions, a quarter of an hour. src/flatpunch/contact/tabulated.py describes the table.
+About eight hundred boundary element solutions, five minutes. src/flatpunch/contact/tabulated.py describes the table.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
-SHARP_CELLS, SMOOTH_CELLS = 448, 256
-"""Cells per side: at the corners of pyramids an outline is known to a cell, elsewhere to a tenth."""
+SHARP_CELLS, SMOOTH_CELLS = 320, 256
+"""Cells per side: at the corners of pyramids an outline is known to half a cell, elsewhere to a tenth."""
 
 
 def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Make the tables of the honesty catalogue.
 
     python tests/catalogue/make.py truth     # truth.csv: boundary elements, about a quarter of an hour
+    python tests/catalogue/make.py truth 3 17          # of these cases alone
     python tests/catalogue/make.py judge     # catalogue.csv: errors and estimates of every method against truth.csv
     python tests/catalogue/make.py judge refined    # the same of one method alone, the others as they are
 
@@ -20,6 +21,9 @@ import numpy as np
 from cases import Case, cases
 
 import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.ridges import traced
 
 HERE = Path(__file__).parent
 ANGLES = 72
@@ -51,19 +55,22 @@ def solve(case: Case, grids: tuple[int, int] = GRIDS) -> Truth:
     """Boundary elements on a coarse and a fine grid."""
     medium, tip = case.build()
     depth = case.depth()
+    kernel = compliance(medium)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fp.FlatpunchWarning)
-        coarse, fine = (fp.indent(medium, tip, depth=depth, method="bem", grid=grid, angles=ANGLES) for grid in grids)
-    outline = fine.contour.values[0]
+        coarse, fine = (bem.solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6)[0] for grid in grids)
+    # at edges the outline is followed along them; 360 angles so that every symmetry divides them
+    trace = traced(kernel, tip, fine, 360)
+    outline = trace.contour[:: 360 // ANGLES]
     return Truth(
         case,
         depth,
-        float(coarse.force[0]),
-        float(fine.force[0]),
-        float(fine.radius[0]),
-        float(fine.area[0]),
+        coarse.force,
+        fine.force,
+        trace.radius,
+        trace.area,
         outline if np.all(np.isfinite(outline)) else np.empty(0),
-        bool(fine.valid[0]) and bool(coarse.valid[0]),
+        fine.converged and coarse.converged,
     )
 
 
@@ -104,23 +111,27 @@ def read_truth() -> list[Truth]:
     ]
 
 
-def make_truth() -> None:
+def make_truth(numbers: set[int] | None = None) -> None:
+    """Solve all cases, or those of the given numbers while the others stay as they are."""
     lines = [
         "# Boundary elements at 512 x 512 cells (column coarse: force at 256 x 256); made by make.py. Lengths in layer",
         "# thicknesses. outline: a(phi)/radius at 72 equal angles from 0, empty where the contact has none.",
         ",".join([*HEAD, "depth", "coarse", "force", "radius", "area", "converged", "outline"]),
     ]
+    before = {truth.case.number: truth for truth in read_truth()} if numbers is not None else {}
     for case in cases():
         if case.depth() <= 0:
             print(case, "lies within the flat end of the tip", flush=True)
             continue
-        truth = solve(case)
-        numbers = (truth.depth, truth.coarse, truth.force, truth.radius, truth.area)
+        if numbers is not None and case.number not in numbers | before.keys():
+            continue
+        truth = solve(case) if numbers is None or case.number in numbers else before[case.number]
+        figures = (truth.depth, truth.coarse, truth.force, truth.radius, truth.area)
         outline = " ".join(f"{value:.5f}" for value in truth.outline / truth.radius)
         head = [str(case.number), case.tip, case.medium, f"{case.size:g}"]
-        lines.append(",".join([*head, *(f"{value:.9g}" for value in numbers), str(truth.converged), outline]))
-        (HERE / "truth.csv").write_text("\n".join(lines) + "\n")
+        lines.append(",".join([*head, *(f"{value:.9g}" for value in figures), str(truth.converged), outline]))
         print(case, f"{truth.grid_error:.1e}", flush=True)
+    (HERE / "truth.csv").write_text("\n".join(lines) + "\n")
 
 
 def make_catalogue(methods: tuple[str, ...]) -> None:
@@ -168,6 +179,6 @@ def _entries(truth: Truth, methods: tuple[str, ...]) -> dict[str, str]:
 
 if __name__ == "__main__":
     if sys.argv[1] == "truth":
-        make_truth()
+        make_truth({int(number) for number in sys.argv[2:]} or None)
     else:
         make_catalogue(tuple(sys.argv[2:]) or METHODS)

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
 from flatpunch.contact.correction import correction
+from flatpunch.contact.ridges import traced
 from flatpunch.indenters import Rounded
 from flatpunch.media import PowerLawHalfSpace
 
@@ -32,7 +35,7 @@ def test_against_boundary_elements_between_its_own(medium: fp.Medium) -> None:
         assert force < float(curve.force_error[step])
         if np.isfinite(truth.radius[0]) and np.isfinite(curve.contour[step, 0]):
             off = np.abs(curve.contour.values[step] - truth.contour.values[0]).max() / float(truth.radius[0])
-            # at corners the truth of 192 cells is known to ten over their number itself
+            # this truth, not followed along the edges, is known to ten over the number of its cells
             assert off < float(curve.contour_error[step]) + 10 / 192
 
 
@@ -124,13 +127,28 @@ def test_damaged_file_is_made_anew(tmp_path: Path) -> None:
 
 
 def test_contacts_without_outline_say_so() -> None:
-    """Under a film ten times stiffer a three-sided tip touches in several parts."""
-    curve = fp.indent(FILM_10, TRIANGLE, depth=np.array([0.05, 1.0]), method="refined", **TABLE_OFF)
+    """Under a film a hundred times stiffer than its base a wide blunt contact opens in its middle."""
+    film = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    curve = fp.indent(film, fp.Pyramid(8, 0.35), depth=7.0, method="refined", **TABLE_OFF)
     assert "no outline" in curve.attrs["notes"]
     assert np.isnan(curve.contour.values[-1]).all()
     assert np.isinf(curve.contour_error.values[-1])
     assert np.all(np.isfinite(curve.radius))
     assert np.all(np.isfinite(curve.area))
+
+
+@pytest.mark.parametrize("sides", [3, 4])
+def test_points_of_the_outline_are_known_better_than_by_the_cells(sides: int) -> None:
+    """Along its edges a contact is narrower than a cell; the load there tells how far it reaches."""
+    kernel, tip = compliance(fp.HalfSpace(1.0, 0.3)), fp.Pyramid(sides, 0.3)
+    fine, coarse = (
+        bem.solve(kernel, tip, depths=1.0, grid=grid, half_widths=(6.0, 6.0), tolerance=1e-6)[0] for grid in (512, 192)
+    )
+    best, found = traced(kernel, tip, fine, 360), traced(kernel, tip, coarse, 360)
+    # goal of the method: one per cent of the mean radius; the points of a three-sided contact reach 2.2 of it: half a cell more
+    assert np.abs(found.contour - best.contour).max() < (0.01 if sides == 4 else 0.025) * best.radius
+    assert np.abs(coarse.outline.contour - best.contour).max() > 0.02 * best.radius
+    assert found.area == pytest.approx(best.area, rel=4e-3)
 
 
 def test_round_tips_are_exact() -> None:

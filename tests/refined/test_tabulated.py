@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import bem
 from flatpunch.compliance import compliance
+from flatpunch.contact import default_method
+from flatpunch.contact.ridges import traced
 from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
 from flatpunch.media import TwoBodies
 
@@ -36,19 +39,35 @@ def test_against_fresh_boundary_elements(
 ) -> None:
     medium = _medium(poisson)
     depth = float(fp.indent(medium, tip, radius=2.0 * beta, method="second-order").depth[0])
-    truth = fp.indent(medium, tip, depth=depth, method="bem", grid=256)
+    kernel = compliance(medium)
+    truth = bem.solve(kernel, tip, depths=depth, grid=256, tolerance=1e-6)[0]
+    trace = traced(kernel, tip, truth, 360)
 
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("the table was not used")
 
     monkeypatch.setattr("flatpunch.bem.solve", refuse)
-    result = fp.indent(medium, tip, depth=depth, method="refined")
-    assert float(result.force[0]) == pytest.approx(float(truth.force[0]), rel=FORCE_ERROR)
-    # areas of sharp tips move by a cell at their corners
-    assert float(result.area[0]) == pytest.approx(float(truth.area[0]), rel=5e-3)
-    off = np.abs(result.contour.values - truth.contour.values)[0] / float(truth.radius[0])
-    # corners of pyramids are known to a cell or two of the 200 across
-    assert np.quantile(off, 0.9) < OUTLINE_ERROR
+    # the table is what answers by default
+    result = fp.indent(medium, tip, depth=depth)
+    assert result.attrs["method"] == "refined"
+    assert float(result.force[0]) == pytest.approx(truth.force, rel=FORCE_ERROR)
+    # the outline of 256 cells is known to half a per cent at edges, so the area to 0.1 %
+    assert float(result.area[0]) == pytest.approx(trace.area, rel=1.5e-3)
+    off = np.abs(result.contour.values[0] - trace.contour).max() / trace.radius
+    assert off < OUTLINE_ERROR + 5e-3
+    assert off < float(result.contour_error[0])
+
+
+@pytest.mark.parametrize("steps", [{"depth": 1e-6}, {"force": 1e-10}, {"radius": 1e-6}])
+def test_default_is_the_table_where_it_reaches(steps: dict[str, float]) -> None:
+    medium = fp.Medium([fp.Layer(1e3, 0.49, 1e-6)], base=fp.RigidBase())
+    tip = fp.Pyramid(4, 0.3)
+    assert default_method(tip, medium, **steps) == "refined"
+    far = {name: 1e4 * value if name != "force" else 1e12 * value for name, value in steps.items()}
+    assert default_method(tip, medium, **far) == "fourth-order"
+    assert default_method(tip) == "fourth-order"
+    assert default_method(tip, fp.HalfSpace(1e3, 0.49), **steps) == "fourth-order"
+    assert default_method(fp.Pyramid(5, 0.3), medium, **steps) == "fourth-order"
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.123, 0.3, 0.4999, 0.5, None])

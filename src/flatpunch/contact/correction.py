@@ -1,12 +1,17 @@
 """Ratio of boundary elements to the second-order theory along the loading path: smooth, so a few solutions carry a curve.
 
-Over x = ln a (base radius) the logarithms of the ratios of force, mean radius, area and outline are interpolated by a cubic
-spline through the solutions made so far. Solutions are added where leaving one out changes the spline most, until that
-estimate meets the tolerance; they are kept, so that a later curve on the same medium and tip costs nothing new.
+Over x = ln a (base radius) the logarithms of the ratios are interpolated by a cubic spline through the solutions made so far.
+Forces are compared with the series. Radius, area and outline are compared with the base radius a and with a exp(w_ref): w_ref
+is the w of the series, damped where it swings far, because that has poles under stiff films and no meaning beside them.
+Solutions are added where leaving one out changes the spline most, until that estimate meets the tolerance; they are kept, so
+that a later curve on the same medium and tip costs nothing new.
 """
 
 from __future__ import annotations
 
+import itertools
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -19,7 +24,9 @@ from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
+from flatpunch.contact.expansion import PerturbedContact
 from flatpunch.contact.perturbed import Expansion
+from flatpunch.contact.ridges import traced
 from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, TableRows
 from flatpunch.indenters.profile import Indenter
 
@@ -29,15 +36,21 @@ _FINEST = np.log(10) / 16
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and the ratios stand still (they move like beta)."""
 _TOLERANCE = 1e-6
+_WORKERS = 4
+"""Most solutions at a time; transforms and sums release the interpreter."""
 _CAUTION = 2.0
 """What is told as the force's interpolation error over what decides on more solutions (catalogue)."""
 _RADIUS_TOLERANCE = 4e-3
 """Interpolation error of the mean radius that is accepted."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
-_RIM_ERROR, _CORNER_ERROR = 1.5, 10.0
-"""Error of the traced outline over the mean radius, times the cells per side: of smooth tips half a cell, and of edges, where the
-outline has cusps, three."""
+_RIM_ERROR = 1.5
+"""Error of the traced outline over the mean radius, times the cells per side: half a cell."""
+_CORNER_ERROR, _END_ERROR = 1.5, 3.0
+"""The same of tips with edges, and what their ends add per (farthest point/mean radius - 1)^2."""
+
+_FAR = 2.0
+"""Swing of w about which it is damped; sharp tips on soft bodies reach 0.8."""
 
 FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 """Columns of the ratios; the outline's angles follow from OUTLINE on."""
@@ -45,7 +58,7 @@ FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class Ratios:
-    """Logarithms of (boundary elements)/(second order) and their derivatives by ln a; shape (n, 3 + angles).
+    """Logarithms of (boundary elements)/(reference) and their derivatives by ln a; shape (n, 3 + angles).
 
     `error` and `outline_error` are the estimates of the force and of the outline at each point; `traced` is False beside a
     solution whose contact has no outline.
@@ -93,7 +106,7 @@ class Correction:
         lost = np.isnan(table[:, OUTLINE])
         table[lost, OUTLINE:] = 0.0
         grid = (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
-        rim = (_CORNER_ERROR if self.indenter.corners else _RIM_ERROR) / self.cells
+        rim = 0.0 if self.indenter.corners else _RIM_ERROR / self.cells
         if nodes.size == 1:
             values = np.repeat(table, x.size, axis=0)
             ones = np.ones(x.size)
@@ -162,20 +175,28 @@ class Correction:
         """Ratios at positions ln a, one boundary element solution each, shape (n, 3 + angles); NaN for missing outlines."""
         contact = self.expansion.evaluate(np.exp(positions))
         phi = np.asarray(np.arange(self.angles) * (2 * np.pi / self.angles))
-        shapes = self.expansion.outline(contact, phi)
+        shapes = reference_outline(self.expansion, contact, phi)
         half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
         found = self._boundary_elements(contact.depth, half_widths)
         self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
-        # a contact without an outline has the radius of a disc of its area
-        area = np.array([solution.area for solution in found])
-        radius = np.array([solution.radius for solution in found])
-        radius = np.where(np.isfinite(radius), radius, np.sqrt(area / np.pi))
+        traces = [traced(self.kernel, self.indenter, solution, self.angles) for solution in found]
+        area = np.array([trace.area for trace in traces])
+        radius = np.array([trace.radius for trace in traces])
         force = np.array([solution.force for solution in found])
-        measures = [force / contact.force, radius / contact.mean_radius, area / contact.area]
-        outlines = np.array([solution.outline.contour for solution in found]) / shapes
+        measures = [force / contact.force, radius / contact.radius, area / (np.pi * contact.radius**2)]
+        outlines = np.array([trace.contour for trace in traces]) / shapes
         return np.log(np.column_stack([*measures, outlines]))
 
     def _boundary_elements(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
+        """Solutions at depths, shape (n,); neighbours, which may share a grid, stay on one thread."""
+        workers = min(os.cpu_count() or 1, _WORKERS, depths.size)
+        parts = [part.tolist() for part in np.array_split(np.argsort(depths), workers)]
+        with ThreadPoolExecutor(workers) as pool:
+            found = pool.map(lambda part: self._in_turn(depths[part], [half_widths[i] for i in part]), parts)
+            solved = dict(zip(itertools.chain(*parts), itertools.chain(*found), strict=True))
+        return [solved[i] for i in range(depths.size)]
+
+    def _in_turn(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
         options: dict[str, Any] = {"grid": self.cells, "tolerance": _TOLERANCE, "angles": self.angles}
         try:
             return bem.solve(self.kernel, self.indenter, depths=depths, half_widths=half_widths, **options)
@@ -183,6 +204,24 @@ class Correction:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
             return [solutions[0] for solutions in alone]
+
+
+def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> Array:
+    """Error over the mean radius of outlines that edges draw into points, shape (n,); they are lost over some cells."""
+    if not indenter.corners:
+        return np.zeros_like(radius)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        far = np.max(contour, axis=1) / radius - 1
+    return np.asarray((_CORNER_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0) ** 2) / cells)
+
+
+def reference_outline(expansion: Expansion, contact: PerturbedContact, phi: Array) -> Array:
+    """What outlines are compared with, shape (n, p) [m]: smooth in the base radius even through the poles of w."""
+    size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
+    with np.errstate(divide="ignore"):
+        w = np.log(expansion.outline(contact, phi) / size)
+    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
+    return np.asarray(contact.radius[:, None] * np.exp(damped))
 
 
 def tabulated(table: TableRows, radius: Array) -> Ratios:

@@ -19,7 +19,7 @@ from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 1
+_FORMAT = 2
 _DIGITS = 11
 
 

@@ -23,7 +23,7 @@ from flatpunch.contact.expansion import PathPoint, PerturbedContact, radius_of_s
 from flatpunch.contact.log_table import LogTable
 from flatpunch.contact.perturbation import PowerLawEdges, edges_of
 from flatpunch.indenters.profile import Indenter
-from flatpunch.indenters.symmetry import rotational_symmetry
+from flatpunch.indenters.symmetry import rotational_symmetry, sample_radii
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.family import SMALLEST
 from flatpunch.punch.harmonics import Edges, harmonic_size
@@ -60,6 +60,9 @@ class GeneralExpansion:
         start = indenter.corners[0] if indenter.corners else 0.0
         self._phi = start + 2 * np.pi / fold * np.arange(_POINTS) / _POINTS
         self._orders: Indices = fold * np.arange(1, _POINTS // 2 + 1)
+        self._weights, self._jump, self._aliased = np.ones(_POINTS) / _POINTS, np.zeros(_POINTS), np.zeros(_POINTS // 2)
+        if len(indenter.corners) == fold:
+            self._weights, self._jump, self._aliased = _one_kink()
         self._logarithmic = self._is_regular()
         self.base = SampledProfile(self._base_height, self._base_slope, indenter.rings)
         self._table = LogTable(self._columns, indenter.reach, kinked=bool(indenter.rings))
@@ -177,13 +180,13 @@ class GeneralExpansion:
         q = r * np.asarray(self.indenter.slope(r, self._phi))
         if self._logarithmic:
             g = np.log(f)
-            mean = np.mean(g, axis=-1, keepdims=True)
+            mean = self._mean(g)[..., None]
             g, rate, f_b = g - mean, q / f, np.exp(mean)
-            growth_mean = np.mean(rate, axis=-1, keepdims=True)
+            growth_mean = self._mean(rate)[..., None]
             value, growth = f_b * g, f_b * (growth_mean * g + rate - growth_mean)
-            excess = f_b[..., 0] * np.mean(g * g, axis=-1) / 2
+            excess = f_b[..., 0] * self._mean(g * g) / 2
         else:
-            value, growth = f - np.mean(f, axis=-1, keepdims=True), q - np.mean(q, axis=-1, keepdims=True)
+            value, growth = f - self._mean(f)[..., None], q - self._mean(q)[..., None]
             excess = np.zeros(r.shape[:-1])
         flat = base.answers.flat
         if self.kernel.exponent:
@@ -191,7 +194,7 @@ class GeneralExpansion:
         else:
             pressure = _pressure(flat, 0, rho, weight)
         curvature = 2 * np.pi * np.sum(pressure * excess, axis=1)
-        return _spectrum(value), _spectrum(growth), curvature, rho, weight
+        return self._spectrum(value), self._spectrum(growth), curvature, rho, weight
 
     def _rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
         """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
@@ -222,22 +225,30 @@ class GeneralExpansion:
     def _base_height(self, r: Array) -> Array:
         f = np.asarray(self.indenter.height(r[..., None], self._phi))
         if not self._logarithmic:
-            return np.asarray(f.mean(axis=-1))
+            return self._mean(f)
         with np.errstate(divide="ignore"):
-            return np.asarray(np.exp(np.mean(np.log(f), axis=-1)))
+            return np.asarray(np.exp(self._mean(np.log(f))))
 
     def _base_slope(self, r: Array) -> Array:
         slope = np.asarray(self.indenter.slope(r[..., None], self._phi))
         if not self._logarithmic:
-            return np.asarray(slope.mean(axis=-1))
+            return self._mean(slope)
         f = np.asarray(self.indenter.height(r[..., None], self._phi))
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(self._base_height(r) * np.mean(slope / f, axis=-1))
+            return np.asarray(self._base_height(r) * self._mean(slope / f))
+
+    def _mean(self, field: Array) -> Array:
+        """Mean over the angle, the last axis."""
+        return np.asarray(field @ self._weights)
+
+    def _spectrum(self, field: Array) -> Array:
+        """Complex amplitudes c_m of sum Re(c_m exp(i m phi)) without the mean, shape (..., orders)."""
+        sampled = np.fft.rfft(field, axis=-1)[..., 1:] * (2 / _POINTS)
+        return np.asarray(sampled + (field @ self._jump)[..., None] * self._aliased)
 
     def _is_regular(self) -> bool:
-        scale = self.indenter.reach if np.isfinite(self.indenter.reach) else 1.0
         # within the border of a flat f is zero, however far the shape reaches
-        r = np.append(scale * np.geomspace(1e-6, 1.0, 61), 0.5 * np.array(self.indenter.rings))[:, None]
+        r = np.append(sample_radii(self.indenter, 61), 0.5 * np.array(self.indenter.rings))[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             g = np.log(np.asarray(self.indenter.height(r, self._phi)))
             return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
@@ -246,9 +257,23 @@ class GeneralExpansion:
         return np.asarray(radius / self.kernel.length)
 
 
-def _spectrum(field: Array) -> Array:
-    """Complex amplitudes c_m of sum Re(c_m exp(i m phi)) without the mean, shape (..., orders)."""
-    return np.asarray(np.fft.rfft(field, axis=-1)[..., 1:] * (2 / _POINTS))
+def _one_kink() -> tuple[Array, Array, Array]:
+    """For one kink in each period, on its first point: what means and amplitudes of its samples need, shape (points,) and half.
+
+    Weights of the mean are those of Gregory's rule on either side. Amplitudes: a slope that jumps by J, seen by one-sided
+    differences of sixth order, holds J times the function -B_2/2 of Bernoulli, whose amplitudes -1/(2 pi^2 k^2) are known
+    and need not be sampled.
+    """
+    weights = np.ones(_POINTS) / _POINTS
+    weights[[0, 1, -1, 2, -2]] *= (3 / 4, 7 / 6, 7 / 6, 23 / 24, 23 / 24)
+    jump = np.zeros(_POINTS)
+    for j, c in enumerate((-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6)):
+        jump[j] += c * _POINTS
+        jump[-j] += c * _POINTS
+    x = np.arange(_POINTS) / _POINTS
+    k = np.arange(1, _POINTS // 2 + 1)
+    sampled = np.fft.rfft(-(x * x - x + 1 / 6) / 2)[1:].real * (2 / _POINTS)
+    return weights, jump, -1 / (2 * np.pi**2 * k**2) - sampled
 
 
 def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:

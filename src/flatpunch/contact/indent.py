@@ -12,7 +12,7 @@ import xarray as xr
 from flatpunch._record import record
 from flatpunch._validation import Array, positive, values
 from flatpunch._version import __version__
-from flatpunch.compliance import compliance
+from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact import (
     adhesion,
     boundary_elements,
@@ -101,14 +101,14 @@ def indent(
     ValueError, TypeError
         On bad input, before any work.
     """
-    if method is None:
+    if method is None and work_of_adhesion is not None:
         # adhesion is known to second order
-        method = default_method(indenter) if work_of_adhesion is None else "second-order"
+        method = "second-order"
     if time is not None or relaxation is not None:
         given = {"depth": depth, "force": force, "radius": radius, "work_of_adhesion": work_of_adhesion}
-        return _history(medium, indenter, given, time, relaxation, method, angles, options)
+        return _history(medium, indenter, given, time, relaxation, method or _best(indenter), angles, options)
     if work_of_adhesion is not None:
-        solver = adhesive_method(method, indenter)
+        solver, method = adhesive_method(method or "second-order", indenter), method or "second-order"
         control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
@@ -116,9 +116,8 @@ def indent(
         ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
         return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
-    solver = _method(method, indenter)
+    solver, kernel, method = _solver(method, medium, indenter, control)
     phi = _angles(angles)
-    kernel = compliance(medium)
     _known(options, METHODS[method].solve, method)
     curve = solver.solve(kernel, indenter, control, phi, **options)
     return _dataset(curve, phi, medium, indenter, control, method)
@@ -155,25 +154,31 @@ def pressure(
     ndarray
         Pressure [Pa], zero outside the contact, in the broadcast shape of x and y.
     """
-    method = method if method is not None else default_method(indenter)
     if work_of_adhesion is None:
-        control, solver = control_from(depth=depth, force=force, radius=radius), _method(method, indenter)
+        control = control_from(depth=depth, force=force, radius=radius)
+        solver, kernel, method = _solver(method, medium, indenter, control)
         _known(options, METHODS[method].pressure, method)
     else:
-        control, solver = (
-            adhesion.adhesive_control(depth=depth, force=force, radius=radius),
-            adhesive_method(method, indenter),
-        )
+        control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
+        solver, kernel = adhesive_method(method or "second-order", indenter), compliance(medium)
         options = {**options, "work": work_of_adhesion}
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
-    field = solver.pressure(
-        compliance(medium), indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options
-    )
+    field = solver.pressure(kernel, indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options)
     return np.asarray(field).reshape(x.shape)
+
+
+def _solver(method: str | None, medium: Any, indenter: Indenter, control: Control) -> tuple[Any, Kernel, str]:
+    """Module of the method asked for or chosen, the medium's kernel, and the method's name."""
+    solver = _method(method or "first-order", indenter)
+    kernel = compliance(medium)
+    if method is None:
+        method = _best(indenter, kernel, control)
+        solver = _method(method, indenter)
+    return solver, kernel, method
 
 
 def _known(options: dict[str, Any], function: Any, method: str) -> None:
@@ -188,13 +193,31 @@ def _known(options: dict[str, Any], function: Any, method: str) -> None:
             raise TypeError(f"{name} = {value!r} is no setting of method {method!r}: {have}. Check the spelling.")
 
 
-def default_method(indenter: Indenter) -> str:
-    """The method that measured best for its cost: fourth order for power-law shapes, second order for all others.
+def default_method(
+    indenter: Indenter,
+    medium: Any = None,
+    *,
+    depth: float | Array | None = None,
+    force: float | Array | None = None,
+    radius: float | Array | None = None,
+) -> str:
+    """The method that measured best for its cost; arguments as for `indent`.
 
-    Round indenters, for which all fast methods agree and are exact, take the first-order road, which is the shortest.
+    "refined" where the corrections that come with the package answer the whole case, which takes medium and steps to tell:
+    pyramids of 3, 4 and 6 sides and ellipses on one layer on a rigid base. Else "fourth-order" for power-law shapes and
+    "second-order" for all others. Round indenters, for which all fast methods agree and are exact, take the first-order road,
+    which is the shortest.
     """
+    if medium is None:
+        return _best(indenter)
+    return _best(indenter, compliance(medium), control_from(depth=depth, force=force, radius=radius))
+
+
+def _best(indenter: Indenter, kernel: Kernel | None = None, control: Control | None = None) -> str:
     if getattr(indenter, "round", False):
         return "first-order"
+    if kernel is not None and control is not None and refined.covered(kernel, indenter, control):
+        return "refined"
     return "second-order" if getattr(indenter, "exponent", None) is None else "fourth-order"
 
 

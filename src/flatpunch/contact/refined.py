@@ -13,7 +13,17 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.control import Loading
-from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Ratios, correction, tabulated
+from flatpunch.contact.correction import (
+    AREA,
+    FORCE,
+    OUTLINE,
+    RADIUS,
+    Ratios,
+    correction,
+    end_error,
+    reference_outline,
+    tabulated,
+)
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
@@ -23,7 +33,7 @@ from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
 from flatpunch.contact.tabulated import tabulated_rows
 from flatpunch.indenters.profile import Indenter
 
-_ANGLES = 360
+_ANGLES, _CELLS = 360, 256
 
 
 class RefinedExpansion:
@@ -75,20 +85,31 @@ class RefinedExpansion:
 
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,)."""
-        contact, ratios = self.series.evaluate(radius), self.ratios(radius)
+        return self.evaluate_with(radius, self.ratios(radius))
+
+    def evaluate_with(self, radius: Array, ratios: Ratios) -> PerturbedContact:
+        """The same with ratios that are known already."""
+        contact = self.series.evaluate(radius)
         path = self._corrected(contact, ratios)
         return replace(
             contact,
             force=path.force,
             stiffness=path.stiffness,
-            mean_radius=contact.mean_radius * np.exp(ratios.values[:, RADIUS]),
-            area=contact.area * np.exp(ratios.values[:, AREA]),
+            mean_radius=radius * np.exp(ratios.values[:, RADIUS]),
+            area=np.pi * radius**2 * np.exp(ratios.values[:, AREA]),
         )
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Outlines a(phi), shape (n, p); the correction is interpolated linearly between its angles."""
-        shape = self.series.outline(contact, phi)
-        logs = self.ratios(contact.radius).values[:, OUTLINE:]
+        return self.corrected_outline(contact, self.ratios(contact.radius), phi)
+
+    def corrected_outline(self, contact: PerturbedContact, ratios: Ratios, phi: Array) -> Array:
+        """The same with ratios that are known already."""
+        shape = reference_outline(self.series, contact, phi)
+        logs = ratios.values[:, OUTLINE:]
+        if phi.size == _ANGLES and np.array_equal(phi, np.arange(_ANGLES) * (2 * np.pi / _ANGLES)):
+            shape *= np.exp(logs)
+            return shape
         position = np.mod(phi, 2 * np.pi) / (2 * np.pi) * _ANGLES
         left = np.floor(position).astype(int) % _ANGLES
         share = position - np.floor(position)
@@ -108,7 +129,7 @@ def solve(
     phi: Array,
     *,
     rtol: float = 5e-4,
-    cells: int = 256,
+    cells: int = _CELLS,
     cache: str | Path | None = None,
     tables: bool = True,
 ) -> Curve:
@@ -134,10 +155,10 @@ def solve(
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
-    contact = _controlled(kernel, indenter, expansion, control)
-    ratios = expansion.ratios(contact.radius)
+    contact, ratios = _controlled(kernel, indenter, expansion, control)
     traced = ratios.traced
-    contour = expansion.outline(contact, phi)
+    contour = expansion.corrected_outline(contact, ratios, phi)
+    shape_error = ratios.outline_error + end_error(indenter, contour, contact.mean_radius, cells)
     contour[~traced] = np.nan
     notes = first_failure(
         ~traced,
@@ -155,7 +176,7 @@ def solve(
         contour=contour,
         valid=np.ones(contact.depth.size, dtype=bool),
         notes=notes,
-        extra=estimates(ratios.error, np.where(traced, ratios.outline_error, np.inf)),
+        extra=estimates(ratios.error, np.where(traced, shape_error, np.inf)),
     )
 
 
@@ -171,7 +192,7 @@ def pressure(
     phi: Array,
     *,
     rtol: float = 5e-4,
-    cells: int = 256,
+    cells: int = _CELLS,
     cache: str | Path | None = None,
     tables: bool = True,
 ) -> Array:
@@ -182,10 +203,24 @@ def pressure(
     return superpose_expansion(kernel, indenter, expansion, control, r, phi)
 
 
-def _controlled(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> PerturbedContact:
+def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
+    """Whether the corrections that come with the package answer these steps, without any boundary elements."""
+    if tabulated_rows(kernel, indenter) is None:
+        return False
+    expansion = RefinedExpansion(kernel, indenter, TABLE_ERROR, _CELLS)
+    assert expansion.table is not None
+    end = expansion.evaluate(np.exp(expansion.table.nodes[-1:] - 1e-9))
+    last = {"depth": end.depth, "force": end.force, "radius": end.mean_radius}[control.name]
+    return bool(control.values.max() < last[0])
+
+
+def _controlled(
+    kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control
+) -> tuple[PerturbedContact, Ratios]:
     """Contacts at the prescribed values; boundary elements are spent only on the range that these need."""
     first = controlled(kernel, indenter, expansion.series, control)
     if control.name == "depth":
-        contact = expansion.evaluate(first.radius)
-        return replace(contact, depth=control.values)
-    return controlled(kernel, indenter, expansion, control)
+        ratios = expansion.ratios(first.radius)
+        return replace(expansion.evaluate_with(first.radius, ratios), depth=control.values), ratios
+    contact = controlled(kernel, indenter, expansion, control)
+    return contact, expansion.ratios(contact.radius)

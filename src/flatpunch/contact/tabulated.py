@@ -33,7 +33,7 @@ SQUARES = np.array([0.12, 0.3, 0.47, 0.6, 0.7])
 
 FORCE_ERROR = 5e-4
 """Largest relative error of the force against fresh boundary elements between the nodes (tests/refined)."""
-OUTLINE_ERROR = 0.02
+OUTLINE_ERROR = 5e-3
 """The same of the outline, over the mean radius."""
 
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])

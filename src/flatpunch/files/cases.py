@@ -105,7 +105,7 @@ class CaseTable(Table):
             return self._history(medium, self.history)
         assert self.control is not None
         control, steps = self.control.built
-        method = self._method()
+        method = self._method(medium, {control: steps})
         return Case(
             self.title,
             medium,
@@ -138,9 +138,9 @@ class CaseTable(Table):
                 "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."
             )
 
-    def _method(self) -> str:
+    def _method(self, medium: Any, steps: dict[str, Any]) -> str:
         if self.work_of_adhesion is None:
-            return self.method or default_method(self.indenter.built)
+            return self.method or default_method(self.indenter.built, medium, **steps)
         for name in ("work_of_adhesion", "range_of_action"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
