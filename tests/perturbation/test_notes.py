@@ -39,8 +39,12 @@ def test_negative_pressure() -> None:
     )
 
 
-def test_steep_faces() -> None:
-    assert "inclined by up to" in _notes(INCOMPRESSIBLE, fp.Pyramid(4, np.radians(50)), depth=0.3)
+@pytest.mark.parametrize("method", ["first-order", "second-order", "fourth-order", "refined", "bem"])
+def test_steep_faces(method: str) -> None:
+    options = {"method": method} | ({"grid": 32} if method == "bem" else {})
+    for inclination, steep in ((50, True), (20, False)):
+        curve = fp.indent(INCOMPRESSIBLE, fp.Pyramid(4, np.radians(inclination)), depth=0.3, **options)
+        assert ("inclined by up to" in curve.attrs["notes"]) == steep
 
 
 @pytest.mark.parametrize("method", ["second-order", "fourth-order"])

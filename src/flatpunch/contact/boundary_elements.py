@@ -11,6 +11,7 @@ from flatpunch import bem
 from flatpunch._progress import Report, reporting
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
+from flatpunch.contact.causes import steepness
 from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.indenters.profile import Indenter
 
@@ -78,15 +79,17 @@ def solve(
             "largest penetration outside the contact over the depth",
         ),
     }
+    depth, radius = collect("depth"), collect("radius")
+    notes = tuple(dict.fromkeys(note for solution in found for note in solution.notes))
     return Curve(
-        depth=collect("depth"),
+        depth=depth,
         force=collect("force"),
-        radius=collect("radius"),
+        radius=radius,
         area=collect("area"),
         stiffness=collect("stiffness"),
         contour=contour,
         valid=converged,
-        notes=tuple(dict.fromkeys(note for solution in found for note in solution.notes)),
+        notes=notes + steepness(indenter, radius, depth),
         extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
     )
 

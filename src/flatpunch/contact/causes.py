@@ -48,6 +48,9 @@ def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...
     """Whether faces are too steep for a theory of small slopes, at contact radii of shape (n,)."""
     r = np.minimum(np.where(np.isfinite(radius), radius, 0.0), indenter.reach)
     live = r > 0
+    # slopes of power laws grow with the radius
+    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), _DIRECTIONS)) <= np.tan(np.radians(_STEEP)):
+        return ()
     slope = np.zeros_like(r)
     if live.any():
         slope[live] = np.mean(indenter.slope(r[live][:, None], _DIRECTIONS), axis=1)

@@ -15,6 +15,7 @@ from scipy.interpolate import BSpline
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.contact.causes import steepness
 from flatpunch.contact.checks import soundness
 from flatpunch.contact.curve import Control, Curve, Extra, first_failure
 from flatpunch.contact.error_estimate import estimates, first_order_error
@@ -45,6 +46,8 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         "pass through the axis): the contact responds too strongly to the asymmetry, as under stiff films. Force, depth "
         "and stiffness are those of the mean profile.",
     )
+    if not indenter.round:
+        notes += steepness(indenter, contact.radius, contact.depth)
     return Curve(
         depth=contact.depth,
         force=contact.force,
