@@ -33,3 +33,11 @@ def test_equations_are_numbered_once_and_in_order():
     for page in {number.split(".")[0] for number in found}:
         places = [int(number.split(".")[1]) for number in found if number.split(".")[0] == page]
         assert places == list(range(1, len(places) + 1)), page
+
+
+def test_nothing_cites_a_text_that_is_not_here():
+    """Equations are cited by page and number, "(T3.2)", not by the sections of a design."""
+    paths = [*(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "docs").rglob("*.md")]
+    wrong = re.compile(r"\bdesign \d|\bDESIGN\b")
+    found = [path.name for path in paths if path != Path(__file__) and wrong.search(path.read_text(encoding="utf-8"))]
+    assert found == []
