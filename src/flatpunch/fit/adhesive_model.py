@@ -1,6 +1,6 @@
 """Forward model of an adhesive fit (JKR): force over depth along the stable branch, with all derivatives.
 
-Along the branch of contact radii a (T11.1), `flatpunch.contact.adhesion_branch`
+Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion_branch` has it,
 
     d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
 
