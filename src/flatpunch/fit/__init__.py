@@ -12,6 +12,7 @@ from flatpunch.fit.nanoindentation import read_nanoindentation, tip_in_workbook
 from flatpunch.fit.oliver_pharr import Tip, oliver_pharr
 from flatpunch.fit.readers import read_curve
 from flatpunch.fit.result import Estimate, FitResult
+from flatpunch.fit.sample import Sample
 from flatpunch.fit.scaling import parameter_names
 from flatpunch.fit.settings import Free, Settings
 from flatpunch.fit.unloading import Unloading, unloading, unloadings
@@ -28,6 +29,7 @@ __all__ = [
     "ForwardModel",
     "Free",
     "Profile",
+    "Sample",
     "Settings",
     "Tip",
     "Unloading",

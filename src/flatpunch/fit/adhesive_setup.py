@@ -30,6 +30,7 @@ _CLEAR = 6.0
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _GIVING = -0.5
+_NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
 _RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
 _FACTOR = 8.0
 """Works of adhesion this factor about the first guess are tried; it comes from largest force and tension."""
@@ -96,7 +97,9 @@ def _segments(curve: Curve, settings: Settings) -> list[Segment]:
             "maximum. Give the whole cycle (read all segments of the file), or leave work_of_adhesion out."
         )
     check_saturation(curve)
-    retract = _segment(curve, out, "retract")
+    # the start of a whole cycle knows the force without contact
+    reference = float(np.median(curve.force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
+    retract = _segment(curve, out, "retract", reference)
     if settings.segment != "both":
         return [retract]
     if back.size < FEWEST:
@@ -104,7 +107,7 @@ def _segments(curve: Curve, settings: Settings) -> list[Segment]:
     return [_segment(curve, back, "approach"), retract]
 
 
-def _segment(curve: Curve, points: Indices, name: str) -> Segment:
+def _segment(curve: Curve, points: Indices, name: str, reference: float = -np.inf) -> Segment:
     """Find the jump between contact and baseline on the way outwards."""
     force, depth = curve.force[points], curve.depth[points]
     if (depth[:FEWEST] - depth[-FEWEST:]).mean() <= 0:
@@ -117,6 +120,8 @@ def _segment(curve: Curve, points: Indices, name: str) -> Segment:
     noise = float(1.4826 * np.median(np.abs(np.diff(far))) / np.sqrt(2))
     lowest = int(np.argmin(force))
     dip = baseline - float(force[lowest])
+    if reference - baseline > max(_CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
+        raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
     if dip < _CLEAR * noise or lowest < 3:
         raise CurveError(
             f"{curve.name}: the {name} dips {max(dip, 0):.3g} N below its baseline, the noise is {noise:.3g} N: no adhesion "
@@ -127,9 +132,7 @@ def _segment(curve: Curve, points: Indices, name: str) -> Segment:
     ahead = np.convolve(force, np.full(m, 1 / m), "full")[m - 1 :] if m > 1 else force
     gone = np.flatnonzero(ahead[lowest:] > baseline - _LET_GO * dip)
     if not gone.size or force.size - lowest - gone[0] < max(FEWEST, 0.02 * force.size):
-        raise CurveError(
-            f"{curve.name}: the {name} ends before the tip lets go: no baseline is left after the dip. Record further out."
-        )
+        raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
     jump = lowest + int(gone[0])
     settled = np.flatnonzero(ahead[jump:] > baseline - max(3 * noise / np.sqrt(m), 0.03 * dip))
     quiet = jump + m + (int(settled[0]) if settled.size else 0)

@@ -1,0 +1,189 @@
+"""Two bodies, force maps, `check` on fit cases, and the examples of adhesion and relaxation."""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import synthetic
+from typer.testing import CliRunner
+
+from flatpunch.cli import app
+from flatpunch.files import CaseError
+from flatpunch.fit import Curve, fit, read_curve
+from flatpunch.fit.batch import fit_batch
+from flatpunch.fit.case import read_fit_case
+from flatpunch.fit.pictures import map_figure
+from flatpunch.indenters import Paraboloid
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
+PAIR = """
+[upper]
+layers = [{ young = { fit = "2 MPa", min = "0.1 MPa", max = "100 MPa" }, poisson = 0.45, thickness = "1 um" }]
+base = { kind = "half-space", young = "50 MPa", poisson = 0.3 }
+[lower]
+base = { kind = "half-space", young = "10 MPa", poisson = 0.3 }
+[indenter]
+kind = "paraboloid"
+radius = "3 um"
+"""
+
+
+def _run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def test_two_bodies(tmp_path):
+    path = tmp_path / "pair.toml"
+    path.write_text(PAIR, encoding="utf-8")
+    case = read_fit_case(path)
+    name = "upper.layers[0].young"
+    assert list(case.free) == [name]
+    truth = TwoBodies(Medium([Layer(5e6, 0.45, 1e-6)], HalfSpace(50e6, 0.3)), HalfSpace(10e6, 0.3))
+    curve = synthetic(truth, Paraboloid(3e-6), 2e-7, noise=0.003)
+    result = fit(curve, case.medium, case.indenter, case.free)
+    assert abs(result[name] - 5e6) < 4 * result.estimates[name].stderr
+    assert result.model_error() < 1e-6
+    # the other one, a half-space by itself
+    other = fit(curve, truth, Paraboloid(3e-6), {"lower.base.young": 3e6})
+    assert abs(other["lower.base.young"] - 10e6) < 4 * other.estimates["lower.base.young"].stderr
+
+
+@pytest.mark.parametrize("name", ["thin_gel", "sticky_gel", "relaxing_cell"])
+def test_check_knows_fit_cases(name):
+    done = _run("check", EXAMPLES / f"{name}.toml")
+    assert done.exit_code == 0, done.output
+    assert "Fitted    layers[0].young, from" in done.output
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('min = "10 ms"', 'min = "10 s"', "relaxation.time: the start 2 s must lie between minimum 10 s"),
+        ("equilibrium = { fit = 0.5 }", "equilibrium = { fit = 1.5 }", "equilibrium = 1.5 must be below 1"),
+        ('"4 um"', '{ fit = "4 um", max = "1 um" }', r"thickness: the start 4 µm must lie between minimum none"),
+        ('kind = "rigid"', 'kind = "half-space"\nyoung = "1 MPa"\npoisson = 0.3', "relaxation goes with"),
+        ('radius = "2.5 um"', 'radius = "2.5 um"\nyoung = { fit = "1 GPa" }', "young is no known field"),
+        ("[indenter]", '[fit]\nsegment = "retract"\n[indenter]', "segment = 'retract' does not go with this case"),
+    ],
+)
+def test_check_finds_mistakes_without_a_curve(tmp_path, old, new, message):
+    text = (EXAMPLES / "relaxing_cell.toml").read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "case.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(CaseError, match=message):
+        read_fit_case(path)
+    assert _run("check", path).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "truth"),
+    [
+        ("sticky_gel", {"layers[0].young": 4e3, "work_of_adhesion": 2e-4}),
+        ("relaxing_cell", {"layers[0].young": 2e3, "relaxation.equilibrium": 0.35, "relaxation.time": 0.8}),
+    ],
+)
+def test_examples_give_their_known_answers(name, truth):
+    """The curves were made with these values and noise; within four standard errors."""
+    case = read_fit_case(EXAMPLES / f"{name}.toml")
+    curve = read_curve(EXAMPLES / f"{name}.csv", **case.reading)
+    result = fit(curve, case.medium, case.indenter, case.free, **{**case.arguments, "engine": "normal-equations"})
+    for parameter, value in truth.items():
+        assert abs(result[parameter] - value) < 4 * result.estimates[parameter].stderr, parameter
+
+
+def test_times_come_with_the_file(tmp_path):
+    case = read_fit_case(EXAMPLES / "relaxing_cell.toml")
+    curve = read_curve(EXAMPLES / "relaxing_cell.csv", **case.reading)
+    assert curve.time is not None
+    assert curve.time[-1] == 6
+    bare = tmp_path / "bare.csv"
+    text = (EXAMPLES / "relaxing_cell.csv").read_text(encoding="utf-8")
+    bare.write_text(text.replace("time (s)", "time"), encoding="utf-8")
+    done = _run("fit", bare, EXAMPLES / "relaxing_cell.toml")
+    assert done.exit_code == 2
+    assert "column 'time' (time) has no unit" in done.output
+
+
+def test_force_map(tmp_path):
+    """A file of many curves: all are read, each with its place; a bad one costs nothing else."""
+    h5py = pytest.importorskip("h5py")
+    pytest.importorskip("afmformats")
+    from afmformats.mod_force_distance import AFMForceDistance
+
+    gel = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())
+    path, spring = tmp_path / "map.h5", 0.05
+    with h5py.File(path, "w") as file:
+        for i in range(6):
+            curve = synthetic(gel, Paraboloid(3e-6), 4e-7, seed=i, points=300, noise=0.005)
+            force = np.full(300, 1e-9) if i == 4 else curve.force
+            columns = {
+                "force": force,
+                "height (measured)": -(curve.depth + force / spring),
+                "segment": np.zeros(300, dtype=np.uint8),
+            }
+            known = {
+                "imaging mode": "force-distance",
+                "spring constant": spring,
+                "position x": 1e-6 * (i % 3),
+                "position y": 1e-6 * (i // 3),
+                "enum": i,
+                "point count": 300,
+                "path": path,
+            }
+            AFMForceDistance(columns, known).export_data(file, fmt="hdf5")
+    case = tmp_path / "case.toml"
+    case.write_text(
+        '[[layers]]\nyoung = { fit = "3 kPa" }\npoisson = 0.5\nthickness = "1 um"\n[base]\nkind = "rigid"\n'
+        '[indenter]\nkind = "paraboloid"\nradius = "3 um"\n',
+        encoding="utf-8",
+    )
+    done = _run("fit", path, case, "-o", tmp_path / "map.csv", "--plot", tmp_path / "map.png")
+    assert done.exit_code == 0, done.output
+    assert "5 of 6 curves fitted" in done.output
+    lines = (tmp_path / "map.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("curve,file,index,ok,reason,layers[0].young [Pa]")
+    assert [line.split(",")[2] for line in lines[1:]] == list("012345")
+    assert "position x [m]" in lines[0]
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+    # one of its curves by itself
+    one = read_curve(path, index=5)
+    assert one.spring_constant == spring
+    batch = fit_batch([path], gel, Paraboloid(3e-6), ["layers[0].young"], workers=1)
+    assert [row["index"] for row in batch.rows] == list(range(6))
+    assert len(map_figure(batch, "layers[0].young").axes) == 2
+
+
+def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
+    """Ctrl-C in a folder: the curves fitted so far are in the table, whole."""
+    batch = importlib.import_module("flatpunch.fit.batch")
+    for i in range(40):
+        (tmp_path / f"c{i:02}.csv").write_text(
+            (EXAMPLES / "thin_gel.csv").read_text(encoding="utf-8"), encoding="utf-8"
+        )
+    real = batch.fit_rows
+
+    def interrupted(*arguments, **named):
+        yield next(iter(real(*arguments, **named)))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "fit_rows", interrupted)
+    out = tmp_path.parent / f"{tmp_path.name}.csv"
+    done = _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out)
+    assert done.exit_code == 130
+    assert "Interrupted after 16 of 40 curves" in done.output
+    assert len(out.read_text(encoding="utf-8").splitlines()) == 17
+
+
+def test_batch_of_relaxing_curves():
+    """Batches know the same physics; curves without times become records."""
+    case = read_fit_case(EXAMPLES / "relaxing_cell.toml")
+    curve = read_curve(EXAMPLES / "relaxing_cell.csv")
+    part = curve.taken(slice(None, None, 5))
+    bare = Curve(part.depth, part.force, name="bare")
+    batch = fit_batch([part, bare], case.medium, case.indenter, case.free, relaxation=case.relaxation, workers=1)
+    assert [row["ok"] for row in batch.rows] == [True, False]
+    assert "no times" in batch.failed[0]["reason"]
+    assert batch.rows[0]["relaxation.time"] == pytest.approx(0.8, rel=0.05)
