@@ -2,17 +2,20 @@
 
     python benchmarks/bem_peers.py [--sizes 512 1024] [--threads 2] [--peers tamaas aspher ...] [--environment DIR]
 
-Installs the peers into a virtual environment of their own (slippy needs Python < 3.11, aspher a C++ compiler, CMake and
-Eigen; what cannot be installed is left out and named). Everyone solves the free-space contact of a homogeneous half-space
+Installs the peers into a virtual environment of their own, and slippy, which needs NumPy 1.20, into another one made by a
+Python 3.7 to 3.9 (the first on the path or under pyenv; or --old-python). aspher needs a C++ compiler, CMake and Eigen. What
+cannot be installed is left out and named. Everyone solves the free-space contact of a homogeneous half-space
 at given force. The residual in the table is the same for all: the pressure is convolved with the exact coefficients, and
 the largest deviation of the gap from its mean in contact, and the largest penetration, are divided by the depth. Each peer's own
-tolerance is lowered until that is at most 1e-8 or stops falling; the time is that of the last solve alone.
+tolerance is lowered until that is at most 1e-8 or stops falling; the times are those of the last solve alone. On a machine that
+does other work besides, compare the processor time.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,6 +26,9 @@ import numpy as np
 
 TARGET = 1e-8
 TOLERANCES = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+OLD = ("slippy",)
+"""Peers that need an old Python."""
+
 PEERS = ("tamaas", "slippy", "aspher", "ContactMechanics")
 SIDE = 2.5
 """Side of the grid over the radius of Hertz's contact."""
@@ -42,13 +48,18 @@ def heights(shape: str, n: int) -> np.ndarray:
 FORCES = {"sphere": 4 / 3, "ellipsoid": 0.6, "pyramid": 0.7376}
 
 
+def now() -> np.ndarray:
+    """Wall clock and processor time [s]."""
+    return np.array([time.perf_counter(), time.process_time()])
+
+
 def solve_tamaas(f, force, tolerance, threads):
     import tamaas as tm
 
     n = f.shape[0]
     tm.initialize(threads)
     tm.set_log_level(tm.LogLevel.error)
-    start = time.perf_counter()
+    start = now()
     model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [SIDE, SIDE], [n, n])
     model.E, model.nu = 1.0, 0.0
     tm.ModelFactory.registerNonPeriodic(model, "free")
@@ -56,7 +67,7 @@ def solve_tamaas(f, force, tolerance, threads):
     solver.setIntegralOperator("free")
     solver.max_iter = 5000
     solver.solve(force / SIDE**2)
-    return time.perf_counter() - start, np.array(model.traction)
+    return now() - start, np.array(model.traction)
 
 
 def solve_aspher(f, force, tolerance, threads, backend="h2"):
@@ -66,11 +77,11 @@ def solve_aspher(f, force, tolerance, threads, backend="h2"):
     coarsest = n
     while coarsest % 2 == 0 and coarsest > 64:
         coarsest //= 2
-    start = time.perf_counter()
+    start = now()
     result = aspher.solve_nested(
         n, f, force / SIDE**2, domain_size=SIDE, E_star=1.0, tol=tolerance, coarsest=coarsest, backend=backend
     )
-    return time.perf_counter() - start, np.array(result.pressure)
+    return now() - start, np.array(result.pressure)
 
 
 def solve_aspher_fft(f, force, tolerance, threads):
@@ -82,11 +93,11 @@ def solve_contactmechanics(f, force, tolerance, threads):
     import SurfaceTopography as st
 
     n = f.shape[0]
-    start = time.perf_counter()
+    start = now()
     substrate = cm.FreeFFTElasticHalfSpace((n, n), 1.0, (SIDE, SIDE))
     system = cm.make_system(substrate=substrate, surface=st.Topography(-f, (SIDE, SIDE)))
     result = system.minimize_proxy(external_force=force, pentol=tolerance, maxiter=5000)
-    elapsed = time.perf_counter() - start
+    elapsed = now() - start
     return elapsed, np.array(result.jac) * (n / SIDE) ** 2
 
 
@@ -95,14 +106,14 @@ def solve_slippy(f, force, tolerance, threads):
     import slippy.surface as s
 
     n = f.shape[0]
-    start = time.perf_counter()
+    start = now()
     flat, tip = s.FlatSurface(shift=(0, 0)), s.Surface(profile=-f, grid_spacing=SIDE / n)
-    flat.material = c.Elastic("half-space", {"E": 1.0, "v": 0.0})
-    tip.material = c.Rigid("rigid")
+    flat.material = c.Elastic("substrate", {"E": 1.0, "v": 0.0})
+    tip.material = c.Rigid("tip")
     model = c.ContactModel("peer", tip, flat)
-    model.add_step(c.StaticStep("load", normal_load=force, rtol_outer=tolerance, max_it_outer=5000))
+    model.add_step(c.StaticStep("load", normal_load=force, tolerance=tolerance, max_it=5000))
     state = model.solve(skip_data_check=True)
-    return time.perf_counter() - start, np.array(state["loads_z"])
+    return now() - start, np.array(state["loads_z"])
 
 
 SOLVERS = {
@@ -122,18 +133,35 @@ def worker(arguments) -> None:
     np.savez(path, f=data["f"], pressure=pressure, elapsed=elapsed)
 
 
-def install(folder: Path, wanted: list[str]) -> tuple[Path, dict[str, str]]:
-    """Interpreter of the peers' environment, and why a peer is missing from it."""
-    python = folder / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
-    missing = {}
+def old_python() -> str | None:
+    """An interpreter old enough for the peers that need one."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    for version in ("3.9", "3.8", "3.7"):
+        found = [shutil.which(f"python{version}"), *map(str, sorted(pyenv.glob(f"{version}.*/bin/python")))]
+        for python in filter(None, found):
+            if subprocess.run([python, "--version"], capture_output=True, check=False).returncode == 0:
+                return python
+    return None
+
+
+def install(folder: Path, wanted: list[str], old: str | None) -> tuple[dict[str, Path], dict[str, str]]:
+    """Interpreter of each peer, and why a peer is missing."""
+    pythons, missing = {}, {}
     for peer in wanted:
+        base, home = (old, folder.with_name(folder.name + "-old")) if peer in OLD else (sys.executable, folder)
+        if base is None:
+            missing[peer] = "no Python 3.7 to 3.9 found"
+            continue
+        python = home / "bin" / "python"
+        if not python.exists():
+            subprocess.run([base, "-m", "venv", str(home)], check=True)
         done = subprocess.run([python, "-m", "pip", "install", "-q", peer], capture_output=True, text=True, check=False)
         if done.returncode:
             lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if "rror" in line]
             missing[peer] = lines[0] if lines else "pip failed"
-    return python, missing
+        else:
+            pythons[peer] = python
+    return pythons, missing
 
 
 def peer_run(python: Path, name: str, shape: str, n: int, tolerance: float, threads: int):
@@ -146,7 +174,7 @@ def peer_run(python: Path, name: str, shape: str, n: int, tolerance: float, thre
         if done.returncode:
             raise RuntimeError(done.stderr.strip().splitlines()[-1])
         data = np.load(path)
-        return float(data["elapsed"]), data["pressure"]
+        return data["elapsed"], data["pressure"]
 
 
 def residual(shape: str, pressure: np.ndarray) -> float:
@@ -175,14 +203,14 @@ def own_run(shape: str, n: int, threads: int, force_control: bool):
 
     kernel, grid = half_space(n)
     os.environ["OMP_NUM_THREADS"] = str(threads)
-    start = time.perf_counter()
+    start = now()
     levels = Levels(kernel, grid)
     if force_control:
         state, _ = solve_force(levels, lambda g: heights(shape, g.nx), FORCES[shape], 1.0, 0.9e-8, 1000)
     else:
         depth = {"sphere": 1.0, "ellipsoid": 0.9, "pyramid": 1.0}[shape]
         state, _ = solve_depth(levels, lambda g: heights(shape, g.nx), depth, 0.9e-8, 1000)
-    return time.perf_counter() - start, np.asarray(state.pressure)
+    return now() - start, np.asarray(state.pressure)
 
 
 def tightened(python: Path, name: str, shape: str, n: int, threads: int):
@@ -205,20 +233,22 @@ def main() -> None:
     parser.add_argument("--peers", nargs="*", default=list(PEERS))
     parser.add_argument("--shapes", nargs="+", default=list(FORCES))
     parser.add_argument("--environment", type=Path, default=Path(tempfile.gettempdir()) / "flatpunch-peers")
+    parser.add_argument("--old-python", help="interpreter of Python 3.7 to 3.9 for " + ", ".join(OLD))
     parser.add_argument("--worker", nargs=5, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
         worker(options.worker)
         return
-    python, missing = install(options.environment, options.peers) if options.peers else (Path(), {})
+    pythons, missing = install(options.environment, options.peers, options.old_python or old_python())
     for peer, reason in missing.items():
         print(f"{peer}: not installed ({reason})")
-    names = [p for p in options.peers if p not in missing]
+    names = list(pythons)
     if "aspher" in names:
         names.insert(names.index("aspher") + 1, "aspher (fft)")
-    print(
-        f"{'shape':10s} {'cells':>10s} {'code':24s} {'time/s':>8s} {'residual':>9s} {'own tol':>8s}   threads {options.threads}"
-    )
+        pythons["aspher (fft)"] = pythons["aspher"]
+    print("load of the machine at the start: {:.1f} {:.1f} {:.1f}".format(*os.getloadavg()))
+    header = f"{'shape':10s} {'cells':>10s} {'code':24s} {'wall/s':>8s} {'cpu/s':>8s} {'residual':>9s} {'own tol':>8s}"
+    print(f"{header}   threads {options.threads}")
     for n in options.sizes:
         for shape in options.shapes:
             for control in (True, False):
@@ -227,15 +257,16 @@ def main() -> None:
                 row(shape, n, label, elapsed, residual(shape, pressure), "0.9e-8")
             for name in names:
                 try:
-                    elapsed, error, tolerance, _ = tightened(python, name, shape, n, options.threads)
+                    elapsed, error, tolerance, _ = tightened(pythons[name], name, shape, n, options.threads)
                 except RuntimeError as failure:
                     print(f"{shape:10s} {n:5d}^2    {name:24s} failed: {failure}", flush=True)
                     continue
                 row(shape, n, name, elapsed, error, f"{tolerance:.0e}")
 
 
-def row(shape: str, n: int, name: str, elapsed: float, error: float, tolerance: str) -> None:
-    print(f"{shape:10s} {n:6d}^2   {name:24s} {elapsed:8.2f} {error:9.1e} {tolerance:>8s}", flush=True)
+def row(shape: str, n: int, name: str, elapsed: np.ndarray, error: float, tolerance: str) -> None:
+    wall, cpu = elapsed
+    print(f"{shape:10s} {n:6d}^2   {name:24s} {wall:8.2f} {cpu:8.2f} {error:9.1e} {tolerance:>8s}", flush=True)
 
 
 if __name__ == "__main__":
