@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact
+from flatpunch.contact.log_table import LogTable
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
@@ -14,6 +17,15 @@ from flatpunch.punch.family import punch_family
 
 _STENCIL = 2e-3
 """Relative step of the five-point difference in log(radius): its error is 0.03 step^4 = 5e-13 of smooth profiles."""
+
+_MANY = 96
+"""Contacts from which on general outlines are read from a table over ln a."""
+
+_BESIDE = 0.08
+"""|ln(a/ring)| below which they are not."""
+
+_BEYOND = 3.0
+"""Radius of the contact over that of a flat end from which on they are."""
 
 _CHUNK = 2_000_000
 """Most profile values held at once while outlines of general shapes are computed."""
@@ -87,18 +99,42 @@ def growth_factor(contact: RoundContact, exponent: float) -> Array:
 def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
     """Relative deviation of the outline for any profile, shape (n, p): (P17) with the radius as the unit."""
     result = np.zeros((contact.radius.size, phi.size))
-    rows = np.flatnonzero(contact.radius > 0)
-    terms = contact.answers.flat.shape[1]
-    size = max(1, _CHUNK // ((2 * terms + 48) * phi.size))
-    for start in range(0, rows.size, size):
-        chosen = rows[start : start + size]
-        result[chosen] = _general_rows(kernel, indenter, contact.radius[chosen], contact.depth[chosen], phi)
+    live = contact.radius > 0
+    a = contact.radius[live]
+    read = np.full(a.size, a.size > _MANY)
+    for ring in indenter.rings:
+        # a kink is no place for a spline
+        read &= np.abs(np.log(a / ring)) > _BESIDE
+    if indenter.rings and not np.any(indenter.height(np.array(0.999 * indenter.rings[0]), phi)):
+        # as long as a flat end rules, the denominator is the small difference of large terms
+        read &= a > _BEYOND * indenter.rings[-1]
+    terms = np.empty((a.size, phi.size + 1))
+    if read.any():
+        terms[read] = _table(kernel, indenter, phi.tobytes()).at(a[read])[0]
+    terms[~read] = _terms(kernel, indenter, a[~read], phi)
+    denominator = 2 * contact.depth[live] / a * contact.answers.flat[live, 0] - terms[:, -1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        result[live] = np.where(denominator[:, None] < 0, terms[:, :-1] / denominator[:, None], np.nan)
     return result
 
 
-def _general_rows(kernel: Kernel, indenter: Indenter, a: Array, depth: Array, phi: Array) -> Array:
-    family = punch_family(kernel)
-    flat, (rho, weight) = family.flat(a / kernel.length), family.rule(a / kernel.length)
+@lru_cache(maxsize=16)
+def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> LogTable:
+    """The terms over ln a: far fewer radii than a long curve has."""
+    phi = np.frombuffer(angles)
+    return LogTable(lambda a: _terms(kernel, indenter, a, phi), indenter.reach, kinked=bool(indenter.rings))
+
+
+def _terms(kernel: Kernel, indenter: Indenter, radius: Array, phi: Array) -> Array:
+    """Numerators of (P17) and the profile's part of its denominator, over the radius; shape (n, p + 1)."""
+    nodes = punch_family(kernel).rule(radius[-1:] / kernel.length)[0].shape[-1] if radius.size else 1
+    size = max(1, _CHUNK // (nodes * phi.size))
+    parts = [_terms_of(kernel, indenter, radius[i : i + size], phi) for i in range(0, radius.size, size)]
+    return np.vstack([*parts, np.empty((0, phi.size + 1))])
+
+
+def _terms_of(kernel: Kernel, indenter: Indenter, a: Array, phi: Array) -> Array:
+    rho, weight = punch_family(kernel).rule(a / kernel.length)
     r = a[:, None] * rho
     # notation: J0 = b[f].c*, J1 = b[r f'].c* per angle; a G = a^2 J0/c0, so G + a g = a (2 J0 + J1)/c0
     height = np.asarray(indenter.height(r[..., None], phi))
@@ -106,9 +142,7 @@ def _general_rows(kernel: Kernel, indenter: Indenter, a: Array, depth: Array, ph
     local = np.einsum("nj,njp->np", weight, 2 * height + slope)
     mean = _mean_response(indenter, a, rho, weight)
     second = _second_response(indenter, a, rho, weight)
-    denominator = 2 * depth * flat[:, 0] - second
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(denominator[:, None] < 0, (local - mean[:, None]) / denominator[:, None], np.nan)
+    return np.column_stack([local - mean[:, None], second]) / a[:, None]
 
 
 def _mean_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
