@@ -197,9 +197,7 @@ class _Start:
         spring = self.part.spring_constant
         if spring is None or objective.loaded is None:
             return None
-        theta, rest = objective.split(x)
-        stiffness = objective.model.evaluate(objective.depth[objective.loaded] - rest["contact"], theta)[1]
-        giving = objective.loaded[stiffness < _GIVING * spring]
+        giving = objective.loaded[self._giving(objective, x, spring)]
         keep = used.copy()
         keep[np.flatnonzero(used)[giving]] = False
         if int((keep & self.in_contact).sum()) < FEWEST:
@@ -212,6 +210,20 @@ class _Start:
             "snap."
         )
         return self.setup(keep, (note,) if giving.size else (), x)
+
+    def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
+        """Points in contact that are past dF/dd = -k/2; told by the piezo's position, which has no noise in it."""
+        theta, rest = objective.split(x)
+        at = objective.loaded
+        depth = objective.depth[at] - rest["contact"]
+        force = objective.force[at] - rest["baseline"]
+        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 2000)
+        on_branch, stiffness, _ = objective.model.evaluate(way, theta)
+        past = np.flatnonzero(stiffness < _GIVING * spring)
+        if not past.size:
+            return np.zeros(depth.size, dtype=bool)
+        limit = way[past[-1]] + on_branch[past[-1]] / spring
+        return np.asarray(depth + force / spring < limit)
 
 
 def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:

@@ -233,14 +233,17 @@ class _Job:
 
     def _one(self, item: Any) -> dict[str, Any]:
         origin: dict[str, Any] = {"curve": item.name} if isinstance(item, Curve) else _origin(item)
+        place: dict[str, float] = {}
         try:
             curve = item if isinstance(item, Curve) else self._read(item, origin["curve"])
+            place = _position(curve)
             result = fit_model(curve, model_of(self.sample, self.free, self.settings.method), self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))
-            return {**origin, "ok": False, "reason": str(error) if known else f"{type(error).__name__}: {error}"}
-        return {**origin, **result.row(), **_position(curve)}
+            reason = str(error) if known else f"{type(error).__name__}: {error}"
+            return {**origin, "ok": False, "reason": reason, **place}
+        return {**origin, **result.row(), **place}
 
     def _read(self, place: Place, name: str) -> Curve:
         return replace(read_curve(place.path, index=place.index or 0, **self.reading), name=name)

@@ -26,6 +26,8 @@ from flatpunch.fit.scaling import external, internal, plain_limits, slope
 from flatpunch.fit.settings import Free, Settings, as_free
 from flatpunch.fit.setup import Setup, elastic_setup
 
+_ASTRAY = 3.0
+"""Force ranges by which a fit may miss a point before it counts as none."""
 _FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
 
@@ -169,6 +171,8 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         from flatpunch.fit.lmfit_engine import polish
 
         polished, found = polish(objective, found, setup.lower, setup.upper, settings.loss)
+    if isinstance(model, AdhesiveModel) or settings.engine == "lmfit":
+        _follows(setup, found, curve.name)
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
@@ -261,6 +265,16 @@ def _searched(setup: Setup, start: Array, name: str, settings: Settings) -> Mini
             f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
         )
     return found
+
+
+def _follows(setup: Setup, found: Minimum, name: str) -> None:
+    """Refuse a minimum whose curve is nowhere near the data: behind a soft cantilever a stiff sample shows as little."""
+    off = (setup.objective.over(setup.part, found.x) - setup.part.force)[setup.used]
+    if not np.abs(off).max() < _ASTRAY * float(np.ptp(setup.part.force)):
+        raise CurveError(
+            f"{name}: no curve of this model comes near the data: the fit ran off to values at which the force is off by "
+            f"{np.abs(off).max():.3g} N. Check spring constant, sensitivity and units, or give limits and a better start."
+        )
 
 
 def _estimates(

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from flatpunch.fit.result import FitResult
 
 _DATA, _FIT, _GREY = "#8fa9bf", "#1f4e79", "#8c8c8c"
+_LONGEST = 32
+"""Letters of a curve's name in a title."""
 _JOINT = (2.30, 5.99, 11.83)
 """Growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters."""
 
@@ -99,6 +101,7 @@ def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
 
 def _lines(name: str, words: Sequence[str]) -> str:
     """Title of at most two values a line."""
+    name = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
     rows = [", ".join(words[i : i + 2]) for i in range(0, len(words), 2)]
     return "\n".join([f"{name}: {rows[0]}", *rows[1:]]) if rows else name
 
@@ -191,7 +194,12 @@ def map_figure(batch: Batch, name: str) -> Figure:
             (x - x[placed].min()) * scale,
             (y - y[placed].min()) * scale,
             c=values * factor,
-            s=28,
+            # squares of about a map's spacing
+            s=(
+                250
+                / max(np.unique(np.round(x[placed] / span, 4)).size, np.unique(np.round(y[placed] / span, 4)).size, 4)
+            )
+            ** 2,
             marker="s",
             cmap="viridis",
         )

@@ -44,6 +44,9 @@ def unit_of(name: str) -> str:
 def interval_text(estimate: Estimate, name: str) -> str:
     """Interval in words."""
     unit = unit_of(name)
+    if name == "contact" and np.isfinite(estimate.stderr):
+        # far from its own zero an interval would need many digits
+        return f"± {quantity((estimate.high - estimate.low) / 2, unit)}"
     return f"{quantity(estimate.low, unit)} .. {quantity(estimate.high, unit)}"
 
 

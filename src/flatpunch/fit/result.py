@@ -213,7 +213,7 @@ class FitResult:
         deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
         lines = [f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"]
         for name, e in self.estimates.items():
-            interval = f"{100 * self.settings.level:g} % in {interval_text(e, name)}"
+            interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
             lines.append(
                 f"  {name:<20} {quantity(e.value, unit_of(name)):>12}   {'at its limit' if e.at_bound else interval}"
             )
