@@ -6,7 +6,8 @@ its solution at hand; `table(name)` gives values for many media and radii at onc
 
 from flatpunch.atlas.build import build
 from flatpunch.atlas.family import FAMILIES, Family, dundurs
-from flatpunch.atlas.library import families, table, tabulated
+from flatpunch.atlas.library import families, tabulated
+from flatpunch.atlas.library import find_table as table
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.atlas.solution import Solution
 from flatpunch.atlas.storage import AtlasFileError, read_table, write_table

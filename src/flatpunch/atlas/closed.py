@@ -52,3 +52,7 @@ class PowerLawTable:
             for row, n in enumerate(wanted, 1):
                 result[row, chosen] = punch.moment(n, radius.ravel()[chosen])
         return tuple(row.reshape(radius.shape) for row in result)
+
+    def edge_coefficients(self, beta: float | Array, **parameters: Any) -> Array:
+        """Edge strength [-]: its square is d(a Kbar)/da = (1 + k) Kbar."""
+        return np.sqrt((1 + np.asarray(parameters["grading"])) * self.stiffness_and_moments(beta, **parameters)[0])

@@ -101,9 +101,8 @@ def bonded_coating(modulus_ratio: float, dundurs_position: float) -> Medium:
     alpha = (modulus_ratio - 1) / (modulus_ratio + 1)
     # shear modulus ratio mu1/mu2 = 1 + s Q with Q = 4 (1 - nu1) and 4 (1 - nu2) = modulus_ratio Q/(1 + s Q)
     s = (alpha - dundurs_beta(alpha, dundurs_position)) * (1 + modulus_ratio) / 2
-    ends = [p / (modulus_ratio - s * p) for p in (2.0, 4.0)]
     # where the denominator is not positive every Q is admissible
-    ends = [end if end > 0 else np.inf for end in ends]
+    ends = [p / (modulus_ratio - s * p) if modulus_ratio > s * p else np.inf for p in (2.0, 4.0)]
     q = (max(2.0, min(ends)) + min(4.0, max(ends))) / 2
     shear = 1 + s * q
     film, base = (min(max(1 - value / 4, 0.0), 0.5) for value in (q, modulus_ratio * q / shear))

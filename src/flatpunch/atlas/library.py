@@ -11,11 +11,14 @@ from typing import Any, Literal
 import numpy as np
 
 from flatpunch._validation import Array, Indices
+from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
 from flatpunch.atlas.solution import Solution
 from flatpunch.atlas.storage import read_table
 from flatpunch.atlas.table import Table
-from flatpunch.media import Medium, TabulatedMedium
+from flatpunch.compliance import compliance
+from flatpunch.media import TabulatedMedium
+from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 Outside = Literal["solve", "refuse"]
 
@@ -30,7 +33,7 @@ def families() -> tuple[str, ...]:
     return tuple(sorted(name for name in FAMILIES if (folder() / f"{name}.nc").is_file()))
 
 
-def table(name: str | Path) -> Table:
+def find_table(name: str | Path) -> Any:
     """A shipped table by its name, or one of your own by its file.
 
     Parameters
@@ -41,7 +44,15 @@ def table(name: str | Path) -> Table:
     Returns
     -------
     Table
+        (or `PowerLawTable`, in closed form, under "power-law").
+
+    Raises
+    ------
+    ValueError, OSError
+        If there is no such table.
     """
+    if name == PowerLawTable.name:
+        return PowerLawTable()
     if isinstance(name, str) and name in families():
         return _read(folder() / f"{name}.nc")
     if Path(name).suffix:
@@ -49,7 +60,9 @@ def table(name: str | Path) -> Table:
     raise ValueError(f"{name!r} is no table: there are {', '.join(families())}, and files of your own (name.nc).")
 
 
-def tabulated(medium: Medium, *, outside: Outside = "solve", tables: tuple[Table, ...] = ()) -> TabulatedMedium:
+def tabulated(
+    medium: Any, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
+) -> TabulatedMedium:
     """A medium that takes its flat punches from the atlas, for use wherever a medium is asked for.
 
     Parameters
@@ -58,8 +71,10 @@ def tabulated(medium: Medium, *, outside: Outside = "solve", tables: tuple[Table
         One layer, homogeneous or graded (LinearModulus, ExponentialModulus), on a base: the table is found by what it is.
     outside : "solve" or "refuse"
         What to do where a contact is smaller or larger than the table holds: solve it directly, as without a table, or raise.
-    tables : tuple of Table
-        Tables to use instead of the shipped ones of the same name.
+    table : Table, optional
+        The table to use: a family of your own, or a shipped family built anew.
+    **parameters : float
+        Values of its parameters for this medium, where the table is your own.
 
     Returns
     -------
@@ -69,17 +84,24 @@ def tabulated(medium: Medium, *, outside: Outside = "solve", tables: tuple[Table
     Raises
     ------
     ValueError
-        If no table holds this medium; the message says which come close and why not.
+        If no table holds this medium, or the one given belongs to another medium.
     """
     if outside not in ("solve", "refuse"):
         raise ValueError(f"outside = {outside!r} must be 'solve' or 'refuse'.")
-    own = {found.name: found for found in tables}
+    if table is not None and table.name not in FAMILIES:
+        solution = table.at(**parameters)
+        _check_same(medium, solution)
+        return TabulatedMedium(medium, MediumSolution(solution, outside))
+    if parameters:
+        raise TypeError(
+            f"{', '.join(parameters)}: parameters go with a table of your own; here they follow from the medium."
+        )
     for name, family in FAMILIES.items():
         values = None if family.identify is None else family.identify(medium)
-        if values is None or (name not in own and name not in families()):
+        if values is None or (table.name != name if table is not None else name not in families()):
             continue
         try:
-            solution = (own.get(name) or table(name)).at(**values)
+            solution = (table or find_table(name)).at(**values)
         except ValueError as error:
             raise ValueError(f"The medium belongs to {name!r}, but {error}") from error
         return TabulatedMedium(medium, MediumSolution(solution, outside))
@@ -87,6 +109,19 @@ def tabulated(medium: Medium, *, outside: Outside = "solve", tables: tuple[Table
         f"No table holds this {type(medium).__name__}: the atlas knows one layer on a base, {', '.join(families())}. Without "
         "flatpunch.atlas.tabulated it is solved directly."
     )
+
+
+def _check_same(medium: Any, solution: Solution) -> None:
+    """Refuse a table of another medium: one punch is solved directly."""
+    kernel = compliance(medium)
+    beta = np.array([np.sqrt(np.prod(solution.beta_range))])
+    direct = np.pi * solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0]))).flat[0, 0]
+    found = float(solution.normalized_stiffness(beta)[0])
+    if not abs(found / direct - 1) < max(1e-6, 10 * solution.error):
+        raise ValueError(
+            f"The table {solution.family!r} with {dict(solution.parameters)} belongs to another medium: at beta = {beta[0]:.3g} "
+            f"it says Kbar = {found:.6g}, the medium {direct:.6g}. Check the values of the parameters."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +185,6 @@ def describe(found: Table) -> dict[str, Any]:
         "beta": (low, high),
         "bound": found.bound,
         "coefficients": entries,
-        "responses": bool(found.panels[0].orders.size),
+        "responses": bool(found.panels and found.panels[0].orders.size),
         **found.attributes,
     }

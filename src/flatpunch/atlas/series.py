@@ -51,7 +51,7 @@ class SparseSeries:
         """Series over ln beta at coordinates x in [-1, 1] of the parameters, shape (NODES, outputs)."""
         weight = self.value
         for degree, coordinate in zip(self.degrees, x, strict=True):
-            weight = weight * polynomials(np.array(coordinate), int(degree.max(initial=0)))[degree]
+            weight = weight * polynomials(np.array([coordinate]), int(degree.max(initial=0)))[degree, 0]
         dense = np.bincount(self._row, weight, minlength=self.outputs * NODES)
         return np.ascontiguousarray(dense.reshape(self.outputs, NODES).T)
 

@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from flatpunch._validation import Array, Flags, Indices, positive
 from flatpunch.atlas.parameter import Parameter, check_beta
@@ -132,6 +133,22 @@ class Table:
             part = slice(start, start + _CHUNK)
             result[:, part] = self._many(flat[0][part], tuple(x[part] for x in flat[1:]), tuple(exponents))
         return tuple(row.reshape(beta.shape) for row in result)
+
+    def edge_coefficients(self, beta: float | Array, **parameters: Any) -> Array:
+        """Edge strength [-], whose square is d(a Kbar)/da = Kbar (1 + dln Kbar/dln beta), for many radii and media at once."""
+        given = self._coordinates(parameters)
+        beta, *given = np.broadcast_arrays(check_beta(beta, *self.beta_range), *given)
+        logs, others = np.log(np.ravel(beta)), [np.ravel(x) for x in given]
+        result = np.empty(logs.size)
+        for i, chosen in self._places(logs):
+            panel = self.panels[i]
+            low, high = np.log(panel.low), np.log(panel.high)
+            x, y = (2 * logs[chosen] - low - high) / (high - low), tuple(p[chosen] for p in others)
+            dense = self._combined(i, None)
+            slope = np.zeros_like(dense)
+            slope[:-1] = chebyshev.chebder(dense) * (2 / (high - low))
+            result[chosen] = np.sqrt(np.exp(evaluate(dense, x, y)) * (1 + evaluate(slope, x, y)))
+        return result.reshape(np.shape(beta))
 
     def _many(self, logs: Array, given: tuple[Array, ...], exponents: tuple[float, ...]) -> Array:
         result = np.empty((1 + len(exponents), logs.size))

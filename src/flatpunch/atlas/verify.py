@@ -116,7 +116,7 @@ def verify(
             f"{len(solved.failed)} points of {table.name!r} could not be solved; {media[int(str(i))]}: {reason}"
         )
     exact = np.array([[float((solved[i].numbers or {})[name]) for name in QUANTITIES] for i in range(points)]).T
-    found = (*table.stiffness_and_moments(beta, (1, 2), **parameters), _edges(table, beta, parameters))
+    found = (*table.stiffness_and_moments(beta, (1, 2), **parameters), table.edge_coefficients(beta, **parameters))
     errors = {name: f / e - 1 for name, f, e in zip(QUANTITIES, found, exact, strict=True)}
     return Verification(beta, parameters, errors)
 
@@ -134,11 +134,3 @@ def solve_directly(point: dict[str, Any]) -> dict[str, float]:
     flat = answers.flat[0]
     moments = {f"kappa_{n}": float((n + 1) * np.pi * power_moments(n, 0, flat.size) @ flat) for n in (1, 2)}
     return {"Kbar": float(np.pi * flat[0]), **moments, "edge": float(1 + np.pi * answers.edge[0, 0])}
-
-
-def _edges(table: Table, beta: Array, parameters: dict[str, Array]) -> Array:
-    found = np.empty_like(beta)
-    for i, radius in enumerate(beta):
-        solution = table.at(**{name: float(v[i]) for name, v in parameters.items()})
-        found[i] = solution.edge_coefficient(float(radius))
-    return found

@@ -11,7 +11,7 @@ import pkgutil
 import platform
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -135,13 +135,35 @@ def _check(client: Client) -> None:
             f"The scheduler at {address} has no workers. Start some: `dask worker {address} --nthreads 1 --nworkers 8`."
         ) from None
     mine = ".".join(platform.python_version_tuple()[:2])
-    for worker, version in client.run(platform.python_version).items():
-        if version.rsplit(".", 1)[0] != mine:
+    for worker, version in _answers(client, platform.python_version):
+        if str(version).rsplit(".", 1)[0] != mine:
             raise ValueError(f"The worker {worker} runs Python {version}, this is Python {mine}: use the same version.")
     # functions of the standard library: a worker that lacks this package can call them too
-    for worker, found in client.run(pkgutil.resolve_name, "flatpunch._version:__version__", on_error="return").items():
+    for worker, found in _answers(client, pkgutil.resolve_name, "flatpunch._version:__version__"):
         if found != __version__:
-            has = f"cannot import it ({found})" if isinstance(found, Exception) else f"has {found}"
+            has = f"cannot import it ({found})" if isinstance(found, BaseException) else f"has {found}"
             raise ValueError(
                 f"The worker {worker} needs flatpunch {__version__} and {has}. Install the same version wherever workers run."
             )
+
+
+def _answers(client: Client, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
+    """What each worker returns, or the exception; workers that are lost or busy just now are left out.
+
+    Tasks, and not `Client.run`, which waits for ever for a worker that is lost but still on the scheduler's list.
+    """
+    from distributed import as_completed
+
+    asked = {
+        worker: client.submit(function, *arguments, workers=[worker], allow_other_workers=False, pure=False)
+        for worker in client.nthreads()
+    }
+    with suppress(TimeoutError):
+        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=_PATIENCE):
+            pass
+    for worker, future in asked.items():
+        if future.status == "finished":
+            yield worker, future.result()
+        elif future.status == "error":
+            yield worker, future.exception()
+    client.cancel(list(asked.values()))

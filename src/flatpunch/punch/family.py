@@ -14,7 +14,7 @@ from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.matrix import LARGEST, Answers, effective_beta, solve_round, sufficient_terms
-from flatpunch.punch.panels import Panel, Panels, tail
+from flatpunch.punch.panels import Panel, Panels, polynomials_on, tail
 from flatpunch.punch.power_law import power_law_punch
 
 _POWER_LAW_NODES = 64
@@ -80,9 +80,10 @@ class PunchFamily:
         terms = max((_terms(panel) for panel, _ in parts), default=1)
         values = np.zeros((beta.size, kinds, terms))
         values[:, 0, 0] = 1 / np.pi
+        basis = polynomials_on(parts, np.log(beta[live]))
         for panel, inside in parts:
             n = _terms(panel)
-            found = panel.at(np.log(beta[live[inside]]), kinds * n)
+            found = basis[:, inside].T @ panel.series[:, : kinds * n]
             values[live[inside], :, :n] = found.reshape(-1, kinds, n)
         return values
 
