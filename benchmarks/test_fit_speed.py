@@ -10,23 +10,24 @@ TIPS = {"sphere": fp.Sphere(radius=3e-6), "pyramid": fp.Pyramid(sides=4, inclina
 CURVES = 50
 
 
-def curves(tip):
-    """Noisy curves of different moduli and contact points."""
+def curves(tip, spring):
+    """Noisy curves of different moduli and contact points; behind a cantilever the noise moves the tip as well."""
     z = np.linspace(-0.2e-6, 0.4e-6, 4000)
     force = np.zeros(4000)
     force[z > 0] = fp.indent(GEL, tip, depth=z[z > 0], angles=8)["force"].values
     rng = np.random.default_rng(1)
     noise = 0.01 * force.max() * rng.normal(size=(CURVES, 4000))
     return [
-        fp.Curve(z + shift, scale * force + row)
+        fp.Curve(z + shift - (row / spring if spring else 0), scale * force + row, spring_constant=spring)
         for shift, scale, row in zip(rng.uniform(-1e-7, 1e-7, CURVES), rng.uniform(0.5, 2, CURVES), noise, strict=True)
     ]
 
 
+@pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("shape", TIPS)
-def test_curves_a_second(benchmark, shape):
+def test_curves_a_second(benchmark, shape, spring):
     tip = TIPS[shape]
-    measured = curves(tip)
+    measured = curves(tip, spring)
     free = ["layers[0].young"]
     fp.fit_batch(measured[:1], GEL, tip, free, workers=1, baseline="none")
     batch = benchmark.pedantic(fp.fit_batch, (measured, GEL, tip, free), {"workers": 1, "baseline": "none"}, rounds=8)
