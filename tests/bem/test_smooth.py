@@ -107,7 +107,7 @@ def test_layers_take_hardly_more_iterations_than_a_half_space(cells):
         state, effort = solve_depth(Levels(kernel, Grid(cells, cells, 2.5 / cells)), paraboloid, depth, 1e-8, 200)
         assert state.converged
         taken[name] = effort.iterations[-1]
-    # measured at 256: 9, 9, 9, 14, 21, 36
+    # measured at 256: 10, 9, 9, 15, 21, 44
     assert taken["half-space"] <= 16
     assert taken["incompressible, beta 10"] <= taken["half-space"]
     assert taken["incompressible, beta 30"] <= taken["half-space"]

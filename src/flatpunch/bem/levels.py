@@ -28,6 +28,9 @@ _NEWTON_STEPS = 40
 _GUIDE_CELLS, _FINER_GUIDE_CELLS = 72**2, 144**2
 """Most cells of the grid on which the smooth part of the approximate inverse is made, and for thin layers."""
 
+_LARGE = 2.5
+"""Cells over those of that grid from which on it costs less than the iterations it saves."""
+
 _RIM = 4
 """Cells left around the contact of a coarser grid, whose rim is known to two cells."""
 
@@ -86,7 +89,17 @@ class Levels:
         cells = self.grid.nx * self.grid.ny
         # thin layers are worth finer cells: what they do to smooth pressures depends on their thickness over the cell's
         few = cells <= _GUIDE_CELLS or (cells <= _FINER_GUIDE_CELLS and self.grid.spacing > self.kernel.length / 2)
-        return self.operator if few or self.coarser is None else self.coarser.guide
+        coarse = None if few else self.grid.coarser()
+        if coarse is None:
+            return self.operator
+        # narrow grids have no coarser level to solve on, but one to look at
+        return (self.coarser or replace(self, grid=coarse)).guide
+
+    @property
+    def eager(self) -> bool:
+        """Whether the smooth part is worth its price from the start: on large grids, under layers."""
+        layered = self.kernel.exponent == 0 and not self.kernel.homogeneous
+        return layered and self.grid.nx * self.grid.ny > _LARGE * self.guide.grid.nx * self.guide.grid.ny
 
     def window(self, pressure: Any) -> Window | None:
         """The part of the grid around the contact of a pressure; None where that would save little."""
@@ -216,6 +229,7 @@ def _solve(levels: Levels, cells: Any, depth: float, start: Any, tolerance: floa
         start=start,
         inner=levels.inner,
         guide=levels.guide,
+        eager=levels.eager,
         tolerance=tolerance,
         limit=limit,
     )

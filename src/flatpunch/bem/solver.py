@@ -33,6 +33,9 @@ _HALVINGS = 6
 _SLOW = 40
 """Inner iterations in one step that show the smooth part to do harm; half as many are the most it takes where it helps."""
 
+_HARD = 8
+"""Inner iterations in one step from which on the smooth part is worth its price, some tens of them on small grids."""
+
 _STALE = 0.02
 """Change of the contact's area from which on the smooth part of the approximate inverse is made anew."""
 
@@ -91,6 +94,7 @@ def solve_contact(
     start: Any = None,
     inner: Operator | None = None,
     guide: Operator | None = None,
+    eager: bool = False,
     tolerance: float = 1e-8,
     limit: int = 1000,
 ) -> State:
@@ -110,6 +114,8 @@ def solve_contact(
         The operator in single precision; by default made here.
     guide : Operator, optional
         The medium's operator on a coarse grid that covers this one, for the smooth part of the approximate inverse.
+    eager : bool
+        Whether that part is made at once; else only when the inner loop turns out to be slow.
     tolerance : float
         Largest gap error in contact and largest penetration outside, relative to depth.
     limit : int
@@ -130,7 +136,7 @@ def solve_contact(
         best, waited = (error, 0) if error < best else (best, waited + 1)
         contact = (now.pressure > 0) | (now.gap < 0)
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        if guide is not None:
+        if guide is not None and eager:
             cells = int(xp.count_nonzero(contact))
             if abs(cells - known) > _STALE * known:
                 modes, known = smooth_modes(guide, inner, contact), cells
@@ -141,6 +147,7 @@ def solve_contact(
             guide = modes = None
             if count == 0:
                 change, count = remove_gap(inner, contact, gap, drop, limit - iterations)
+        eager = eager or count > _HARD
         now, tried = _advance(operator, height, depth, now, change, waited >= _PATIENCE)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
