@@ -190,7 +190,7 @@ def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Tri
     # u/2 + f - d = gap - u/2, where the indenter has a surface
     energy = dot(xp, pressure, inside - 0.5 * u)
     gap_error = float(xp.max(xp.abs(inside))) / depth
-    penetration = max(-float(xp.min(xp.where(loaded, zero, gap))) / depth, 0.0)
+    penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / depth)
     return _Trial(pressure, u, gap, energy, gap_error, penetration)
 
 

@@ -17,6 +17,7 @@ from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-6
 _SINGLE_TOLERANCE = 1e-5
+_LIMIT = 1000
 
 
 def solve(
@@ -27,6 +28,7 @@ def solve(
     *,
     grid: bem.Grid | int | None = None,
     tolerance: float | None = None,
+    limit: int = _LIMIT,
     fields: bool = False,
     single: bool = False,
     progress: bool | Report | None = None,
@@ -41,6 +43,8 @@ def solve(
         One grid for all steps, or cells per side (256) of a grid fitted to each contact.
     tolerance : float
         Largest gap error in contact and penetration outside it, relative to the depth: 1e-6, or 1e-5 in single precision.
+    limit : int
+        Largest number of iterations on one grid; a step that needs more is marked in `valid` and `notes`.
     fields : bool
         Whether to return pressure(step, y, x), displacement and contact; they then share one grid, that of the largest
         contact.
@@ -53,10 +57,22 @@ def solve(
     targets = control.values[live]
     tolerance = tolerance or (_SINGLE_TOLERANCE if single else _TOLERANCE)
     if fields and targets.size and not isinstance(grid, bem.Grid):
-        grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single)[0].grid
+        grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single, limit=limit)[
+            0
+        ].grid
     with reporting("Boundary elements", progress) as report:
         found = _solutions(
-            kernel, indenter, control.name, targets, grid, tolerance, single, phi.size, stiffness=True, progress=report
+            kernel,
+            indenter,
+            control.name,
+            targets,
+            grid,
+            tolerance,
+            single,
+            phi.size,
+            limit=limit,
+            stiffness=True,
+            progress=report,
         )
     rows = np.flatnonzero(live)
 
@@ -103,11 +119,12 @@ def pressure(
     *,
     grid: bem.Grid | int | None = None,
     tolerance: float = _TOLERANCE,
+    limit: int = _LIMIT,
 ) -> Array:
     """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres."""
     if not _live(control).any():
         return np.zeros_like(r)
-    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False)[0]
+    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False, limit=limit)[0]
     between = RegularGridInterpolator(
         (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
     )
@@ -133,6 +150,7 @@ def _solutions(
     single: bool,
     angles: int = 360,
     *,
+    limit: int = _LIMIT,
     stiffness: bool = False,
     progress: Report | None = None,
 ) -> list[bem.Solution]:
@@ -145,6 +163,7 @@ def _solutions(
         forces=targets if name == "force" else None,
         grid=grid,
         tolerance=tolerance,
+        limit=limit,
         single=single,
         angles=angles,
         stiffness=stiffness,

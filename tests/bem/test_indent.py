@@ -1,0 +1,106 @@
+"""Boundary elements as a user meets them: `indent` and `pressure` with method="bem"."""
+
+import re
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch._validation import FlatpunchWarning
+
+COATED = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
+TIP = fp.Pyramid(4, 0.3)
+
+
+def test_curve_by_depth_and_back_by_force():
+    depths = np.array([0.0, 1e-7, 1.1e-7, 2e-7])
+    curve = fp.indent(COATED, TIP, depth=depths, method="bem", grid=64)
+    assert curve.valid.all()
+    assert curve.force[0] == 0
+    assert (np.diff(curve.force) > 0).all()
+    assert curve.gap_error.max() <= 1e-6
+    assert curve.penetration.min() >= 0
+    assert curve.penetration.max() <= 1e-6
+    again = fp.indent(COATED, TIP, force=curve.force.values, method="bem", grid=64)
+    # gap error 1e-6 of the depth, twice; grids of 64 cells that fit to a part in twenty
+    np.testing.assert_allclose(again.depth, depths, rtol=1e-3)
+
+
+def test_fields_on_request():
+    curve = fp.indent(COATED, TIP, depth=[1e-7, 2e-7], method="bem", grid=64, fields=True)
+    assert curve.pressure.dims == ("step", "y", "x")
+    assert curve.contact.dtype == bool
+    cell = float(np.diff(curve.x)[0]) ** 2
+    np.testing.assert_allclose(curve.pressure.sum(("y", "x")) * cell, curve.force, rtol=1e-12)
+    # in contact the surface follows the tip
+    x, y = np.meshgrid(curve.x, curve.y)
+    height = np.tan(0.3) * np.maximum(abs(x), abs(y))
+    gap = curve.displacement + height - curve.depth
+    assert float(abs(gap).where(curve.contact).max()) <= 1.1e-6 * 2e-7
+    assert "pressure" not in fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=64)
+
+
+def test_pressure_at_points():
+    x = np.array([0.0, 1e-7, 1e-5])
+    p = fp.pressure(fp.HalfSpace(1e9, 0.3), fp.Paraboloid(1e-5), x, 0 * x, depth=1e-8, method="bem")
+    a = np.sqrt(1e-5 * 1e-8)
+    exact = 2 * 1e9 / 0.91 / np.pi * a / 1e-5 * np.sqrt(np.maximum(1 - (x / a) ** 2, 0))
+    # linear between 256 cells
+    np.testing.assert_allclose(p, exact, rtol=2e-4, atol=1e-12)
+
+
+def test_single_precision_has_its_own_tolerance():
+    one, two = (fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=64, single=single) for single in (True, False))
+    assert one.valid.all()
+    # gap error 1e-5 of the depth
+    np.testing.assert_allclose(one.force, two.force, rtol=3e-5)
+    with pytest.raises(ValueError, match="out of reach of single precision"):
+        fp.indent(COATED, TIP, depth=1e-7, method="bem", single=True, tolerance=1e-8)
+
+
+def test_too_small_a_grid_says_how_large_it_must_be():
+    sphere = fp.Sphere(1e-5)
+    with pytest.raises(bem.ContactTouchesEdge, match="It needs about") as failure:
+        fp.indent(COATED, sphere, depth=1e-7, method="bem", grid=bem.Grid(64, 64, 2e-8))
+    nx, ny = (int(n) for n in re.search(r"(\d+) x (\d+) cells of this size", str(failure.value)).groups())
+    assert fp.indent(COATED, sphere, depth=1e-7, method="bem", grid=bem.Grid(nx, ny, 2e-8)).valid.all()
+
+
+def test_not_converged_is_a_result():
+    with pytest.warns(FlatpunchWarning, match="not converged after 2 iterations"):
+        curve = fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=bem.Grid(48, 48, 1.2e-8), limit=2)
+    assert not curve.valid.any()
+    assert "not converged" in curve.attrs["notes"]
+    assert curve.gap_error[0] > 1e-6
+    assert curve.force[0] > 0
+
+
+def test_memory_is_said_before_the_work(caplog):
+    seen = []
+    with caplog.at_level("INFO", logger="flatpunch.bem"):
+        fp.indent(
+            COATED,
+            TIP,
+            depth=1e-7,
+            method="bem",
+            grid=64,
+            progress=lambda done, total: seen.append((done, total, "MB" in caplog.text)),
+        )
+    assert seen[-1] == (1, 1, True)
+
+
+def test_close_steps_share_grid_and_operator(monkeypatch):
+    from flatpunch.bem import levels
+
+    built = []
+    original = levels.build_operator
+
+    def counted(kernel, grid, **options):
+        built.append(grid)
+        return original(kernel, grid, **options)
+
+    monkeypatch.setattr(levels, "build_operator", counted)
+    fp.indent(COATED, TIP, depth=np.linspace(1e-7, 1.02e-7, 5)[::-1], method="bem", grid=96)
+    # searching for the contact takes coarse grids of its own
+    assert len({grid for grid in built if grid.nx * grid.ny > 80**2}) <= 3
