@@ -16,7 +16,7 @@ from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.history_model import HistoryModel
 from flatpunch.fit.history_setup import history_setup
-from flatpunch.fit.minimum import Minimum, covariance, minimise
+from flatpunch.fit.minimum import SETTLED, SOON, Minimum, covariance, minimise
 from flatpunch.fit.physics_notes import limits_of_theory
 from flatpunch.fit.report import judged, quantity, unit_of
 from flatpunch.fit.result import Estimate, FitResult
@@ -256,7 +256,8 @@ def _limit(name: str, which: str, value: float) -> float:
 
 def _searched(setup: Setup, start: Array, name: str, settings: Settings) -> Minimum:
     """Descend from a start."""
-    found = minimise(setup.objective.evaluate, start, setup.lower, setup.upper)
+    settled = SOON if settings.engine == "normal-equations" else SETTLED
+    found = minimise(setup.objective.evaluate, start, setup.lower, setup.upper, settled=settled)
     if settings.loss != "linear":
         found = reweighted(setup.objective, found, setup.lower, setup.upper, settings.loss)
     if not found.converged:

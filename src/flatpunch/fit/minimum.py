@@ -17,8 +17,10 @@ from flatpunch._validation import Array, Flags
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
 _ITERATIONS = 60
-_SETTLED = 1e-4
+SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
+SOON = 1e-3
+"""The same for batches: the step is taken, and what is left is far below it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,7 @@ def minimise(
     lower: Array,
     upper: Array,
     fixed: Flags | None = None,
-    settled: float = _SETTLED,
+    settled: float = SETTLED,
     longest: float = 1.0,
 ) -> Minimum:
     """Least squares from a start within bounds.

@@ -127,7 +127,8 @@ class Objective:
     def _give(self, stiffness: Array) -> Array:
         """How much faster the piezo moves than the tip; it must not turn round where adhesion is about to let go."""
         assert self.spring is not None
-        return np.asarray(np.maximum(1 + stiffness / self.spring, _STEEPEST))
+        give = 1 + stiffness / self.spring
+        return give if self.loaded is None else np.asarray(np.maximum(give, _STEEPEST))
 
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""
