@@ -24,6 +24,8 @@ from flatpunch.compliance import Kernel
 _COARSEST = 32
 _COARSE_TOLERANCE = 1e-4
 _NEWTON_STEPS = 40
+_KNOWN_DEPTH, _LEFT = 1e-6, 1e-2
+"""Gap error that a depth from coarser cells is worth, and share of the missing force that a Newton step leaves."""
 
 _GUIDE_CELLS, _FINER_GUIDE_CELLS = 72**2, 144**2
 """Most cells of the grid on which the smooth part of the approximate inverse is made, and for thin layers."""
@@ -204,17 +206,20 @@ def _newton(
 ) -> tuple[State, int, float]:
     """Contact at a force on one grid, with iterations and the relative error of force.
 
-    `stiffness` 0 stands for unknown: then the depth may be far off, and is not worth a precise solve before it is near.
+    `stiffness` 0 stands for unknown: then the depth may be far off. No depth is worth a more precise solve than it deserves:
+    one from coarser cells is good to 1e-6 .. 1e-5, and every step leaves a hundredth of the force that is missing.
     """
     unit = levels.kernel.modulus * levels.grid.spacing**2
-    iterations, missing, unknown = 0, 1.0, stiffness == 0.0
+    unknown = stiffness == 0.0
+    iterations, missing, left = 0, 1.0, 1e-2 if unknown else _KNOWN_DEPTH
     for _ in range(_NEWTON_STEPS):
-        wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if unknown else tolerance
+        wanted = max(tolerance, left)
         state = _solve(levels, cells, depth, start, wanted, limit - iterations)
         iterations, start = iterations + state.iterations, state.pressure
         missing = 1 - state.force * unit / force
         if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
             break
+        left = min(left, abs(missing) * _LEFT)
         if unknown:
             stiffness = _stiffness(levels, state)
         depth = max(depth + missing * force / stiffness, depth / 4)
