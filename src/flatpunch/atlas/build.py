@@ -23,7 +23,9 @@ from flatpunch.atlas.parameter import lobatto, lobatto_transform
 from flatpunch.atlas.point import panel_edges, solve_medium
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table
+from flatpunch.compliance import compliance
 from flatpunch.parallel import solve_points
+from flatpunch.punch.matrix import sufficient_terms
 
 _COARSEST, _FINEST = 6, 96
 """Intervals of the first grid of a parameter, and of the last one that is tried."""
@@ -103,11 +105,10 @@ def build(
 
 def _solve_grid(family: Family, grid: Grid, ways: Ways) -> Found:
     axes = [p.at(lobatto(n)).tolist() for p, n in zip(family.parameters, grid, strict=True)]
-    points = {}
-    for values in product(*axes):
-        medium = family.make(**{p.name: v for p, v in zip(family.parameters, values, strict=True)})
-        low, high = family.beta
-        points[values] = {"medium": medium, "low": low, "high": high, "responses": family.responses}
+    low, high = family.beta
+    media = {values: _medium(family, values) for values in product(*axes)}
+    same = {"low": low, "high": high, "responses": family.responses, **_common_terms(family)}
+    points = {values: {"medium": medium, **same} for values, medium in media.items()}
     title = f"{family.name} {' x '.join(str(n + 1) for n in grid)}".strip()
     solved = solve_points(
         solve_medium,
@@ -126,6 +127,23 @@ def _solve_grid(family: Family, grid: Grid, ways: Ways) -> Found:
             f"{_named(family, values)}: {failed[values]}. Narrow the ranges of the family."
         )
     return {values: dict(solved[values].numbers or {}) for values in points}
+
+
+def _medium(family: Family, values: Iterable[float]) -> Any:
+    return family.make(**{p.name: v for p, v in zip(family.parameters, values, strict=True)})
+
+
+def _common_terms(family: Family) -> dict[str, list[int]]:
+    """As "terms", the number of coefficients on each panel that all media need, where that depends on their parameters.
+
+    A series cut at another length for each medium would not be a smooth function of the parameters.
+    """
+    corners = product(*((p.low, p.high) for p in family.parameters))
+    kernels = [compliance(_medium(family, values)) for values in corners]
+    if not any(kernel.graded for kernel in kernels):
+        return {}
+    edges = panel_edges(*family.beta)
+    return {"terms": [max(sufficient_terms(kernel, high) for kernel in kernels) for _, high in edges]}
 
 
 def _named(family: Family, values: Iterable[float]) -> str:

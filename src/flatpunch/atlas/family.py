@@ -210,7 +210,7 @@ def _only_layer(medium: Any, kind: type, base: type, *, bonded: bool) -> Any:
     return layer if isinstance(layer, kind) and layer.bonded == bonded else None
 
 
-_POISSON = Parameter("poisson", "Poisson ratio nu of layer and base, constant over the depth", 0.0, 0.5)
+_POISSON = Parameter("poisson", "Poisson ratio nu of layer and base, constant over the depth", 0.0, 0.5, "upper", 0.03)
 
 FAMILIES: dict[str, Family] = {
     family.name: family
@@ -261,7 +261,7 @@ FAMILIES: dict[str, Family] = {
             "linear-coating",
             "Coating with linearly varying modulus on the half-space that it ends in",
             (
-                Parameter("modulus_ratio", "Young's modulus at the surface over that of the base", 1e-2, 1e2, "log"),
+                Parameter("modulus_ratio", "Young's modulus at the surface over that of the base", 0.1, 10.0, "log"),
                 _POISSON,
             ),
             linear_coating,

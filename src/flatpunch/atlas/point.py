@@ -40,7 +40,8 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     point : dict
-        `medium`; `low` and `high`, the range of beta; `responses`, whether those to non-round outlines are wanted.
+        `medium`; `low` and `high`, the range of beta; `responses`, whether those to non-round outlines are wanted;
+        `terms`, the number of coefficients on each panel, as many as the medium needs if it is not there.
 
     Returns
     -------
@@ -52,7 +53,7 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for i, (low, high) in enumerate(panel_edges(point["low"], point["high"])):
         beta = nodes(float(np.log(low)), float(np.log(high)))
-        answers = solve_round(kernel, beta, sufficient_terms(kernel, high))
+        answers = solve_round(kernel, beta, point["terms"][i] if "terms" in point else sufficient_terms(kernel, high))
         flat = answers.flat / answers.flat[:, :1]
         flat[:, 0] = np.log(np.pi * answers.flat[:, 0])
         found[f"{i}/flat"] = nodal_transform() @ flat

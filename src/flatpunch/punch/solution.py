@@ -111,7 +111,9 @@ class FlatPunch:
         return float((exponent + 1) * np.pi * b @ self.coefficients)
 
 
-def flat_punch(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float) -> FlatPunch:
+def flat_punch(
+    medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float
+) -> FlatPunch:
     """Press a rigid cylindrical punch with a flat end into a medium.
 
     Parameters
