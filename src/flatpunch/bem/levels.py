@@ -18,14 +18,15 @@ from scipy.ndimage import map_coordinates
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator import Operator, build_operator, to_numpy
-from flatpunch.bem.solver import State, punch_stiffness, solve_contact
+from flatpunch.bem.solver import Aim, State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
 
 _COARSEST = 32
 _COARSE_TOLERANCE = 1e-4
 _NEWTON_STEPS = 40
-_KNOWN_DEPTH, _LEFT = 1e-6, 1e-2
-"""Gap error that a depth from coarser cells is worth, and share of the missing force that a Newton step leaves."""
+
+_PUNCH_CELLS = 144**2
+"""Cells from which on the punch that tells how the force answers to the depth is the one of coarser cells."""
 
 _GUIDE_CELLS, _FINER_GUIDE_CELLS = 72**2, 144**2
 """Most cells of the grid on which the smooth part of the approximate inverse is made, and for thin layers."""
@@ -153,6 +154,20 @@ class Effort:
     force_error: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Punch:
+    """Flat punch under a contact: its pressure on a grid up to a factor, and its stiffness dF/dd [N/m] to a few per cent."""
+
+    grid: Grid
+    pressure: Array
+    stiffness: float
+
+    def share(self, grid: Grid) -> Array:
+        """Share of its force that each cell of a grid carries."""
+        sampled = _sampled(self.pressure, self.grid, grid)
+        return np.asarray(sampled / sampled.sum())
+
+
 def solve_depth(
     levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any = None
 ) -> tuple[State, Effort]:
@@ -175,23 +190,33 @@ def solve_force(
     levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
 ) -> tuple[State, Effort]:
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
+    state, effort, _ = _nested_force(levels, height, force, guess, tolerance, limit)
+    return state, effort
+
+
+def _nested_force(
+    levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
+) -> tuple[State, Effort, Punch | None]:
     coarser = levels.coarser
     if coarser is None:
-        state, taken, missing = _newton(levels, levels.cells(height), force, guess, None, 0.0, tolerance, limit)
-        return state, Effort((taken,), missing)
+        state, taken, missing = _newton(levels, levels.cells(height), force, guess, None, None, tolerance, limit)
+        return state, Effort((taken,), missing), None
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
-    state, effort = solve_force(coarser, height, force, guess, coarse_tolerance, limit)
+    state, effort, punch = _nested_force(coarser, height, force, guess, coarse_tolerance, limit)
     start, depth = prolong(state.pressure, coarser, levels), state.depth * coarser.grid.spacing
-    stiffness = _stiffness(coarser, state)
+    if punch is None or coarser.grid.nx * coarser.grid.ny <= _PUNCH_CELLS:
+        punch = _punch(coarser, state)
     cells, taken = levels.cells(height), 0
     window = levels.window(start)
     if window is not None:
         part, taken, missing = _newton(
-            window.levels, window.cut(cells), force, depth, window.cut(start), stiffness, tolerance, limit
+            window.levels, window.cut(cells), force, depth, window.cut(start), punch, tolerance, limit
         )
         start, depth = window.embed(part.pressure, cells), part.depth * levels.grid.spacing
-    state, more, missing = _newton(levels, cells, force, depth, start, stiffness, tolerance, limit - taken)
-    return state, Effort((*effort.iterations, taken + more), missing)
+    state, more, missing = _newton(
+        levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
+    )
+    return state, Effort((*effort.iterations, taken + more), missing), punch
 
 
 def _newton(
@@ -200,33 +225,41 @@ def _newton(
     force: float,
     depth: float,
     start: Any,
-    stiffness: float,
+    punch: Punch | None,
     tolerance: float,
     limit: int,
+    *,
+    follow: bool = True,
 ) -> tuple[State, int, float]:
     """Contact at a force on one grid, with iterations and the relative error of force.
 
-    `stiffness` 0 stands for unknown: then the depth may be far off. No depth is worth a more precise solve than it deserves:
-    one from coarser cells is good to 1e-6 .. 1e-5, and every step leaves a hundredth of the force that is missing.
+    Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
+    near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
     """
-    unit = levels.kernel.modulus * levels.grid.spacing**2
-    unknown = stiffness == 0.0
-    iterations, missing, left = 0, 1.0, 1e-2 if unknown else _KNOWN_DEPTH
+    spacing, modulus = levels.grid.spacing, levels.kernel.modulus
+    unit = modulus * spacing**2
+    iterations, missing, stiffness, aim = 0, 1.0, 0.0, None
+    if punch is not None:
+        stiffness = punch.stiffness
+    if punch is not None and follow:
+        share = levels.operator.asarray(punch.share(levels.grid))
+        aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
     for _ in range(_NEWTON_STEPS):
-        wanted = max(tolerance, left)
-        state = _solve(levels, cells, depth, start, wanted, limit - iterations)
-        iterations, start = iterations + state.iterations, state.pressure
+        wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
+        state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
+        iterations, start, depth = iterations + state.iterations, state.pressure, state.depth * spacing
         missing = 1 - state.force * unit / force
         if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
             break
-        left = min(left, abs(missing) * _LEFT)
-        if unknown:
-            stiffness = _stiffness(levels, state)
+        if punch is None:
+            stiffness = _punch(levels, state).stiffness
         depth = max(depth + missing * force / stiffness, depth / 4)
     return state, iterations, abs(missing)
 
 
-def _solve(levels: Levels, cells: Any, depth: float, start: Any, tolerance: float, limit: int) -> State:
+def _solve(
+    levels: Levels, cells: Any, depth: float, start: Any, tolerance: float, limit: int, aim: Aim | None = None
+) -> State:
     return solve_contact(
         levels.operator,
         cells,
@@ -235,24 +268,28 @@ def _solve(levels: Levels, cells: Any, depth: float, start: Any, tolerance: floa
         inner=levels.inner,
         guide=levels.guide,
         eager=levels.eager,
+        aim=aim,
         tolerance=tolerance,
         limit=limit,
     )
 
 
-def _stiffness(levels: Levels, state: State) -> float:
-    """dF/dd [N/m] to a few per cent, from the punch under the present contact."""
-    return punch_stiffness(levels.inner, state.contact)[1] * levels.kernel.modulus * levels.grid.spacing
+def _punch(levels: Levels, state: State) -> Punch:
+    pressure, stiffness, _, _ = punch_stiffness(levels.inner, state.contact)
+    return Punch(levels.grid, to_numpy(pressure).astype(float), stiffness * levels.kernel.modulus * levels.grid.spacing)
 
 
 def prolong(pressure: Any, coarse: Levels, fine: Levels) -> Any:
     """Pressure of a coarse grid on a finer one: p^2, linear at the rim of a smooth contact, is interpolated linearly."""
-    gc, gf = coarse.grid, fine.grid
-    y = (gf.y - gc.y[0]) / gc.spacing
-    x = (gf.x - gc.x[0]) / gc.spacing
     squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
-    sampled = map_coordinates(squared, np.meshgrid(y, x, indexing="ij"), order=1, mode="constant")
-    return fine.operator.asarray(np.sqrt(np.maximum(sampled, 0.0)))
+    return fine.operator.asarray(np.sqrt(np.maximum(_sampled(squared, coarse.grid, fine.grid), 0.0)))
+
+
+def _sampled(values: Array, coarse: Grid, fine: Grid) -> Array:
+    """Values of one grid at the cells of another, linear between them and zero beyond."""
+    y = (fine.y - coarse.y[0]) / coarse.spacing
+    x = (fine.x - coarse.x[0]) / coarse.spacing
+    return np.asarray(map_coordinates(values, np.meshgrid(y, x, indexing="ij"), order=1, mode="constant"))
 
 
 def beyond_the_rim(squared: Array) -> Array:

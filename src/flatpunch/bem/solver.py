@@ -30,6 +30,9 @@ _PATIENCE = 10
 
 _HALVINGS = 6
 
+_FARTHEST = 0.1
+"""Largest change of depth in one step towards a force, relative."""
+
 _SLOW = 40
 """Inner iterations in one step that show the smooth part to do harm; half as many are the most it takes where it helps."""
 
@@ -74,6 +77,28 @@ class State:
     converged: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """A force to be reached by changing the depth on the way.
+
+    What closing the gap will add to the force is known beforehand: by reciprocity it is the gap weighted by the pressure
+    of a flat punch under the same contact, for which one from coarser cells will do.
+
+    Attributes
+    ----------
+    force : float
+        Force [E* cells^2].
+    stiffness : float
+        dF/dd to a few per cent [E* cells].
+    punch : array, shape (ny, nx)
+        Pressure under that punch per depth [E*/cell], whose sum is `stiffness`.
+    """
+
+    force: float
+    stiffness: float
+    punch: Any
+
+
 @dataclass(slots=True)
 class _Trial:
     """A pressure with its displacement and energy at one depth."""
@@ -95,10 +120,11 @@ def solve_contact(
     inner: Operator | None = None,
     guide: Operator | None = None,
     eager: bool = False,
+    aim: Aim | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
 ) -> State:
-    """Contact of one indenter at one depth.
+    """Contact of one indenter at one depth, or near it where a force is aimed at.
 
     Parameters
     ----------
@@ -116,6 +142,8 @@ def solve_contact(
         The medium's operator on a coarse grid that covers this one, for the smooth part of the approximate inverse.
     eager : bool
         Whether that part is made at once; else only when the inner loop turns out to be slow.
+    aim : Aim, optional
+        Force to be met; the depth then follows, as long as that goes well.
     tolerance : float
         Largest gap error in contact and largest penetration outside, relative to depth.
     limit : int
@@ -130,8 +158,10 @@ def solve_contact(
     modes: SmoothModes | None = None
     known = 0
     while True:
-        error = max(now.gap_error, now.penetration)
-        if error <= tolerance or iterations >= limit:
+        if aim is not None and waited < _PATIENCE // 2:
+            depth, now = _towards(xp, aim, height, depth, now)
+        error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(xp, aim, now)
+        if iterations >= limit or (error <= tolerance and (missing <= tolerance or waited >= _PATIENCE // 2)):
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
         contact = (now.pressure > 0) | (now.gap < 0)
@@ -180,9 +210,24 @@ def _advance(
     return later, tried + 1
 
 
+def _towards(xp: Any, aim: Aim, height: Any, depth: float, now: _Trial) -> tuple[float, _Trial]:
+    """Depth at which the force is going to be the one aimed at, and the same pressure judged there."""
+    contact = (now.pressure > 0) | (now.gap < 0)
+    expected = float(xp.sum(now.pressure)) - dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap)))
+    shift = (aim.force - expected) / aim.stiffness
+    depth += min(max(shift, -_FARTHEST * depth), _FARTHEST * depth)
+    return depth, _judged(xp, height, depth, now.pressure, now.displacement)
+
+
+def _missing(xp: Any, aim: Aim, now: _Trial) -> float:
+    return abs(1 - float(xp.sum(now.pressure)) / aim.force)
+
+
 def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
-    xp = operator.xp
-    u = operator.apply(pressure)
+    return _judged(operator.xp, height, depth, pressure, operator.apply(pressure))
+
+
+def _judged(xp: Any, height: Any, depth: float, pressure: Any, u: Any) -> _Trial:
     gap = u + (height - depth)
     loaded = pressure > 0
     zero = xp.zeros_like(gap)
