@@ -10,6 +10,7 @@ import numpy as np
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.punch.basis import power_edge
+from flatpunch.punch.family import check_resolution
 from flatpunch.punch.harmonics import harmonic_size, solve_edges
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 from flatpunch.punch.panels import nodal_transform, nodes
@@ -50,6 +51,7 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
         "i/orders": "i/stiffening" is k_m - (m - 1)/2, "i/edge_1" and "i/edge_2" are S[A_m^-1 b[r^n]]/(pi e S0_m).
     """
     kernel = compliance(point["medium"])
+    check_resolution(kernel, point["high"])
     found: dict[str, Any] = {}
     for i, (low, high) in enumerate(panel_edges(point["low"], point["high"])):
         beta = nodes(float(np.log(low)), float(np.log(high)))

@@ -124,7 +124,7 @@ def _write_kind(group: Any, panels: list[SparseSeries], names: list[str]) -> Non
     index = np.repeat(np.arange(len(panels)), [series.value.size for series in panels])
     columns: list[tuple[str, Any, str]] = [
         ("value", np.round(values / step).astype(np.int64), "coefficient"),
-        ("panel", index.astype(np.uint8), "panel, counted from 0"),
+        ("panel_index", index.astype(np.uint8), "panel, counted from 0"),
         ("output", np.concatenate([s.output for s in panels]).astype(np.uint16), "function, counted from 0"),
         ("beta_degree", np.concatenate([s.beta_degree for s in panels]).astype(np.uint8), "degree over ln beta"),
     ]
@@ -214,7 +214,7 @@ def _read_kind(group: Any, names: list[str]) -> list[SparseSeries]:
     # NumPy scalars of one element, as the file gives attributes
     step = float(np.ravel(group.variables["value"].attrs["scale_factor"])[0])
     value: Array = np.asarray(column("value") * step, dtype=float)
-    panel = column("panel")
+    panel = column("panel_index")
     output, beta_degree = column("output"), column("beta_degree")
     degrees = [column(f"degree_{name}") for name in names]
     found = []
