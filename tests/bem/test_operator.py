@@ -9,7 +9,7 @@ import pytest
 from flatpunch import media
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
-from flatpunch.bem.levels import Levels, solve_depth
+from flatpunch.bem.levels import Levels, solve_depth, solve_force
 from flatpunch.bem.operator import BYTES_PER_CELL, build_operator
 from flatpunch.compliance import compliance
 
@@ -85,6 +85,21 @@ def test_memory_per_cell():
     grid = Grid(512, 512, 2.6 / 512)
     tracemalloc.start()
     state, _ = solve_depth(Levels(HALF_SPACE, grid), paraboloid, 1.0, 1e-6, 200)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert state.converged
+    assert peak < BYTES_PER_CELL * 512**2
+
+
+@pytest.mark.parametrize("beta", [1, 30])
+def test_memory_per_cell_by_force_on_a_layer(beta):
+    """The same for a force on a layer, whose smooth modes come from a grid of their own."""
+    kernel, grid = (
+        compliance(media.Medium([media.Layer(1e6, 0.5, 1 / beta)], media.RigidBase())),
+        Grid(512, 512, 2.6 / 512),
+    )
+    tracemalloc.start()
+    state, _ = solve_force(Levels(kernel, grid), paraboloid, 3e6, 0.3, 1e-6, 200)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert state.converged

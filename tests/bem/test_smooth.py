@@ -5,7 +5,7 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem import Grid
-from flatpunch.bem.levels import Levels, beyond_the_rim, solve_depth
+from flatpunch.bem.levels import Levels, beyond_the_rim, solve_depth, solve_force
 from flatpunch.bem.operator import build_operator
 from flatpunch.bem.smooth import precondition, smooth_modes
 from flatpunch.bem.solver import remove_gap
@@ -121,3 +121,19 @@ def test_square_of_pressure_is_continued_beyond_the_rim():
     # linear p^2: -0.5 in the cell next to the rim, of which half is taken; the rest is left alone
     np.testing.assert_allclose(continued[3, 5:8], [0.5, -0.25, 0.0], atol=1e-15)
     np.testing.assert_array_equal(continued[squared > 0], squared[squared > 0])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_force_takes_hardly_more_than_depth(name):
+    """The depth follows the force within the solve; under stiff films that is noticed to go astray, and given up."""
+    kernel, depth = CASES[name]
+    levels = Levels(kernel, Grid(192, 192, 2.5 / 192))
+    state, by_depth = solve_depth(levels, paraboloid, depth, 1e-8, 400)
+    force = state.force * kernel.modulus * levels.grid.cell_area
+    again, effort = solve_force(levels, paraboloid, force, 1.3 * depth, 1e-8, 400)
+    assert again.converged
+    assert effort.force_error <= 1e-8
+    # gap error and force error of 1e-8 each
+    assert again.depth == pytest.approx(state.depth, rel=2e-8)
+    # measured -1 .. +9 for the first four, up to twice as many under films 100 and 1000 times stiffer
+    assert effort.iterations[-1] <= 2 * by_depth.iterations[-1] + 10

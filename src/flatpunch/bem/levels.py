@@ -156,11 +156,15 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Punch:
-    """Flat punch under a contact: its pressure on a grid up to a factor, and its stiffness dF/dd [N/m] to a few per cent."""
+    """Flat punch under a contact: its pressure on a grid up to a factor, and its stiffness dF/dd [N/m] to a few per cent.
+
+    `foresees` turns false when the force it foretold on some grid was not the one that came.
+    """
 
     grid: Grid
     pressure: Array
     stiffness: float
+    foresees: bool = True
 
     def share(self, grid: Grid) -> Array:
         """Share of its force that each cell of a grid carries."""
@@ -199,21 +203,21 @@ def _nested_force(
 ) -> tuple[State, Effort, Punch | None]:
     coarser = levels.coarser
     if coarser is None:
-        state, taken, missing = _newton(levels, levels.cells(height), force, guess, None, None, tolerance, limit)
+        state, taken, missing, _ = _newton(levels, levels.cells(height), force, guess, None, None, tolerance, limit)
         return state, Effort((taken,), missing), None
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
     state, effort, punch = _nested_force(coarser, height, force, guess, coarse_tolerance, limit)
     start, depth = prolong(state.pressure, coarser, levels), state.depth * coarser.grid.spacing
     if punch is None or coarser.grid.nx * coarser.grid.ny <= _PUNCH_CELLS:
-        punch = _punch(coarser, state)
+        punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
     cells, taken = levels.cells(height), 0
     window = levels.window(start)
     if window is not None:
-        part, taken, missing = _newton(
+        part, taken, missing, punch = _newton(
             window.levels, window.cut(cells), force, depth, window.cut(start), punch, tolerance, limit
         )
         start, depth = window.embed(part.pressure, cells), part.depth * levels.grid.spacing
-    state, more, missing = _newton(
+    state, more, missing, punch = _newton(
         levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
     )
     return state, Effort((*effort.iterations, taken + more), missing), punch
@@ -230,8 +234,8 @@ def _newton(
     limit: int,
     *,
     follow: bool = True,
-) -> tuple[State, int, float]:
-    """Contact at a force on one grid, with iterations and the relative error of force.
+) -> tuple[State, int, float, Punch | None]:
+    """Contact at a force on one grid, with iterations, the relative error of force and what is left to say of the punch.
 
     Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
     near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
@@ -241,20 +245,23 @@ def _newton(
     iterations, missing, stiffness, aim = 0, 1.0, 0.0, None
     if punch is not None:
         stiffness = punch.stiffness
-    if punch is not None and follow:
+    if punch is not None and punch.foresees and follow:
         share = levels.operator.asarray(punch.share(levels.grid))
         aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
     for _ in range(_NEWTON_STEPS):
         wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
         state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
-        iterations, start, depth = iterations + state.iterations, state.pressure, state.depth * spacing
+        iterations, start = iterations + state.iterations, state.pressure
+        if punch is not None and aim is not None and state.depth == depth / spacing:
+            punch = replace(punch, foresees=False)
+        depth = state.depth * spacing
         missing = 1 - state.force * unit / force
         if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
             break
         if punch is None:
             stiffness = _punch(levels, state).stiffness
-        depth = max(depth + missing * force / stiffness, depth / 4)
-    return state, iterations, abs(missing)
+        aim, depth = None, max(depth + missing * force / stiffness, depth / 4)
+    return state, iterations, abs(missing), punch
 
 
 def _solve(

@@ -38,6 +38,8 @@ _PRESSURES = int(np.count_nonzero(_ORDER <= _DEGREE))
 _FEWEST = 3.0
 """Coarse cells in contact per polynomial below which there is no smooth part to speak of."""
 
+_AT_ONCE = 4
+
 _SINGULAR, _STIFFEST = 1e-10, 1e-5
 """Below which share of the largest a combination of polynomials is nothing but rounding, and in single precision useless."""
 
@@ -149,9 +151,14 @@ def _convolve_all(guide: Operator, loads: Array) -> Array:
     (my, mx), (ny, nx) = guide.padded, guide.grid.shape
     half = to_numpy(guide.spectrum)
     full = np.concatenate([half, half[my - half.shape[0] : 0 : -1]])
-    spectrum = scipy.fft.rfft2(loads, (my, mx), workers=guide.threads)
-    spectrum *= full
-    return np.asarray(scipy.fft.irfft2(spectrum, (my, mx), workers=guide.threads, overwrite_x=True)[:, :ny, :nx])
+    displaced = np.empty_like(loads)
+    # a few at a time, so that this takes less memory than the solve on the fine grid
+    for first in range(0, len(loads), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        spectrum = scipy.fft.rfft2(loads[some], (my, mx), workers=guide.threads)
+        spectrum *= full
+        displaced[some] = scipy.fft.irfft2(spectrum, (my, mx), workers=guide.threads, overwrite_x=True)[:, :ny, :nx]
+    return displaced
 
 
 def _overlap(coarse: Array, wide: float, fine: Array, narrow: float) -> Array:

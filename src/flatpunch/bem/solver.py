@@ -33,6 +33,9 @@ _HALVINGS = 6
 _FARTHEST = 0.1
 """Largest change of depth in one step towards a force, relative."""
 
+_ASTRAY = 10.0
+"""Gap error over the least so far that shows a change of depth to have led astray."""
+
 _SLOW = 40
 """Inner iterations in one step that show the smooth part to do harm; half as many are the most it takes where it helps."""
 
@@ -143,7 +146,7 @@ def solve_contact(
     eager : bool
         Whether that part is made at once; else only when the inner loop turns out to be slow.
     aim : Aim, optional
-        Force to be met; the depth then follows, as long as that goes well.
+        Force to be met; the depth then follows. Where that does not go well `depth` is kept, and the force is not met.
     tolerance : float
         Largest gap error in contact and largest penetration outside, relative to depth.
     limit : int
@@ -156,12 +159,18 @@ def solve_contact(
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
     modes: SmoothModes | None = None
-    known = 0
+    known, first_depth, least = 0, depth, np.inf
     while True:
-        if aim is not None and waited < _PATIENCE // 2:
-            depth, now = _towards(xp, aim, height, depth, now)
+        if aim is not None:
+            least = min(least, now.gap_error)
+            if now.gap_error > _ASTRAY * least or waited >= _PATIENCE:
+                # stiff films answer to the rim of the contact, of which coarse cells know too little
+                aim, depth = None, first_depth
+            else:
+                depth += min(max(_foreseen(xp, aim, now), -_FARTHEST * depth), _FARTHEST * depth)
+            now = _judged(xp, height, depth, now.pressure, now.displacement)
         error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(xp, aim, now)
-        if iterations >= limit or (error <= tolerance and (missing <= tolerance or waited >= _PATIENCE // 2)):
+        if iterations >= limit or max(error, missing) <= tolerance:
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
         contact = (now.pressure > 0) | (now.gap < 0)
@@ -210,13 +219,11 @@ def _advance(
     return later, tried + 1
 
 
-def _towards(xp: Any, aim: Aim, height: Any, depth: float, now: _Trial) -> tuple[float, _Trial]:
-    """Depth at which the force is going to be the one aimed at, and the same pressure judged there."""
+def _foreseen(xp: Any, aim: Aim, now: _Trial) -> float:
+    """Change of depth [cells] after which the force, once the gap is closed, is the one aimed at."""
     contact = (now.pressure > 0) | (now.gap < 0)
-    expected = float(xp.sum(now.pressure)) - dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap)))
-    shift = (aim.force - expected) / aim.stiffness
-    depth += min(max(shift, -_FARTHEST * depth), _FARTHEST * depth)
-    return depth, _judged(xp, height, depth, now.pressure, now.displacement)
+    adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap)))
+    return (aim.force - float(xp.sum(now.pressure)) - adds) / aim.stiffness
 
 
 def _missing(xp: Any, aim: Aim, now: _Trial) -> float:
