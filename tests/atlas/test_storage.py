@@ -48,7 +48,9 @@ def test_h5py_alone():
     with h5py.File(folder() / "bonded-layer.nc") as file:
         low, high = file["panels/beta_low"][:], file["panels/beta_high"][:]
         panel = int(np.searchsorted(high, beta))
-        flat = {key: file["flat"][key][:] for key in ("value", "panel_index", "output", "beta_degree", "degree_poisson")}
+        flat = {
+            key: file["flat"][key][:] for key in ("value", "panel_index", "output", "beta_degree", "degree_poisson")
+        }
         step = float(np.ravel(file["flat/value"].attrs["scale_factor"])[0])
         p = dict(file["parameters/poisson"].attrs)
     entries = flat["panel_index"] == panel

@@ -32,7 +32,9 @@ def test_curves_are_those_of_the_medium(medium, method, indenter):
         # depths come from first derivatives of the table, outlines from second ones, and the fourth order from two more: each
         # costs up to two digits
         tolerance = 1e-6 + 1000 * table.solution.error
-        np.testing.assert_allclose(found[name], direct[name], rtol=tolerance if method != "fourth-order" else 10 * tolerance)
+        np.testing.assert_allclose(
+            found[name], direct[name], rtol=tolerance if method != "fourth-order" else 10 * tolerance
+        )
 
 
 def test_other_calls(recwarn):
