@@ -23,7 +23,7 @@ import numpy as np
 
 from flatpunch._validation import Array, FlatpunchWarning
 from flatpunch.compliance import compliance
-from flatpunch.contact import indent
+from flatpunch.contact.indent import indent
 from flatpunch.contact.adhesion_branch import Branch, Equilibria
 from flatpunch.contact.adhesion_case import adhesive_case
 from flatpunch.contact.adhesion_limits import largest_radius
