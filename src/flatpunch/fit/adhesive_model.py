@@ -23,12 +23,12 @@ import numpy as np
 
 from flatpunch._validation import Array, FlatpunchWarning
 from flatpunch.compliance import compliance
-from flatpunch.contact.indent import indent
 from flatpunch.contact.adhesion_branch import Branch, Equilibria
 from flatpunch.contact.adhesion_case import adhesive_case
 from flatpunch.contact.adhesion_limits import largest_radius
 from flatpunch.contact.adhesion_perturbed import PerturbedBranch
 from flatpunch.contact.axisymmetric import round_contact
+from flatpunch.contact.indent import indent
 from flatpunch.contact.mean import mean_profile
 from flatpunch.fit.sample import WORK, Sample
 from flatpunch.fit.scaling import MODULUS_STEP, Coordinate, Scaling, external, internal, scaling, slope
