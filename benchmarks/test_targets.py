@@ -44,15 +44,67 @@ def test_flat_punch_one_layer(benchmark):
     report(benchmark, 2e-3)
 
 
-def test_pyramid_curve_of_1000_depths_cold(benchmark):
-    result = benchmark.pedantic(fp.indent, setup=lambda: ((new_medium(), PYRAMID), {"depth": DEPTHS}), rounds=20)
+CURVES = [("first-order", 30e-3, 5e-3), ("second-order", 200e-3, 10e-3), ("fourth-order", 200e-3, 10e-3)]
+
+
+@pytest.mark.parametrize(("method", "target"), [(method, cold) for method, cold, _ in CURVES])
+def test_pyramid_curve_of_1000_depths_cold(benchmark, method, target):
+    arguments = {"depth": DEPTHS, "method": method}
+    result = benchmark.pedantic(fp.indent, setup=lambda: ((new_medium(), PYRAMID), arguments), rounds=20)
     assert result["valid"].all()
-    report(benchmark, 30e-3)
+    report(benchmark, target)
 
 
-def test_pyramid_curve_of_1000_depths_warm(benchmark):
-    medium = new_medium()
-    fp.indent(medium, PYRAMID, depth=DEPTHS)
-    result = benchmark.pedantic(fp.indent, args=(medium, PYRAMID), kwargs={"depth": DEPTHS}, rounds=50)
+@pytest.mark.parametrize(("method", "target"), [(method, warm) for method, _, warm in CURVES])
+def test_pyramid_curve_of_1000_depths_warm(benchmark, method, target):
+    medium, arguments = new_medium(), {"depth": DEPTHS, "method": method}
+    fp.indent(medium, PYRAMID, **arguments)
+    result = benchmark.pedantic(fp.indent, args=(medium, PYRAMID), kwargs=arguments, rounds=50)
     assert result.sizes["step"] == 1000
+    report(benchmark, target)
+
+
+def test_atlas_values(benchmark):
+    """100 000 values of Kbar and kappa_1, one medium."""
+    table, beta = fp.atlas.table("bonded-layer"), np.geomspace(1e-3, 100, 100_000)
+    benchmark.pedantic(
+        table.stiffness_and_moments, args=(beta, (1,)), kwargs={"poisson": 0.45}, rounds=20, warmup_rounds=1
+    )
+    report(benchmark, 50e-3)
+
+
+def test_atlas_values_of_many_media(benchmark):
+    """The same, each of another medium."""
+    table, beta = fp.atlas.table("bonded-layer"), np.geomspace(1e-3, 100, 100_000)
+    poisson = np.random.default_rng(1).uniform(0, 0.5, beta.size)
+    benchmark.pedantic(
+        table.stiffness_and_moments, args=(beta, (1,)), kwargs={"poisson": poisson}, rounds=20, warmup_rounds=1
+    )
+    report(benchmark, 50e-3)
+
+
+def test_atlas_against_direct_solution(benchmark):
+    """A value of a table costs less than a hundredth of a direct solution."""
+    from time import perf_counter
+
+    family, table = fp.atlas.FAMILIES["bonded-layer"], fp.atlas.table("bonded-layer")
+    poisson = np.random.default_rng(2).uniform(0, 0.5, 1000)
+    benchmark.pedantic(
+        table.stiffness_and_moments, args=(np.ones(1000), (1,)), kwargs={"poisson": poisson}, rounds=20, warmup_rounds=1
+    )
+    start = perf_counter()
+    for nu in poisson[:20]:
+        fp.flat_punch(family.make(poisson=float(nu)), 1.0).moment(1)
+    direct = (perf_counter() - start) / 20
+    report(benchmark, direct * 1000 / 100)
+
+
+def test_atlas_curve_of_1000_depths(benchmark):
+    """First-order curve on a medium that has its punches from the atlas."""
+    gel = fp.Medium([fp.Layer(young=5e3, poisson=0.48, thickness=2e-6)], base=fp.RigidBase())
+    medium = fp.atlas.tabulated(gel)
+    depths = np.linspace(1e-9, 1e-6, 1000)
+    benchmark.pedantic(
+        fp.indent, args=(medium, PYRAMID), kwargs={"depth": depths, "method": "first-order"}, rounds=50, warmup_rounds=1
+    )
     report(benchmark, 5e-3)

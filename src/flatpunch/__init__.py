@@ -4,6 +4,7 @@ Press an ever larger flat punch step by step and any contact has been built: the
 all that has to be known of that medium. Everything is in consistent units, SI recommended.
 """
 
+from flatpunch import atlas
 from flatpunch._validation import FlatpunchWarning
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
@@ -100,6 +101,7 @@ __all__ = [
     "Vickers",
     "__version__",
     "adhesion_loop",
+    "atlas",
     "compliance",
     "correct",
     "fit",
