@@ -14,7 +14,9 @@ the transform of the truncated coefficients, whose lowest entries can be negativ
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,9 @@ BYTES_PER_CELL = 200
 """Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
 
 _BLOCK = 64
+
+_MANY = 400**2
+"""Numbers in the transformed rows from which on threads take whole blocks of columns each."""
 
 
 def workers() -> int:
@@ -97,12 +102,22 @@ class Operator:
         (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
         half, rows = self.spectrum, scipy.fft.rfft(pressure, mx, axis=1, workers=threads)
         mirror = slice(my - half.shape[0], 0, -1)
-        for first in range(0, rows.shape[1], _BLOCK):
+
+        def convolve(first: int, inside: int) -> None:
             columns = slice(first, first + _BLOCK)
-            block = scipy.fft.fft(rows[:, columns], my, axis=0, workers=threads)
+            block = scipy.fft.fft(rows[:, columns], my, axis=0, workers=inside)
             block[: half.shape[0]] *= half[:, columns]
             block[half.shape[0] :] *= half[mirror, columns]
-            rows[:, columns] = scipy.fft.ifft(block, axis=0, workers=threads, overwrite_x=True)[:ny]
+            rows[:, columns] = scipy.fft.ifft(block, axis=0, workers=inside, overwrite_x=True)[:ny]
+
+        blocks = range(0, rows.shape[1], _BLOCK)
+        if threads > 1 and rows.size > _MANY:
+            # whole blocks side by side: also what is not a transform then has several threads
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(convolve, blocks, repeat(1)))
+        else:
+            for first in blocks:
+                convolve(first, threads)
         u: Array = scipy.fft.irfft(rows, mx, axis=1, workers=threads, overwrite_x=True)[:, :nx]
         return u
 
