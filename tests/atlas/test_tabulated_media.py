@@ -27,6 +27,7 @@ DEPTHS = np.array([2e-9, 5e-8, 4e-7])
 def test_curves_are_those_of_the_medium(medium, method, indenter):
     table = atlas.tabulated(medium)
     found, direct = (fp.indent(body, indenter, depth=DEPTHS, method=method, angles=24) for body in (table, medium))
+    assert found.attrs.pop("flat_punches").startswith(f"table '{table.solution.solution.family}', relative error below")
     assert found.attrs == direct.attrs
     for name in ("force", "radius", "area"):
         # depths come from first derivatives of the table, outlines from second ones, and the fourth order from two more: each
@@ -75,6 +76,7 @@ def test_outside_is_solved_or_refused():
     depths = np.array([1e-14, 1e-8])
     found = fp.indent(atlas.tabulated(GEL), tip, depth=depths)
     np.testing.assert_allclose(found.force, fp.indent(GEL, tip, depth=depths).force, rtol=1e-8)
+    assert found.attrs["flat_punches"].endswith("1 of 2 contacts are outside it and were solved directly")
     with pytest.raises(ValueError, match=r"the table 'bonded-layer' holds 0\.001 \.\.\. 100\. outside='solve'"):
         fp.indent(atlas.tabulated(GEL, outside="refuse"), tip, depth=depths)
     with pytest.raises(ValueError, match=r"must be .solve. or .refuse."):

@@ -148,6 +148,15 @@ class MediumSolution:
             )
         return inside
 
+    def told(self, beta: Array) -> str:
+        """Which table it was, and how many of these radii it does not hold."""
+        low, high = self.solution.beta_range
+        outside = int(np.count_nonzero((beta > 0) & ((beta < low) | (beta > high))))
+        others = f"; {outside} of {beta.size} contacts are outside it and were solved directly" if outside else ""
+        return (
+            f"table {self.solution.family!r}, relative error below {self.error:.0e}, a/l = {low:g} ... {high:g}{others}"
+        )
+
     def flat(self, beta: Array) -> Array:
         """Coefficients of the flat punch."""
         return self.solution.flat(beta)

@@ -145,14 +145,15 @@ def _list() -> None:
     from flatpunch import atlas
     from flatpunch.atlas.library import describe
 
-    listing = Listing(title="Tables of flat-punch solutions", title_justify="left")
-    for column in ("family", "medium", "parameters", "beta = a/l", "error of K"):
-        listing.add_column(column)
+    listing = Listing(title="Tables of flat-punch solutions", title_justify="left", show_lines=True)
+    for column in ("family", "medium", "parameters", "a/l", "error"):
+        listing.add_column(column, no_wrap=column != "medium")
     for name in (*atlas.families(), "power-law"):
         about = describe(atlas.table(name))
-        parameters = "\n".join(f"{p} {low:g} ... {high:g}" for p, (low, high) in about["parameters"].items())
+        parameters = "\n".join(f"{p}\n  {low:g} ... {high:g}" for p, (low, high) in about["parameters"].items())
         low, high = about["beta"]
-        listing.add_row(name, about["title"], parameters, f"{low:g} ... {high:g}", f"< {about['bound']:.0e}")
+        beta = f"{low:g}\n... {high:g}" if high < float("inf") else "any"
+        listing.add_row(name, about["title"], parameters, beta, f"{about['bound']:.0e}")
     Console().print(listing)
 
 

@@ -27,6 +27,7 @@ from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
+from flatpunch.media.tabulated import TabulatedMedium
 
 METHODS: dict[str, Any] = {
     "first-order": first_order,
@@ -304,4 +305,6 @@ def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control:
         "conventions": "SI units; pressure positive in compression; depth and gap as in the documentation",
         "notes": "\n".join(curve.notes),
     }
+    if isinstance(medium, TabulatedMedium):
+        attributes["flat_punches"] = medium.solution.told(curve.radius / medium.length)
     return xr.Dataset(data, coordinates, attributes)

@@ -23,6 +23,10 @@ class PunchSolution(Protocol):
         """Whether all these radii are to be taken from here; raises if they should be and cannot."""
         ...
 
+    def told(self, beta: Array) -> str:
+        """Where the flat punches of these radii come from, in one sentence."""
+        ...
+
     def flat(self, beta: Array) -> Array:
         """Coefficients of the flat punch, shape (n, terms)."""
         ...
