@@ -7,10 +7,10 @@ import pytest
 from numpy.polynomial import chebyshev
 
 from flatpunch.atlas import Parameter
-from flatpunch.atlas.parameter import lobatto, lobatto_transform, polynomials
+from flatpunch.atlas.parameter import lobatto, lobatto_transform
 from flatpunch.atlas.point import panel_edges
 from flatpunch.atlas.series import SparseSeries, evaluate
-from flatpunch.punch.panels import NODES
+from flatpunch.punch.panels import NODES, polynomials
 
 SCALES = [
     Parameter("nu", "", 0.0, 0.5),

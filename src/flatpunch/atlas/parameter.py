@@ -109,19 +109,6 @@ def lobatto_transform(intervals: int) -> Array:
     return np.asarray(np.linalg.inv(chebyshev.chebvander(lobatto(intervals), intervals)))
 
 
-def polynomials(x: Array, degree: int) -> Array:
-    """T_0(x) ... T_degree(x), shape (degree + 1, *x.shape)."""
-    found = np.empty((degree + 1, *x.shape))
-    found[0] = 1.0
-    if degree:
-        found[1] = x
-    twice = 2 * x
-    for n in range(2, degree + 1):
-        np.multiply(twice, found[n - 1], out=found[n])
-        found[n] -= found[n - 2]
-    return found
-
-
 def check_beta(beta: float | Array, low: float, high: float) -> Array:
     """Radii as an array, refused outside the range of a table."""
     found = values("beta", np.atleast_1d(beta), strict=True).reshape(np.shape(beta))

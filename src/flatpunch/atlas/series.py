@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatpunch._validation import Array, Indices
-from flatpunch.atlas.parameter import polynomials
-from flatpunch.punch.panels import NODES
+from flatpunch.punch.panels import NODES, polynomials
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,11 @@ from numpy.polynomial import chebyshev
 from scipy.interpolate import make_interp_spline
 
 from flatpunch._validation import Array, Flags, Indices, positive
-from flatpunch.atlas.parameter import check_beta, polynomials
+from flatpunch.atlas.parameter import check_beta
 from flatpunch.punch.basis import power_edge, power_moments, regular_part
 from flatpunch.punch.harmonics import half_space_power_edge
 from flatpunch.punch.krein import round_functionals
-from flatpunch.punch.panels import NODES
+from flatpunch.punch.panels import NODES, polynomials
 
 _ORDER_SPLINE = 5
 

@@ -48,12 +48,12 @@ class Panel:
 
     def at(self, log_beta: Array, outputs: int | None = None) -> Array:
         """Values of the first `outputs` columns (all by default), shape (n, outputs)."""
-        return np.asarray(_polynomials(self.unit(log_beta)) @ self.series[:, :outputs])
+        return np.asarray(polynomials(self.unit(log_beta)).T @ self.series[:, :outputs])
 
     def with_slope(self, log_beta: Array) -> Array:
         """Values and derivatives by log(beta) side by side, shape (n, 2 outputs)."""
         slopes = _derivative() @ self.series * (2 / (self.high - self.low))
-        basis = _polynomials(self.unit(log_beta))
+        basis = polynomials(self.unit(log_beta)).T
         return np.hstack([basis @ self.series, basis[:, :-1] @ slopes])
 
     def unit(self, log_beta: Array) -> Array:
@@ -137,7 +137,7 @@ def polynomials_on(parts: list[tuple[Panel, Indices]], logs: Array) -> Array:
     x = np.empty_like(logs)
     for panel, inside in parts:
         x[inside] = panel.unit(logs[inside])
-    return _polynomials(x).T
+    return polynomials(x)
 
 
 def nodes(low: float, high: float) -> Array:
@@ -160,14 +160,17 @@ def log_derivative(beta: Array) -> Array:
     return np.asarray(chebyshev.chebvander(t, NODES - 2) @ coefficients)
 
 
-def _polynomials(x: Array) -> Array:
-    """T_0(x) ... T_(NODES-1)(x), shape (n, NODES)."""
-    values = np.empty((NODES, x.size))
-    values[0], values[1], twice = 1.0, x, 2 * x
-    for n in range(2, NODES):
+def polynomials(x: Array, degree: int = NODES - 1) -> Array:
+    """Chebyshev polynomials T_0(x) ... T_degree(x), shape (degree + 1, *x.shape)."""
+    values = np.empty((degree + 1, *x.shape))
+    values[0] = 1.0
+    if degree:
+        values[1] = x
+    twice = 2 * x
+    for n in range(2, degree + 1):
         np.multiply(twice, values[n - 1], out=values[n])
         values[n] -= values[n - 2]
-    return values.T
+    return values
 
 
 @lru_cache(maxsize=1)
