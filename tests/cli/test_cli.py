@@ -53,7 +53,7 @@ def test_solve_writes_what_it_prints(case, tmp_path):
     # the same calculation up to the last digit of the angle
     np.testing.assert_allclose(load(nc)["force"], direct["force"], rtol=1e-13)
     assert f"{float(direct['force'][-1]) * 1e12:.4g}" in done.output  # the column is in pN
-    assert "10 of 12 steps, method fourth-order" in done.output
+    assert "10 of 12 steps, method refined" in done.output
     height, width, _ = matplotlib.image.imread(png).shape
     assert width > height > 500
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gel.nc", "gel.png", "gel.toml", "out.csv"]
