@@ -132,7 +132,12 @@ def main():
     for name, tip, formula, exact in comparisons(x):
         if not handles[tip]:
             handles[tip] += factors.loglog(
-                x, exact, color=colours[tip], lw=5, alpha=0.35, label=f"{tip}: exact contact"
+                x,
+                exact,
+                color=colours[tip],
+                lw=5,
+                alpha=0.35,
+                label=f"{tip}: {'to 0.03 %' if 'pyramid' in tip else 'exact'}",
             )
         dash = ("--", ":", "-.")[count[tip]] if name != "new formula" else (0, (1, 0.6))
         count[tip] += 1
