@@ -213,18 +213,11 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
     """Refuse endings and folders that cannot work before anything is solved."""
-    wanted = (
-        (output, (".nc", ".csv"), "--output"),
-        (csv, (".csv",), "--csv"),
-        (plot, (".png", ".pdf", ".svg"), "--plot"),
-    )
-    for path, endings, option in wanted:
-        if path is None:
-            continue
-        if path.suffix.lower() not in endings:
-            raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
-        if not path.parent.is_dir():
-            raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
+    from flatpunch.files.results import check_target
+
+    check_target("--output", output, (".nc", ".csv"))
+    check_target("--csv", csv, (".csv",))
+    check_target("--plot", plot, (".png", ".pdf", ".svg"))
 
 
 @contextmanager

@@ -10,7 +10,8 @@ import points_for_tests as functions
 import pytest
 
 from flatpunch import Layer
-from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points, write_whole
+from flatpunch._whole_file import write_whole
+from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points
 from flatpunch.parallel.work import Item, Waiting
 
 

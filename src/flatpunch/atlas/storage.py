@@ -14,10 +14,10 @@ import h5netcdf
 import numpy as np
 
 from flatpunch._validation import Array, Indices
+from flatpunch._whole_file import write_whole
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table
-from flatpunch.parallel import write_whole
 
 SCHEMA = 1
 """Version of the layout; files of a later one are refused."""

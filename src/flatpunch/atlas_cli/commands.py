@@ -276,10 +276,10 @@ def _export(table: Any, path: Path, beta: str | None, given: list[str], moments:
 
     import numpy as np
 
-    from flatpunch.parallel import write_whole
+    from flatpunch._whole_file import write_whole
+    from flatpunch.files.results import check_target
 
-    if not path.parent.is_dir():
-        raise ValueError(f"--csv {path}: the folder {path.parent} does not exist. Make it first.")
+    check_target("--csv", path, (".csv",))
     low, high = table.beta_range
     if beta is None:
         beta = f"{low}:{high}:{_RADII}:log" if np.isfinite(high) else f"0.001:100:{_RADII}:log"

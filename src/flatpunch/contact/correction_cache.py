@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from flatpunch._record import record
 from flatpunch._validation import Array
+from flatpunch._whole_file import whole_file
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
@@ -50,14 +49,8 @@ class CorrectionCache:
     def save(self, known: dict[float, Array]) -> None:
         """Write all rows; the file appears whole or not at all."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=self.path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez_compressed(file, positions=np.array(list(known)), rows=np.array(list(known.values())))
-            os.replace(name, self.path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with whole_file(self.path) as temporary:
+            np.savez_compressed(temporary, positions=np.array(list(known)), rows=np.array(list(known.values())))
 
 
 def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:

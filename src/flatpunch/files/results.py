@@ -8,8 +8,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +15,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+
+from flatpunch import _whole_file
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "
@@ -90,31 +90,25 @@ def load(path: str | Path) -> xr.Dataset:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file next to `path` that takes its place at the end, or vanishes if anything goes wrong."""
+    """Give a temporary file next to `path` that takes its place at the end; what goes wrong is told as a `ResultError`."""
     path = Path(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+        with _whole_file.whole_file(path) as temporary:
+            yield temporary
     except OSError as error:
         raise ResultError(
             f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists and is yours."
         ) from None
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        _with_usual_rights(temporary)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error.strerror or error}).") from None
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
-def _with_usual_rights(path: Path) -> None:
-    """Temporary files are private; give the result the rights that any new file gets."""
-    mask = os.umask(0)
-    os.umask(mask)
-    path.chmod(0o666 & ~mask)
+def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
+    """Refuse a file that could not be written in the end, before anything is solved; None is no file."""
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
 
 
 def _format(path: Path) -> str:

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 
 from flatpunch._validation import Array
 from flatpunch._version import __version__
+from flatpunch._whole_file import write_whole
 from flatpunch.paper import base_stress, draw, statements, style
 from flatpunch.paper.cases import LAYERS, TITLES, Body
 from flatpunch.paper.data import FAST, METHODS, NAMES, Curves, Map, curves, eccentricity_map, outlines
 from flatpunch.paper.plan import Plan
 from flatpunch.paper.points import Store
 from flatpunch.paper.statements import Statement
-from flatpunch.parallel import write_whole
 
 _STRESS_RADII = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
 

@@ -6,7 +6,7 @@ counts, a point that fails becomes a record with its reason, and a second run so
 
 from flatpunch.parallel.engine import Solved, point_keys, solve_points
 from flatpunch.parallel.keys import content_key
-from flatpunch.parallel.store import Folder, write_whole
+from flatpunch.parallel.store import Folder
 from flatpunch.parallel.threads import cores, one_thread
 from flatpunch.parallel.work import Outcome
 
@@ -19,5 +19,4 @@ __all__ = [
     "one_thread",
     "point_keys",
     "solve_points",
-    "write_whole",
 ]

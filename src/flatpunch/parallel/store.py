@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import tempfile
 import time
 import zipfile
 from collections.abc import Iterable
@@ -18,23 +17,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatpunch._whole_file import UNFINISHED, write_whole
 from flatpunch.parallel.work import Outcome
 
-_UNFINISHED = ".unfinished-"
 _HOUR = 3600.0
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it appears whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=_UNFINISHED)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 class Store(Protocol):
@@ -86,7 +72,7 @@ class Folder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             old = time.time() - _HOUR
-            for left in self.path.glob(_UNFINISHED + "*"):
+            for left in self.path.glob(UNFINISHED + "*"):
                 if left.stat().st_mtime < old:
                     left.unlink(missing_ok=True)
         except OSError as error:

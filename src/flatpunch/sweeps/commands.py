@@ -187,10 +187,7 @@ def _wanted(vary: list[str]) -> dict[str, str]:
 
 def _check_targets(output: Path | None, plot: Path | None) -> None:
     """Refuse endings and folders that cannot work before anything is solved."""
-    for path, endings, option in ((output, (".nc",), "--output"), (plot, (".png", ".pdf", ".svg"), "--plot")):
-        if path is None:
-            continue
-        if path.suffix.lower() not in endings:
-            raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
-        if not path.parent.is_dir():
-            raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
+    from flatpunch.files.results import check_target
+
+    check_target("--output", output, (".nc",))
+    check_target("--plot", plot, (".png", ".pdf", ".svg"))
