@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from flatpunch._validation import Array
 from flatpunch.contact import pressure
@@ -180,12 +181,11 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
         if "work_of_adhesion" in result.attrs:
             return plots_adhesion.figure(result, medium, indenter, title=title)
         graded = plots_medium.is_graded(medium)
-        drawn = Figure(figsize=(16.8 if graded else 13.2, 4.2), layout="constrained")
+        layout = ConstrainedLayoutEngine(wspace=0.06 if graded else None)
+        drawn = Figure(figsize=(16.8 if graded else 13.2, 4.2), layout=layout)
         left, middle, right, *more = drawn.subplots(
             1, 4 if graded else 3, width_ratios=(1.15, 1, 1.15, 0.75)[: 3 + graded]
         )
-        if more:
-            drawn.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
         for axes in more:
             plots_medium.modulus_depth(medium, axes, contact_radius=float(result["radius"].values[_last_valid(result)]))
         force_depth(result, left)

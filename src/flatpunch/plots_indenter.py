@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from flatpunch._validation import Array, positive
 from flatpunch.files.units import readable
@@ -44,9 +45,8 @@ def indenter_figure(indenter: Any, *, extent: float | None = None, title: str = 
 
     half = _extent(indenter) if extent is None else positive("extent", extent, "It is half the width of the picture.")
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(11.4, 3.9), layout="constrained")
+        figure = Figure(figsize=(11.4, 3.9), layout=ConstrainedLayoutEngine(wspace=0.06))
         grid = figure.add_gridspec(1, 3, width_ratios=(1.3, 1, 1))
-        figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
         surface(indenter, figure.add_subplot(grid[0], projection="3d"), half)
         level_lines(indenter, figure.add_subplot(grid[1]), half)
         sections(indenter, figure.add_subplot(grid[2]), half)

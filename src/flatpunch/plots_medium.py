@@ -143,6 +143,12 @@ def _mark_contact(radius: float, pair: bool, axes: Axes) -> None:
         return
     for depth in (-radius, radius) if pair else (radius,):
         axes.axhline(depth, color=_CONTACT, linewidth=1.1, linestyle=":")
-    place = {"transform": axes.get_yaxis_transform(), "color": _CONTACT, "fontsize": 8, "ha": "right", "va": "bottom"}
+    place: dict[str, Any] = {
+        "transform": axes.get_yaxis_transform(),
+        "color": _CONTACT,
+        "fontsize": 8,
+        "ha": "right",
+        "va": "bottom",
+    }
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-    axes.text(0.98, radius, "contact radius", bbox=box, **place)  # type: ignore[arg-type]
+    axes.text(0.98, radius, "contact radius", bbox=box, **place)

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import h5netcdf
 import numpy as np
 
 from flatpunch._validation import Array, Indices
 from flatpunch._whole_file import write_whole
-from flatpunch.atlas.parameter import Parameter
+from flatpunch.atlas.parameter import Parameter, Scale
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table
 
@@ -201,7 +201,7 @@ def _parameter(group: Any, name: str) -> Parameter:
         str(a["long_name"]),
         float(a["low"]),
         float(a["high"]),
-        str(a["scale"]),  # type: ignore[arg-type]
+        cast("Scale", str(a["scale"])),  # which Parameter checks
         float(a["shift"]),
         str(a["units"]),
     )

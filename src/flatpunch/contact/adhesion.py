@@ -17,7 +17,7 @@ from flatpunch.contact.adhesion_limits import QUANTITIES, Quantity
 from flatpunch.contact.adhesion_perturbed import PerturbedBranch
 from flatpunch.contact.adhesion_pull_off import pull_off_of, tabor_of
 from flatpunch.contact.checks import soundness
-from flatpunch.contact.curve import Control, Curve, Extra, check_reach, first_failure
+from flatpunch.contact.curve import Control, Curve, Extra, check_reach, first_failure, prescribed
 from flatpunch.contact.history import punch_pressure, round_history, superpose
 from flatpunch.contact.perturbed import LARGEST_SWING
 from flatpunch.indenters.profile import Indenter
@@ -25,15 +25,9 @@ from flatpunch.indenters.profile import Indenter
 
 def adhesive_control(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius; depth and force may be negative."""
-    given = {name: v for name, v in (("depth", depth), ("force", force), ("radius", radius)) if v is not None}
-    if len(given) != 1:
-        what = "none" if not given else " and ".join(given)
-        raise ValueError(
-            f"Give exactly one of depth, force and radius; got {what}. The other two are part of the result."
-        )
-    ((name, value),) = given.items()
+    name, value = prescribed(depth=depth, force=force, radius=radius)
     checked = values(name, value, strict=True) if name == "radius" else values(name, value, minimum=-np.inf)
-    return Control(name, checked)  # type: ignore[arg-type]
+    return Control(name, checked)
 
 
 def solve(

@@ -46,14 +46,20 @@ class Curve:
 
 def control_from(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius, checked."""
-    given = {name: v for name, v in (("depth", depth), ("force", force), ("radius", radius)) if v is not None}
+    name, value = prescribed(depth=depth, force=force, radius=radius)
+    return Control(name, values(name, value))
+
+
+def prescribed(*, depth: object, force: object, radius: object) -> tuple[ControlName, object]:
+    """The only one of the three that is given, by name."""
+    three: tuple[tuple[ControlName, object], ...] = (("depth", depth), ("force", force), ("radius", radius))
+    given = [(name, value) for name, value in three if value is not None]
     if len(given) != 1:
-        what = "none" if not given else " and ".join(given)
+        what = " and ".join(name for name, _ in given) or "none"
         raise ValueError(
             f"Give exactly one of depth, force and radius; got {what}. The other two are part of the result."
         )
-    ((name, value),) = given.items()
-    return Control(name, values(name, value))  # type: ignore[arg-type]
+    return given[0]
 
 
 def check_reach(indenter: Indenter, radius: Array) -> None:

@@ -7,6 +7,7 @@ any of the last three makes the layer a graded one.
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -35,9 +36,9 @@ class _Profile(Table):
     def build(self, folder: Path) -> None:
         """Nothing yet: a profile is complete with its layer's thickness only."""
 
+    @abstractmethod
     def over(self, thickness: float) -> Any:
         """Return the law, table or formula over `thickness` [m]."""
-        raise NotImplementedError
 
 
 class LawTable(_Profile):
@@ -62,10 +63,11 @@ class LawTable(_Profile):
 
 class _DepthTable(_Profile):
     depths: list[Length]
+    values: list[float]
 
     def over(self, thickness: float) -> Any:
         """Return the pair (depths, values)."""
-        return self.depths, self.values  # type: ignore[attr-defined]
+        return self.depths, self.values
 
 
 class ModulusTable(_DepthTable):

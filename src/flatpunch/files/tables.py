@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, get_args
@@ -83,9 +84,9 @@ class Table(BaseModel):
         self._built = self.build(folder)
         return self
 
+    @abstractmethod
     def build(self, folder: Path) -> Any:
         """Return the object this table describes; paths in it are relative to `folder`."""
-        raise NotImplementedError
 
     @property
     def built(self) -> Any:
@@ -133,7 +134,7 @@ def _sentence(entry: ErrorDetails, data: Any) -> str:
 
 
 def _kinds(section: str) -> str:
-    tables = [table for table in _all_tables(Table) if table.section == section.split(".")[-1]]
+    tables = [table for table in _all_tables() if table.section == section.split(".")[-1]]
     return ", ".join(repr(kind) for table in tables for kind in get_args(table.model_fields["kind"].annotation))
 
 
@@ -159,15 +160,18 @@ def _value_error(path: str, value: Any, message: str) -> str:
 
 def _needed(field: str) -> str:
     """What a missing field wants, from the description of its type wherever a table has it."""
-    for table in _all_tables(Table):
+    for table in _all_tables():
         info = table.model_fields.get(field)
         if info is not None and info.description:
             return f"; it needs {info.description}"
     return ""
 
 
-def _all_tables(root: type[Table]) -> list[type[Table]]:
-    return [table for child in root.__subclasses__() for table in (child, *_all_tables(child))]
+def _all_tables() -> list[type[Table]]:
+    found = Table.__subclasses__()
+    for table in found:  # grows on the way
+        found.extend(table.__subclasses__())
+    return found
 
 
 def _path(location: Sequence[str | int], data: Any, *, missing: bool) -> str:

@@ -89,9 +89,9 @@ def to_si(value: Any, dimension: Dimension) -> float:
 def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
     """SI value of one `unit`."""
     ureg = registry()
+    target = ureg.parse_units(dimension.unit)
     try:
         one = ureg.Quantity(Decimal(1), ureg.parse_units(unit))
-        target = ureg.parse_units(dimension.unit)
         compatible = one.is_compatible_with(target)
     except Exception:
         # pint raises a dozen unrelated types (AttributeError, DefinitionSyntaxError, TokenError, ...): all mean "not a unit".

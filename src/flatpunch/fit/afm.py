@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -128,12 +129,8 @@ class _Columns:
 
 
 def _columns_of(data: Any, path: Path) -> dict[str, Any]:
-    try:
+    with _explained(path):
         return {name: np.asarray(data[name]) for name in data.columns}
-    except (KeyboardInterrupt, SystemExit, GeneratorExit):
-        raise
-    except BaseException as error:
-        raise CurveError(f"{path.name}: {_explained(error)}") from None
 
 
 def _loaded(path: Path, override: dict[str, float]) -> Any:
@@ -141,37 +138,44 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
         import afmformats
     except ImportError:
         raise CurveError(f"{path.name}: reading it needs afmformats: pip install 'flatpunch[afm]'.") from None
-    try:
+    with _explained(path):
         return afmformats.load_data(path, meta_override=override)
-    except (KeyboardInterrupt, SystemExit, GeneratorExit):
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    """Errors of afmformats in words that say what to do; its readers raise any type on damaged files."""
+    from afmformats.errors import AFMFileFormatError, MissingMetaDataError
+
+    try:
+        yield
+    except CurveError:
         raise
-    except BaseException as error:
-        # some errors of afmformats derive from BaseException
-        raise CurveError(f"{path.name}: {_explained(error)}") from None
+    except MissingMetaDataError as error:
+        raise CurveError(
+            f"{path.name}: the file does not say everything ({_first_line(error)}). Pass spring_constant=... [N/m] and "
+            "sensitivity=... [m/V]."
+        ) from None
+    except (Exception, AFMFileFormatError) as error:  # the latter is no Exception
+        kind = type(error).__name__
+        raise CurveError(f"{path.name}: afmformats cannot read it ({kind}: {_first_line(error)}).") from None
 
 
-def _explained(error: BaseException) -> str:
-    kind, text = type(error).__name__, str(error).splitlines()[0] if str(error) else "no reason given"
-    if kind == "MissingMetaDataError":
-        return f"the file does not say everything ({text}). Pass spring_constant=... [N/m] and sensitivity=... [m/V]."
-    return f"afmformats cannot read it ({kind}: {text})."
+def _first_line(error: BaseException) -> str:
+    return str(error).splitlines()[0] if str(error) else "no reason given"
 
 
 def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
     name = path.stem if index == 0 else f"{path.stem}-{index}"
     columns = list(data.columns)
     k = data.metadata.get("spring constant")
-    try:
+    with _explained(path):
         force = np.asarray(data["force"], dtype=float)
         if height not in columns:
             raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
         segment = np.asarray(data["segment"]) if "segment" in columns else np.zeros(force.size, dtype=int)
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None
-    except (KeyboardInterrupt, SystemExit, GeneratorExit, CurveError):
-        raise
-    except BaseException as error:
-        raise CurveError(f"{path.name}: {_explained(error)}") from None
     meta = {"source": str(path.name), "segment": segment, "metadata": dict(data.metadata)}
     k = float(k) if k is not None and np.isfinite(k) else None
     if time is not None and not np.isfinite(time).all():

@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch.files.results import check_target
+from flatpunch.fit.correction import Over
+
 if TYPE_CHECKING:
     from flatpunch.fit.case import FitCase
 
@@ -63,9 +66,9 @@ def add_commands(
         [bold]flatpunch fit curve.csv gel.toml --plot fit.png[/bold]
         """
         with friendly():
-            _check_target("--output", output, (".csv", ".nc"))
-            _check_target("--plot", plot, (".png", ".pdf", ".svg"))
-            _check_target("--drift", drift, (".png", ".pdf", ".svg"))
+            check_target("--output", output, (".csv", ".nc"))
+            check_target("--plot", plot, (".png", ".pdf", ".svg"))
+            check_target("--drift", drift, (".png", ".pdf", ".svg"))
             from flatpunch.fit.case import read_fit_case
 
             loaded = read_fit_case(case)
@@ -84,7 +87,7 @@ def add_commands(
         model: Annotated[str | None, typer.Option(help="hertz, sneddon, flat, bilodeau or rico.")] = None,
         poisson: Annotated[float | None, typer.Option(help="Poisson ratio that was assumed there.")] = None,
         over: Annotated[
-            str, typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth.")
+            Over, typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth.")
         ] = "curve",
     ) -> None:
         """From a reported half-space modulus to the true modulus of the layer.
@@ -109,7 +112,7 @@ def add_commands(
         [bold]flatpunch nanite-model gel.toml -o model_thin_gel.py[/bold]
         """
         with friendly():
-            _check_target("--output", output, (".py",))
+            check_target("--output", output, (".py",))
             from flatpunch.fit.case import read_fit_case
             from flatpunch.fit.nanite_model import write_nanite_model
 
@@ -222,7 +225,7 @@ def _fit_folder(
         raise ValueError("no curve could be fitted.")
 
 
-def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: str) -> None:
+def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: Over) -> None:
     from flatpunch.files import units
     from flatpunch.fit.case import read_fit_case
     from flatpunch.fit.correction import correct
@@ -235,7 +238,7 @@ def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: 
         _quantity("--depth", depth, units.LENGTH),
         model=model,
         reported_poisson=poisson,
-        over=over,  # type: ignore[arg-type]
+        over=over,
         method=loaded.settings.method,
     )
     _say(found.summary())
@@ -248,16 +251,6 @@ def _quantity(option: str, value: str, dimension: Any) -> float:
         return units.to_si(value, dimension)
     except ValueError as error:
         raise ValueError(f"{option} = {value!r} {error}") from None
-
-
-def _check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
-    """Refuse endings and folders that cannot work before anything is fitted."""
-    if path is None:
-        return
-    if path.suffix.lower() not in endings:
-        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
-    if not path.parent.is_dir():
-        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
 
 
 def _say(text: str) -> None:

@@ -187,7 +187,7 @@ class FitResult:
 
     def dataset(self) -> xr.Dataset:
         """Curve, fitted force and estimates, for a file."""
-        data = {
+        data: dict[str, Any] = {
             "depth": ("point", self.depth, {"units": "m", "long_name": "indentation depth"}),
             "force": ("point", self.curve.force, {"units": "N", "long_name": "measured force"}),
             "fitted": ("point", self.force, {"units": "N", "long_name": "fitted force"}),
@@ -195,8 +195,8 @@ class FitResult:
         }
         columns = ("value", "stderr", "low", "high", "start")
         for column in columns:
-            data[column] = ("parameter", [getattr(e, column) for e in self.estimates.values()])  # type: ignore[assignment]
-        data["correlation"] = (("parameter", "with"), self.correlations().values)  # type: ignore[assignment]
+            data[column] = ("parameter", [getattr(e, column) for e in self.estimates.values()])
+        data["correlation"] = (("parameter", "with"), self.correlations().values)
         names = list(self.estimates)
         attributes = {
             "title": f"Fit of {self.curve.name}",

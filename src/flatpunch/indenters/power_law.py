@@ -174,7 +174,8 @@ def _as_angular(angular: Any, corners: tuple[float, ...]) -> Callable[[Array], A
     if isinstance(angular, AngularTable) and angular.corners != corners:
         return AngularTable(angular.phi, angular.psi, corners)
     if callable(angular):
-        return angular  # type: ignore[no-any-return]
+        function: Callable[[Array], Array] = angular
+        return function
     if isinstance(angular, (tuple, list)) or (isinstance(angular, np.ndarray) and angular.ndim):
         if len(angular) != 2:
             raise ValueError(

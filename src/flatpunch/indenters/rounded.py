@@ -108,7 +108,7 @@ class Rounded:
     def transition(self) -> tuple[float, float]:
         """Radii at which the cap first ends (towards an edge) and last ends (towards the steepest face) [m]."""
         if self._gradients is None:
-            steepest = lowest = math.tan(self.tip.inclination)  # type: ignore[union-attr]
+            steepest = lowest = self._cone_slope
         else:
             k, following = self._gradients, np.roll(self._gradients, -1, axis=0)
             steepest = float(np.hypot(*k.T).max())
@@ -136,10 +136,14 @@ class Rounded:
             return spread(self._cone(np.asarray(r, dtype=float))[1], phi)
         return self._evaluate(r, phi)[1]
 
+    @property
+    def _cone_slope(self) -> float:
+        assert isinstance(self.tip, Cone)  # without gradients of faces
+        return math.tan(self.tip.inclination)
+
     def _cone(self, r: Array) -> tuple[Array, Array]:
-        steepness = math.tan(self.tip.inclination)  # type: ignore[union-attr]
-        k = np.minimum(self._cap_slope(r), steepness)
-        inside = k < steepness
+        k = np.minimum(self._cap_slope(r), self._cone_slope)
+        inside = k < self._cone_slope
         return np.where(inside, self._cap(r), k * r - self._support(k * k)), k
 
     def _evaluate(self, r: Array, phi: Array) -> tuple[Array, Array]:

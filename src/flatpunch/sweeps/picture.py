@@ -227,8 +227,9 @@ def _barred(result: xr.Dataset, name: str) -> bool:
     return result.sizes[name] > _LEGEND and _numeric(result, name)
 
 
-def _norm(result: xr.Dataset, name: str) -> Normalize:
-    values = result[name].values
+def _norm(result: xr.Dataset, name: str, factor: float = 1.0) -> Normalize:
+    """Colours of a coordinate's values, times a factor."""
+    values = result[name].values * factor
     kind = LogNorm if _logarithmic(result, name) else Normalize
     return kind(float(values.min()), float(values.max()))
 
@@ -237,12 +238,11 @@ def _legend(drawn: Figure, grid: Any, result: xr.Dataset, name: str) -> None:
     """Tell the lines apart: by a colour bar where there are many numbers."""
     if _barred(result, name):
         factor, _ = _unit(result, name)
-        norm = _norm(result, name)
+        norm = _norm(result, name, factor)
         colours = matplotlib.colors.LinearSegmentedColormap.from_list(
             "viridis", matplotlib.colormaps["viridis"](np.linspace(0, 0.92, 256))
         )
-        scaled = type(norm)(norm.vmin * factor, norm.vmax * factor)  # type: ignore[operator]
-        bar = drawn.colorbar(matplotlib.cm.ScalarMappable(scaled, colours), ax=grid, label=_label(result, name))
+        bar = drawn.colorbar(matplotlib.cm.ScalarMappable(norm, colours), ax=grid, label=_label(result, name))
         if isinstance(norm, LogNorm):
             _plain_ticks(bar.ax.yaxis, result[name].values)
         return
