@@ -1,47 +1,26 @@
 """Forward model of an adhesive fit (JKR): force over depth along the stable branch, with all derivatives.
 
-Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion_branch` has it,
-
-    d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
-
-with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fit.scaling`, tabulated like the force without
-adhesion. For round tips f does not depend on the work of adhesion w; for others w/(E c^2 l^(2n-1)) is one more q. The depth is
-inverted for x by Newton's method, and at given depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
-
-The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
-in radius before it the force goes on as a straight line, so that a trial step that lets go too early still has a slope.
+`flatpunch.fit.adhesive_branch` has depth and force over x = ln(a/l). The depth is inverted for x by Newton's method, and at given
+depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from flatpunch._validation import Array, FlatpunchWarning
 from flatpunch.compliance import compliance
-from flatpunch.contact.adhesion_branch import Branch, Equilibria
 from flatpunch.contact.adhesion_case import adhesive_case
-from flatpunch.contact.adhesion_limits import largest_radius
-from flatpunch.contact.adhesion_perturbed import PerturbedBranch
-from flatpunch.contact.axisymmetric import round_contact
 from flatpunch.contact.indent import indent
-from flatpunch.contact.mean import mean_profile
+from flatpunch.fit.adhesive_branch import StableBranch
+from flatpunch.fit.adhesive_tables import BranchFamily, BranchTables, branch_tables
 from flatpunch.fit.sample import WORK, Sample
 from flatpunch.fit.scaling import MODULUS_STEP, Coordinate, Scaling, external, internal, scaling, slope
-from flatpunch.fit.table import STEP, Piecewise, Table
 
-_FUNCTIONS = 4
-_TABULATED = 2
-"""Decades of radius below the largest; pull-off is nearly always within, and what is below goes on as a power law."""
-_SEARCHED = 6.0
-"""Decades of radius over which pull-off is looked for."""
-_BEFORE = 0.02
-_GRID = 600
-_NEWTON = 6
 _METHODS = ("auto", "first-order", "second-order")
 
 
@@ -75,7 +54,7 @@ class AdhesiveModel:
     free: tuple[str, ...] = ()
     method: str = "auto"
     approximate: bool = False
-    _tables: Any = field(init=False, repr=False, compare=False)
+    _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -93,7 +72,9 @@ class AdhesiveModel:
         weights = [found.depth, found.force, half[0], half[1], *(c.weights for c in coordinates)]
         linear = [self._linear(w) for w in weights]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in linear]), np.array([w for _, w in linear])))
-        object.__setattr__(self, "_tables", _tables(_Family(*_start(found), found, coordinates, work is not None)))
+        start = found.problem([c.offset for c in found.coordinates])
+        family = BranchFamily(*start, found, coordinates, work is not None)
+        object.__setattr__(self, "_tables", branch_tables(family))
 
     @property
     def medium(self) -> Any:
@@ -154,10 +135,10 @@ class AdhesiveModel:
         by_theta = state.force_by - stiffness * state.depth_by
         return state.force + stiffness * beyond, stiffness, by_theta
 
-    def branch(self, theta: Array, deepest: float) -> _Branch:
+    def branch(self, theta: Array, deepest: float) -> StableBranch:
         """The stable branch up to a depth."""
         constants, weights = self._forms
-        return _Branch(constants + (weights @ theta if theta.size else 0.0), weights, self._tables).up_to(deepest)
+        return StableBranch(constants + (weights @ theta if theta.size else 0.0), weights, self._tables).up_to(deepest)
 
     def pull_off(self, theta: Array) -> tuple[float, float]:
         """Depth and force at which the tip lets go under prescribed depth [m], [N]."""
@@ -204,108 +185,6 @@ class AdhesiveModel:
         return np.asarray(curve["force"].values), str(curve.attrs["notes"])
 
 
-@dataclass(frozen=True, slots=True)
-class _State:
-    """Branch at n values of x: values, slopes over x, derivatives over theta (parameters, n) at constant x."""
-
-    depth: Array
-    force: Array
-    depth_slope: Array
-    force_slope: Array
-    depth_by: Array
-    force_by: Array
-
-
-@dataclass(eq=False)
-class _Branch:
-    """The branch at given parameters. `forms`: ln d0, ln F0, ln (w l/E)^(1/2), ln (w E l^3)^(1/2), q; `weights` by theta."""
-
-    forms: Array
-    weights: Array
-    family: _Tables
-    top: float = 0.0
-    fold: float = 0.0
-    _pieces: tuple[Piecewise, ...] = ()
-    _grid: tuple[Array, Array] | None = None
-
-    def up_to(self, deepest: float) -> _Branch:
-        """Choose the largest radius, and find pull-off below it."""
-        q = tuple(self.forms[_FUNCTIONS:])
-        top = self.family.begin(q, self.forms, deepest)
-        most = self.family.tables[0].highest(q) - 3 * STEP
-        for _ in range(400):
-            top = min(top, most)
-            self._pieces = tuple(table.at(q, top) for table in self.family.tables)
-            depth, rising = self._depths(np.array([top]))
-            if (depth[0] >= deepest and depth[0] > 0 and rising[0] > 0) or top >= most:
-                break
-            top += 4 * STEP
-        self.top = top
-        x = np.linspace(top - _SEARCHED * np.log(10), top, 40 * int(_SEARCHED))
-        _, rising = self._depths(x)
-        below = np.flatnonzero(rising <= 0)
-        self.fold = float(x[0])
-        if below.size and below[-1] + 1 < x.size:
-            low, high = x[below[-1]], x[below[-1] + 1]
-            for _ in range(40):
-                middle = (low + high) / 2
-                if self._depths(np.array([middle]))[1][0] > 0:
-                    high = middle
-                else:
-                    low = middle
-            self.fold = float(high)
-        # denser towards pull-off, where the depth goes like the square of the distance in x
-        start = min(self.fold + _BEFORE, self.top - STEP)
-        grid = start + (self.top - start) * np.linspace(0, 1, _GRID) ** 2
-        self._grid = (grid, self._depths(grid)[0])
-        return self
-
-    def _depths(self, x: Array) -> tuple[Array, Array]:
-        """Depth and its slope."""
-        (plain, up, _), (back, fall, _) = self._pieces[0].at(x), self._pieces[2].at(x)
-        plain, back = np.exp(plain + self.forms[0]), np.exp(back + self.forms[2])
-        return plain - back, plain * up - back * fall
-
-    def radius_at(self, depth: Array) -> tuple[Array, Array]:
-        """x at depths, and by how much depths lie beyond the ends of the branch [m]."""
-        assert self._grid is not None
-        grid, depths = self._grid
-        inside = np.clip(depth, depths[0], depths[-1])
-        cell = np.clip(np.searchsorted(depths, inside), 1, grid.size - 1)
-        low, high = grid[cell - 1], grid[cell]
-        x = np.interp(inside, depths, grid)
-        for _ in range(_NEWTON):
-            value, rising = self._depths(x)
-            trial = np.clip(x - (value - inside) / rising, low, high)
-            moved = float(np.abs(trial - x).max(initial=0.0))
-            x = trial
-            # quadratic convergence
-            if moved < 1e-7:
-                break
-        return x, depth - inside
-
-    def at(self, x: Array) -> _State:
-        """Everything at given x."""
-        parts, slopes, by = [], [], []
-        for i, piece in enumerate(self._pieces):
-            value, rising, others = piece.at(x)
-            part = np.exp(value + self.forms[i])
-            log_by = np.repeat(self.weights[i][:, None], x.size, axis=1)
-            for j, other in enumerate(others):
-                log_by += self.weights[_FUNCTIONS + j][:, None] * other
-            parts.append(part)
-            slopes.append(part * rising)
-            by.append(part * log_by)
-        return _State(
-            parts[0] - parts[2],
-            parts[1] - parts[3],
-            slopes[0] - slopes[2],
-            slopes[1] - slopes[3],
-            by[0] - by[2],
-            by[1] - by[3],
-        )
-
-
 def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:
     """ln (w l/E)^(1/2) and ln (w E l^3)^(1/2) as linear forms."""
     back, tension = {WORK: 0.5}, {WORK: 0.5}
@@ -325,101 +204,3 @@ def _work_coordinate(found: Scaling) -> Coordinate:
         if unit:
             weights[unit] = weights.get(unit, 0.0) + factor
     return Coordinate(WORK, weights, MODULUS_STEP)
-
-
-def _start(found: Scaling) -> tuple[Any, Any]:
-    return found.problem([c.offset for c in found.coordinates])
-
-
-@dataclass(frozen=True)
-class _Family:
-    """What models must have in common to share tables."""
-
-    medium: Any
-    indenter: Any
-    scaling: Scaling = field(compare=False)
-    coordinates: tuple[Coordinate, ...] = field(compare=False)
-    by_work: bool
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(c.name for c in self.coordinates)
-
-    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Any, float]:
-        """Branch of the scaled problem, its tip, and w."""
-        count = len(self.scaling.coordinates)
-        medium, indenter = self.scaling.problem(q[:count])
-        kernel = compliance(medium)
-        if self.by_work:
-            work = float(np.exp(q[count]))
-            return PerturbedBranch(kernel, indenter, work), indenter, work
-        profile = mean_profile(indenter)
-        return Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0), indenter, 1.0
-
-    def limit(self, q: tuple[float, ...]) -> float:
-        """ln of the largest radius."""
-        branch, indenter, _ = self.branch(q)
-        return float(np.log(largest_radius(branch.kernel, indenter.reach)))
-
-
-@dataclass(eq=False)
-class _Tables:
-    """f_0 to f_3 of one family."""
-
-    family: _Family
-    tables: tuple[Table, ...] = ()
-    _solved: dict[Any, Array] = field(default_factory=dict)
-    _coarse: tuple[Array, Array, Array] | None = None
-
-    def __post_init__(self) -> None:
-        def function(i: int) -> Callable[[tuple[float, ...], Array], Array]:
-            return lambda q, radius: np.asarray(self._solve(q, radius)[i])
-
-        family = self.family
-        self.tables = tuple(
-            Table(function(i), family.coordinates, family.limit, decades=_TABULATED) for i in range(_FUNCTIONS)
-        )
-
-    def _solve(self, q: tuple[float, ...], radius: Array) -> Array:
-        """All four functions, shape (4, n); nan beyond the largest radius. What the tables have in common is solved once."""
-        key = (q, radius.tobytes())
-        if key not in self._solved:
-            if len(self._solved) > 64:
-                self._solved.clear()
-            branch, indenter, work = self.family.branch(q)
-            inside = radius < largest_radius(branch.kernel, indenter.reach)
-            found = np.full((_FUNCTIONS, radius.size), np.nan)
-            contact = branch.at(radius[inside])
-            back, tension = contact.plain.depth - contact.depth, contact.plain.force - contact.force
-            half = np.sqrt(work)
-            found[:, inside] = contact.plain.depth, contact.plain.force, back / half, tension / half
-            self._solved[key] = found
-        return self._solved[key]
-
-    def begin(self, q: tuple[float, ...], forms: Array, deepest: float) -> float:
-        """About the x at which a depth is reached above pull-off; at the first q that was asked for, near enough to begin."""
-        if self._coarse is None:
-            branch, indenter, _ = self.family.branch(q)
-            base = branch.base if isinstance(branch, PerturbedBranch) else branch
-            length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
-            most = largest_radius(base.kernel, indenter.reach)
-            radius = np.geomspace(1e-12 * min(length, most), min(1e3 * length, most) / 2, 200)
-            contact = base.at(radius)
-            work = branch.work
-            self._coarse = np.log(radius), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
-        x, plain, back = self._coarse
-        plain, back = np.exp(plain + forms[0]), np.exp(back + forms[2])
-        enough = (plain - back >= max(deepest, 0.0)) & (plain > back)
-        return float(x[int(np.argmax(enough)) if enough.any() else x.size - 1])
-
-
-def _tables(family: _Family) -> _Tables:
-    try:
-        return _shared(family, family.names)
-    except TypeError:
-        return _Tables(family)
-
-
-@lru_cache(maxsize=32)
-def _shared(family: _Family, names: tuple[str, ...]) -> _Tables:
-    return _Tables(family)
