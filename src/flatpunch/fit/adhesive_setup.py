@@ -18,10 +18,11 @@ from flatpunch._validation import Array, Flags, Indices
 from flatpunch.fit.adhesive_model import AdhesiveModel
 from flatpunch.fit.curve import FEWEST, Curve, CurveError, check_saturation
 from flatpunch.fit.minimum import minimise
-from flatpunch.fit.objective import Objective, frame_of
+from flatpunch.fit.objective import Objective
 from flatpunch.fit.sample import WORK
 from flatpunch.fit.settings import Settings
 from flatpunch.fit.setup import Setup, enough, held, with_nuisance
+from flatpunch.fit.unknowns import frame_of
 
 _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""

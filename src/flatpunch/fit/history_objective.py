@@ -13,14 +13,15 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.fit.curve import Curve
 from flatpunch.fit.history_model import HistoryModel
+from flatpunch.fit.unknowns import Unknowns
 
 _STEP = 1e-4
 """Parameters are of order one: central differences then err by 1e-8 of the third derivative, rounding by 1e-5 of the first."""
 
 
 @dataclass(frozen=True, eq=False)
-class HistoryObjective:
-    """Least-squares problem in x = (theta, contact, baseline, tilt), in the units of `Objective`.
+class HistoryObjective(Unknowns):
+    """Least-squares problem in x, see `Unknowns`.
 
     `depth` holds tip positions; with a `spring` it holds the positions of the cantilever's base instead, and the tip's are part
     of the answer. Positions rise once and fall once. `counts` are the readings behind each entry.
@@ -31,31 +32,9 @@ class HistoryObjective:
     depth: Array
     force: Array
     counts: Array
-    nuisance: tuple[str, ...]
-    held: dict[str, float]
-    frame: tuple[float, float, float]
     spring: float | None = None
     weight: Array | None = None
     _before: dict[str, Array] = field(default_factory=dict, repr=False)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of all entries of x."""
-        return (*self.model.free, *self.nuisance)
-
-    def scales(self) -> dict[str, tuple[float, float]]:
-        """Offset and unit of contact [m], baseline [N] and tilt [N/m]."""
-        origin, width, span = self.frame
-        return {"contact": (origin, width), "baseline": (0.0, span), "tilt": (0.0, span / width)}
-
-    def split(self, x: Array) -> tuple[Array, dict[str, float]]:
-        """Free parameters (internal) and all of contact, baseline, tilt in SI."""
-        count = len(self.model.free)
-        values = dict(self.held)
-        for name, value in zip(self.nuisance, x[count:], strict=True):
-            offset, unit = self.scales()[name]
-            values[name] = offset + unit * float(value)
-        return x[:count], values
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""

@@ -11,9 +11,10 @@ from flatpunch._validation import Array
 from flatpunch.fit.curve import Curve, CurveError, check_saturation
 from flatpunch.fit.history_model import HistoryModel
 from flatpunch.fit.history_objective import HistoryObjective
-from flatpunch.fit.objective import contact_range, frame_of
+from flatpunch.fit.objective import contact_range
 from flatpunch.fit.settings import Settings
 from flatpunch.fit.setup import Setup, enough, held, with_nuisance
+from flatpunch.fit.unknowns import frame_of
 
 _BINS, _SCANNED = 500, 120
 _FREE = 0.05

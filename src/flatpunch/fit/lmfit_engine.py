@@ -13,8 +13,8 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.fit.minimum import Minimum
-from flatpunch.fit.objective import NUISANCE
 from flatpunch.fit.scaling import plain_limits
+from flatpunch.fit.unknowns import NUISANCE
 
 
 def lmfit_name(name: str) -> str:

@@ -20,56 +20,30 @@ import numpy as np
 
 from flatpunch._validation import Array, Indices
 from flatpunch.fit.curve import Curve
+from flatpunch.fit.unknowns import Unknowns
 
 _NEWTON = 8
 _SETTLED = 1e-2
 """Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
 _STEEPEST = 0.25
 """Least 1 + M'/k that is let through; data closer to the instability are left out of the fit in the end."""
-NUISANCE = ("contact", "baseline", "tilt")
 
 
 @dataclass(frozen=True, eq=False)
-class Objective:
-    """Least-squares problem in x = (theta, contact, baseline, tilt); the last three as far as they are free.
-
-    contact is in units of the depth range from the first point, baseline and tilt in units of the force range (tilt over the
-    whole depth range), so that all of x are of order one: `frame` holds first depth, depth range and force range.
+class Objective(Unknowns):
+    """Least-squares problem in x, see `Unknowns`.
 
     Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
     to negative depths. `part_loaded` is the same over all points of the curve that is shown.
     """
 
-    model: Any
     depth: Array
     force: Array
-    nuisance: tuple[str, ...]
-    held: dict[str, float]
-    frame: tuple[float, float, float]
     weight: Array | None = None
     spring: float | None = None
     loaded: Indices | None = None
     part_loaded: Indices | None = None
     _before: dict[int, Array] = field(default_factory=dict, repr=False)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of all entries of x."""
-        return (*self.model.free, *self.nuisance)
-
-    def scales(self) -> dict[str, tuple[float, float]]:
-        """Offset and unit of contact [m], baseline [N] and tilt [N/m]."""
-        origin, width, span = self.frame
-        return {"contact": (origin, width), "baseline": (0.0, span), "tilt": (0.0, span / width)}
-
-    def split(self, x: Array) -> tuple[Array, dict[str, float]]:
-        """Free parameters (internal) and all of contact, baseline, tilt in SI."""
-        count = len(self.model.free)
-        values = dict(self.held)
-        for name, value in zip(self.nuisance, x[count:], strict=True):
-            offset, unit = self.scales()[name]
-            values[name] = offset + unit * float(value)
-        return x[:count], values
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
@@ -173,11 +147,6 @@ def _touching(depth: Array) -> Any:
     inside = depth > 0
     start = int(np.argmax(inside)) if inside.any() else depth.size
     return slice(start, None) if inside[start:].all() else np.flatnonzero(inside)
-
-
-def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:
-    """First depth, depth range and force range: the units of x."""
-    return float(depth.min()), float(np.ptp(depth)), float(np.ptp(force))
 
 
 def scanned(

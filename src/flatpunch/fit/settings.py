@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from flatpunch._validation import real
 from flatpunch.fit.curve import Adhesion
-from flatpunch.fit.objective import NUISANCE
+from flatpunch.fit.unknowns import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Engine = Literal["lmfit", "normal-equations"]

@@ -12,8 +12,9 @@ from flatpunch._validation import Array, Flags, real
 from flatpunch.fit.curve import Curve, CurveError, approach, check_signal
 from flatpunch.fit.forward import ForwardModel
 from flatpunch.fit.minimum import minimise
-from flatpunch.fit.objective import Objective, contact_range, frame_of, scanned
+from flatpunch.fit.objective import Objective, contact_range, scanned
 from flatpunch.fit.settings import Settings
+from flatpunch.fit.unknowns import frame_of
 
 _SCANNED, _BINS = 100, 400
 """Points to which a curve is averaged for the search of the contact point, and for the first descent."""
