@@ -18,8 +18,9 @@ from flatpunch.contact.adhesion_case import adhesive_case
 from flatpunch.contact.indent import indent
 from flatpunch.fit.adhesive_branch import StableBranch
 from flatpunch.fit.adhesive_tables import BranchFamily, BranchTables, branch_tables
+from flatpunch.fit.free_parameters import SampleParameters
 from flatpunch.fit.sample import WORK, Sample
-from flatpunch.fit.scaling import MODULUS_STEP, Coordinate, Scaling, external, internal, scaling, slope
+from flatpunch.fit.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 
 _METHODS = ("auto", "first-order", "second-order")
 
@@ -35,7 +36,7 @@ def adhesive_method(indenter: Any, method: str) -> str:
 
 
 @dataclass(frozen=True)
-class AdhesiveModel:
+class AdhesiveModel(SampleParameters):
     """Force over depth of an adhesive contact as a function of the free parameters; see `ForwardModel`.
 
     Parameters
@@ -70,42 +71,11 @@ class AdhesiveModel:
         coordinates = (*found.coordinates, *([work] if work else []))
         half = _half_powers(found)
         weights = [found.depth, found.force, half[0], half[1], *(c.weights for c in coordinates)]
-        linear = [self._linear(w) for w in weights]
+        linear = [self.linear(w) for w in weights]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in linear]), np.array([w for _, w in linear])))
         start = found.problem([c.offset for c in found.coordinates])
         family = BranchFamily(*start, found, coordinates, work is not None)
         object.__setattr__(self, "_tables", branch_tables(family))
-
-    @property
-    def medium(self) -> Any:
-        """Medium with the starting values."""
-        return self.sample.medium
-
-    @property
-    def indenter(self) -> Any:
-        """Tip with the starting values."""
-        return self.sample.indenter
-
-    def _linear(self, weights: Mapping[str, float]) -> tuple[float, Array]:
-        fixed = sum(f * internal(n, self.sample.value(n)) for n, f in weights.items() if n not in self.free)
-        return fixed, np.array([weights.get(name, 0.0) for name in self.free])
-
-    def start(self) -> Array:
-        """Internal values of the free parameters in the case."""
-        return np.array([internal(name, self.sample.value(name)) for name in self.free])
-
-    def externals(self, theta: Array) -> dict[str, float]:
-        """Free parameters by name, SI."""
-        return {name: external(name, float(t)) for name, t in zip(self.free, theta, strict=True)}
-
-    def slopes(self, theta: Array) -> Array:
-        """Derivatives of the external over the internal values."""
-        return np.array([slope(name, value) for name, value in self.externals(theta).items()])
-
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
-        """Medium and indenter with these values."""
-        sample = self.sample.replaced(values)
-        return sample.medium, sample.indenter
 
     def evaluate(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force and derivatives at depths of any sign, on the stable branch.
@@ -157,9 +127,7 @@ class AdhesiveModel:
             Free parameters by name, SI; missing ones as in the case.
         """
         depth = np.asarray(depth, dtype=float)
-        theta = self.start()
-        for name, value in (values or {}).items():
-            theta[self.free.index(name)] = internal(name, value)
+        theta = self.internals(values)
         held = depth >= self.pull_off(theta)[0]
         result = np.zeros_like(depth)
         if held.any():

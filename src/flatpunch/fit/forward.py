@@ -18,7 +18,8 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.contact import METHODS, indent
-from flatpunch.fit.scaling import Scaling, external, internal, replaced, scaling, slope, value_of
+from flatpunch.fit.free_parameters import FreeParameters
+from flatpunch.fit.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.table import Table
 from flatpunch.indenters import Cylinder
 
@@ -48,7 +49,7 @@ def method_for(indenter: Any, method: str = "auto") -> str:
 
 
 @dataclass(frozen=True)
-class ForwardModel:
+class ForwardModel(FreeParameters):
     """Force over depth of one medium and tip, as a function of the free parameters.
 
     Parameters
@@ -65,7 +66,6 @@ class ForwardModel:
     indenter: Any
     free: tuple[str, ...] = ()
     method: str = "auto"
-    _scaling: Scaling = field(init=False, repr=False, compare=False)
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
 
@@ -74,23 +74,14 @@ class ForwardModel:
         object.__setattr__(self, "free", free)
         object.__setattr__(self, "method", method_for(self.indenter, self.method))
         found = scaling(self.medium, self.indenter, free)
-        object.__setattr__(self, "_scaling", found)
-        forms = [found.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
+        forms = [self.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
         start = found.problem([c.offset for c in found.coordinates])
         object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, self.method))
 
-    def start(self) -> Array:
-        """Internal values of the free parameters in the case."""
-        return np.array([internal(name, value_of(self.medium, self.indenter, name)) for name in self.free])
-
-    def externals(self, theta: Array) -> dict[str, float]:
-        """Free parameters by name, SI."""
-        return {name: external(name, float(t)) for name, t in zip(self.free, theta, strict=True)}
-
-    def slopes(self, theta: Array) -> Array:
-        """Derivatives of the external over the internal values."""
-        return np.array([slope(name, value) for name, value in self.externals(theta).items()])
+    def value(self, name: str) -> float:
+        """Value of a parameter in the case, free or not, SI."""
+        return value_of(self.medium, self.indenter, name)
 
     def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
         """Medium and indenter with these values."""
@@ -142,9 +133,7 @@ class ForwardModel:
             Free parameters by name, SI; missing ones as in the case.
         """
         depth = np.asarray(depth, dtype=float)
-        theta = self.start()
-        for name, value in (values or {}).items():
-            theta[self.free.index(name)] = internal(name, value)
+        theta = self.internals(values)
         result = np.zeros_like(depth)
         touching = depth > 0
         if touching.any():

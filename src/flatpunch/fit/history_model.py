@@ -23,8 +23,8 @@ from flatpunch.contact.viscoelastic.monotone import one_cycle
 from flatpunch.contact.viscoelastic.series import exponential_series
 from flatpunch.contact.viscoelastic.solve import refined
 from flatpunch.fit.forward import ForwardModel
+from flatpunch.fit.free_parameters import SampleParameters
 from flatpunch.fit.sample import Sample
-from flatpunch.fit.scaling import external, internal, slope
 
 _TURNS = 40
 _KEPT = 5
@@ -33,7 +33,7 @@ _SETTLED = 1e-8
 
 
 @dataclass(frozen=True)
-class HistoryModel:
+class HistoryModel(SampleParameters):
     """Force over time of one medium and tip, as a function of the free parameters.
 
     Parameters
@@ -58,33 +58,6 @@ class HistoryModel:
         elastic = ForwardModel(self.sample.medium, self.sample.indenter, plain, self.method)
         object.__setattr__(self, "elastic", elastic)
         object.__setattr__(self, "method", elastic.method)
-
-    @property
-    def medium(self) -> Any:
-        """Medium with the starting values."""
-        return self.sample.medium
-
-    @property
-    def indenter(self) -> Any:
-        """Tip with the starting values."""
-        return self.sample.indenter
-
-    def start(self) -> Array:
-        """Internal values of the free parameters in the case."""
-        return np.array([internal(name, self.sample.value(name)) for name in self.free])
-
-    def externals(self, theta: Array) -> dict[str, float]:
-        """Free parameters by name, SI."""
-        return {name: external(name, float(t)) for name, t in zip(self.free, theta, strict=True)}
-
-    def slopes(self, theta: Array) -> Array:
-        """Derivatives of the external over the internal values."""
-        return np.array([slope(name, value) for name, value in self.externals(theta).items()])
-
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
-        """Medium and indenter with these values."""
-        sample = self.sample.replaced(values)
-        return sample.medium, sample.indenter
 
     def relaxation(self, theta: Array) -> Any:
         """The relaxation function at internal parameters."""

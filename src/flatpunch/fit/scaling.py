@@ -20,9 +20,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from flatpunch._validation import Array
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 
@@ -184,21 +181,11 @@ class Scaling:
 
     medium: Any
     indenter: Any
-    free: tuple[str, ...]
     force: Mapping[str, float]
     depth: Mapping[str, float]
     coordinates: tuple[Coordinate, ...]
     modulus: str | None
     length: str | None
-
-    def linear(self, weights: Mapping[str, float]) -> tuple[float, Array]:
-        """Constant part of a linear form, from the fixed parameters, and its coefficients of the free ones."""
-        constant = sum(
-            factor * internal(name, value_of(self.medium, self.indenter, name))
-            for name, factor in weights.items()
-            if name not in self.free
-        )
-        return constant, np.array([weights.get(name, 0.0) for name in self.free])
 
     def problem(self, q: Sequence[float]) -> tuple[Any, Any]:
         """Medium and indenter of unit modulus, unit length and unit slope (as far as they scale) at coordinates q."""
@@ -261,7 +248,7 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
     coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0) for name in names if name.endswith("poisson")]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
-    return Scaling(medium, indenter, tuple(free), force, depth, moving, modulus, length)
+    return Scaling(medium, indenter, force, depth, moving, modulus, length)
 
 
 def _homogeneous(body: Any) -> bool:
