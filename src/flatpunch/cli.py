@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
+from flatpunch._terminal import friendly, progress, say, say_written
 from flatpunch.atlas_cli.commands import atlas_app
 from flatpunch.fit.commands import add_commands
 from flatpunch.paper.command import paper
@@ -72,7 +71,7 @@ def solve(
 
     Read the result with [bold]flatpunch.load("gel.nc")[/bold] or any NetCDF reader; the CSV opens in a spreadsheet.
     """
-    with _friendly():
+    with friendly():
         _check_targets(output, csv, plot)
         from flatpunch.files import read_case
 
@@ -87,14 +86,13 @@ def check(case: CaseFile) -> None:
     Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
     write instead.
     """
-    with _friendly():
+    with friendly():
         from flatpunch.files import describe, read_case
         from flatpunch.fit.case import describe_fit, is_fit_case, read_fit_case
 
         lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
-        out = Console()
         for line in lines:
-            out.print(line, markup=False, highlight=False, soft_wrap=True)
+            say(line)
 
 
 app.command()(paper)
@@ -111,7 +109,7 @@ def demo(
     Writes, for each of them, the case file itself, the result as NetCDF and CSV, and a picture. Case files that are
     there already are kept, and solved as you changed them.
     """
-    with _friendly():
+    with friendly():
         from flatpunch.files import read_case, shipped_cases
 
         output.mkdir(parents=True, exist_ok=True)
@@ -138,7 +136,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
 
     written = []
     with (
-        _progress(case.title or "Solving", 1 + len(outputs) + (plot is not None)) as step,
+        progress(case.title or "Solving", 1 + len(outputs) + (plot is not None)) as step,
         warnings.catch_warnings(record=True) as caught,
     ):
         warnings.simplefilter("always", fp.FlatpunchWarning)
@@ -160,8 +158,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         out.print(line, markup=False, highlight=False)
     for line in dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)]):
         out.print(f"Note: {line}", style="yellow", markup=False, highlight=False)
-    if written:
-        out.print("Written: " + ", ".join(str(path) for path in written), markup=False, highlight=False, soft_wrap=True)
+    say_written(written)
     out.print()
 
 
@@ -220,45 +217,9 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
     check_target("--plot", plot, (".png", ".pdf", ".svg"))
 
 
-@contextmanager
-def _progress(title: str, total: int) -> Iterator[Any]:
-    """Show a bar on the terminal while the work lasts; in a pipe or a log there is none."""
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=total)
-        started = False
-
-        def step(what: str, advance: int = 1) -> None:
-            nonlocal started
-            bar.update(task, description=f"{title}: {what}", advance=advance if started else 0)
-            started = True
-
-        yield step
-
-
-@contextmanager
-def _friendly() -> Iterator[None]:
-    """Turn bad input into one message and status 2, and Ctrl-C into one line and status 130.
-
-    Only the types that the package raises for bad input are caught: anything else is a mistake of the package and shows its
-    traceback.
-    """
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo("\nInterrupted. No file was left half-written.", err=True)
-        raise typer.Exit(130) from None
-    except (ValueError, TypeError, OSError) as error:
-        typer.echo(f"Error: {error}", err=True)
-        raise typer.Exit(2) from None
-
-
-add_commands(app, _friendly, _progress)
-add_sweep(app, _friendly, _progress)
-app.add_typer(atlas_app(_friendly, _progress), name="atlas")
+add_commands(app)
+add_sweep(app)
+app.add_typer(atlas_app(), name="atlas")
 
 
 def main() -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+
+from flatpunch._terminal import Step, friendly, progress, say
 
 if TYPE_CHECKING:
     from flatpunch.atlas import Family, Table
@@ -35,19 +36,8 @@ Scheduler = Annotated[
 ]
 
 
-def atlas_app(
-    friendly: Callable[[], AbstractContextManager[None]],
-    progress: Callable[[str, int], AbstractContextManager[Any]],
-) -> typer.Typer:
-    """Return the commands.
-
-    Parameters
-    ----------
-    friendly : callable
-        Context in which bad input becomes one message.
-    progress : callable
-        (title, total) -> context that gives a function to call at each step.
-    """
+def atlas_app() -> typer.Typer:
+    """Return the commands."""
     app = typer.Typer(no_args_is_help=True, help="The library of flat-punch solutions: read it, check it, extend it.")
 
     @app.command("list")
@@ -105,15 +95,10 @@ def atlas_app(
         """
         with friendly():
             store = points or output / "atlas-points"
-            try:
-                with progress("Atlas", 1) as step:
-                    step("reading")
-                    _build(families, output, store, check, workers, scheduler, step)
-            except KeyboardInterrupt:
-                typer.echo(
-                    f"\nInterrupted. Solved media are in {store}; the same command goes on from there.", err=True
-                )
-                raise typer.Exit(130) from None
+            kept = f"Solved media are in {store}; the same command goes on from there."
+            with friendly(kept), progress("Atlas", 1) as step:
+                step("reading")
+                _build(families, output, store, check, workers, scheduler, step)
 
     @app.command()
     def verify(
@@ -297,7 +282,7 @@ def _export(table: Any, path: Path, beta: str | None, given: list[str], moments:
     writer.writerow(names)
     writer.writerows([f"{value:.12g}" for value in row] for row in rows)
     write_whole(path, text.getvalue().encode())
-    Console().print(f"Written: {path} ({rows.shape[0]} rows)", markup=False, highlight=False, soft_wrap=True)
+    say(f"Written: {path} ({rows.shape[0]} rows)")
 
 
 def _coefficients(table: Any, inputs: dict[str, Any], terms: int) -> Any:
@@ -342,7 +327,7 @@ def _build(
     check: int,
     workers: int | None,
     scheduler: str | None,
-    step: Callable[..., None],
+    step: Step,
 ) -> None:
     from dataclasses import replace
 
@@ -358,21 +343,14 @@ def _build(
         with listening(_counting(step, f"{family.name}, {{}} of {{}} checked")):
             table = atlas.verified(table, atlas.verify(table, family, points=check, **ways))
         path = atlas.write_table(replace(table, attributes={**table.attributes, **more}), output / f"{family.name}.nc")
-        Console().print(
-            f"Written: {path} ({path.stat().st_size / 1e3:.0f} kB), relative error below {table.bound:.0e}",
-            markup=False,
-            highlight=False,
-            soft_wrap=True,
-        )
+        say(f"Written: {path} ({path.stat().st_size / 1e3:.0f} kB), relative error below {table.bound:.0e}")
 
 
-def _counting(step: Callable[..., None], text: str) -> Callable[[int, int], None]:
+def _counting(step: Step, text: str) -> Callable[[int, int], None]:
     return lambda done, total: step(text.format(done, total), advance=0)
 
 
-def _verify(
-    name: str, points: int, seed: int, workers: int | None, scheduler: str | None, step: Callable[..., None]
-) -> bool:
+def _verify(name: str, points: int, seed: int, workers: int | None, scheduler: str | None, step: Step) -> bool:
     from flatpunch import atlas
     from flatpunch._progress import listening
     from flatpunch.atlas_cli.family_file import family_from

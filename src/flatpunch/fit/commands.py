@@ -1,19 +1,16 @@
 """Commands `flatpunch fit`, `flatpunch correct` and `flatpunch nanite-model`.
 
-The command line adds them with `add_commands`, which takes what all commands share: how bad input is told, and the bar that
-shows progress. Heavy imports happen inside the commands.
+The command line adds them with `add_commands`. Heavy imports happen inside the commands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
+from flatpunch._terminal import friendly, progress, say, say_written
 from flatpunch.files.results import check_target
 from flatpunch.fit.correction import Over
 
@@ -26,22 +23,8 @@ CurveFile = Annotated[
 FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file of the fit.", show_default=False)]
 
 
-def add_commands(
-    app: typer.Typer,
-    friendly: Callable[[], AbstractContextManager[None]],
-    progress: Callable[[str, int], AbstractContextManager[Any]],
-) -> None:
-    """Register the commands.
-
-    Parameters
-    ----------
-    app : Typer
-        The command line.
-    friendly : callable
-        Context in which bad input becomes one message.
-    progress : callable
-        (title, total) -> context that gives a function to call at each step.
-    """
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands on the command line."""
 
     @app.command()
     def fit(
@@ -75,7 +58,7 @@ def add_commands(
             if curve.is_dir() or _many(curve, loaded):
                 if drift is not None or profile:
                     raise ValueError("--drift and --profile go with a single curve.")
-                _fit_folder(curve, loaded, output, plot, workers, progress)
+                _fit_folder(curve, loaded, output, plot, workers)
             else:
                 _fit_one(curve, loaded, output, plot, drift, profile)
 
@@ -118,7 +101,7 @@ def add_commands(
 
             loaded = read_fit_case(case)
             method = loaded.settings.method
-            _told([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
+            say_written([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
 
 
 def _many(path: Path, case: FitCase) -> bool:
@@ -138,12 +121,12 @@ def _fit_one(
 
     curve = read_curve(path, **case.reading)
     result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
-    _say(result.summary())
+    say(result.summary())
     if profile:
         for name in result.objective.model.free:
             found = result.profile(name)
             unit = unit_of(name)
-            _say(f"  {name:<20} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+            say(f"  {name:<20} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
     written = []
     if output is not None:
         if output.suffix.lower() == ".csv":
@@ -159,7 +142,7 @@ def _fit_one(
         written.append(save_figure(fit_figure(result), plot))
     if drift is not None:
         written.append(_drift(curve, case, drift))
-    _told(written)
+    say_written(written)
 
 
 def _drift(curve: Any, case: FitCase, path: Path) -> Path:
@@ -179,9 +162,7 @@ def _drift(curve: Any, case: FitCase, path: Path) -> Path:
     return save_figure(drift_figure(layered, name, bulk, "base.young"), path)
 
 
-def _fit_folder(
-    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, progress: Any
-) -> None:
+def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None) -> None:
     from dataclasses import replace
 
     import numpy as np
@@ -201,26 +182,26 @@ def _fit_folder(
         # what has been fitted was work; the table says how much of it there is
         if output is not None and rows:
             Batch(tuple(rows)).save(output)
-            _say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")
+            say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")
         raise
     batch = Batch(tuple(rows))
     good = len(batch.rows) - len(batch.failed)
-    _say(f"{good} of {len(batch.rows)} curves fitted")
+    say(f"{good} of {len(batch.rows)} curves fitted")
     for name in case.free:
         values = np.asarray(batch.column(name), dtype=float)
         values = values[np.isfinite(values)]
         if values.size:
             low, middle, high = (quantity(float(v), unit_of(name)) for v in np.percentile(values, [16, 50, 84]))
-            _say(f"  {name:<20} median {middle}, middle two thirds {low} .. {high}")
+            say(f"  {name:<20} median {middle}, middle two thirds {low} .. {high}")
     for row in batch.failed:
-        _say(f"  {row['reason']}")
+        say(f"  {row['reason']}")
     written = [batch.save(output)] if output is not None else []
     if plot is not None and case.free:
         from flatpunch.fit.pictures import map_figure
         from flatpunch.plots import save_figure
 
         written.append(save_figure(map_figure(batch, next(iter(case.free))), plot))
-    _told(written)
+    say_written(written)
     if not good:
         raise ValueError("no curve could be fitted.")
 
@@ -241,7 +222,7 @@ def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: 
         over=over,
         method=loaded.settings.method,
     )
-    _say(found.summary())
+    say(found.summary())
 
 
 def _quantity(option: str, value: str, dimension: Any) -> float:
@@ -251,12 +232,3 @@ def _quantity(option: str, value: str, dimension: Any) -> float:
         return units.to_si(value, dimension)
     except ValueError as error:
         raise ValueError(f"{option} = {value!r} {error}") from None
-
-
-def _say(text: str) -> None:
-    Console().print(text, markup=False, highlight=False, soft_wrap=True)
-
-
-def _told(written: list[Path]) -> None:
-    if written:
-        _say("Written: " + ", ".join(str(path) for path in written))

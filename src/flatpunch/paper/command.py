@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from flatpunch._terminal import friendly
+
 
 def paper(
     quick: Annotated[
@@ -30,7 +32,7 @@ def paper(
     from flatpunch.paper import reproduce, wanted_figures
 
     start, console = time.monotonic(), Console(stderr=True)
-    try:
+    with friendly("Finished points are kept; the same command goes on from there."):
         numbers = wanted_figures(figures)
         columns = (
             SpinnerColumn(),
@@ -51,12 +53,6 @@ def paper(
                 ),
                 step=lambda what: bar.update(task, description=what),
             )
-    except KeyboardInterrupt:
-        typer.echo("\nInterrupted. Finished points are kept; the same command goes on from there.", err=True)
-        raise typer.Exit(130) from None
-    except (ValueError, TypeError, OSError) as error:
-        typer.echo(f"Error: {error}", err=True)
-        raise typer.Exit(2) from None
     for statement in report.statements:
         typer.echo(f"{statement.name}: {statement.verdict}")
         typer.echo(f"    {statement.finding}")

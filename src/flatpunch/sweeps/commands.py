@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+
+from flatpunch._terminal import friendly, progress, say_written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,22 +16,8 @@ if TYPE_CHECKING:
 _ROWS, _COLUMNS, _REASONS = 12, 6, 5
 
 
-def add_commands(
-    app: typer.Typer,
-    friendly: Callable[[], AbstractContextManager[None]],
-    progress: Callable[[str, int], AbstractContextManager[Any]],
-) -> None:
-    """Register the command.
-
-    Parameters
-    ----------
-    app : Typer
-        The command line.
-    friendly : callable
-        Context in which bad input becomes one message.
-    progress : callable
-        (title, total) -> context that gives a function to call at each step.
-    """
+def add_commands(app: typer.Typer) -> None:
+    """Register the command on the command line."""
 
     @app.command()
     def sweep(
@@ -77,24 +63,20 @@ def add_commands(
             from flatpunch.sweeps.study import sweep as solve
 
             store = output.with_suffix(".points") if output else None
-            try:
-                with progress("Sweep", 1) as say:
-                    say("reading")
-                    with listening(lambda done, total: say(f"{done} of {total} points", advance=0)):
-                        result = solve(
-                            case,
-                            wanted,
-                            contours=contours,
-                            store=store,
-                            workers=workers,
-                            scheduler=scheduler,
-                            retry_failed=retry_failed,
-                            anew=not resume,
-                        )
-            except KeyboardInterrupt:
-                kept = f" Finished points are in {store}; the same command goes on from there." if store else ""
-                typer.echo(f"\nInterrupted.{kept}", err=True)
-                raise typer.Exit(130) from None
+            kept = f"Finished points are in {store}; the same command goes on from there." if store else ""
+            with friendly(kept), progress("Sweep", 1) as step_to:
+                step_to("reading")
+                with listening(lambda done, total: step_to(f"{done} of {total} points", advance=0)):
+                    result = solve(
+                        case,
+                        wanted,
+                        contours=contours,
+                        store=store,
+                        workers=workers,
+                        scheduler=scheduler,
+                        retry_failed=retry_failed,
+                        anew=not resume,
+                    )
             _finish(result, output, plot, quantity, step)
 
 
@@ -115,8 +97,7 @@ def _finish(result: xr.Dataset, output: Path | None, plot: Path | None, quantity
     out.print(f"{result['status'].size} points, {failed} failed.", highlight=False)
     for line in _failures(result)[:_REASONS]:
         out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
-    if written:
-        out.print("Written: " + ", ".join(map(str, written)), markup=False, highlight=False, soft_wrap=True)
+    say_written(written)
     if failed == result["status"].size:
         raise typer.Exit(1)
 
