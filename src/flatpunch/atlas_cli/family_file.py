@@ -23,19 +23,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
 from flatpunch.atlas import Family, Parameter
 from flatpunch.atlas.family import BETA_RANGE
 from flatpunch.files import units
 from flatpunch.files.cases import case_text, parsed
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.tables import CaseError, Number, Table, explain
+from flatpunch.files.tables import CaseError, Number, Table, validated
 from flatpunch.sweeps.axes import dimension_of, put, scalars
 
 _TOLERANCE = 1e-9
@@ -119,7 +118,7 @@ class FileMedium:
         for name, path, unit in self.paths:
             value = float(values[name])
             put(data, path, f"{value!r} {unit}" if unit else value)
-        return _checked({"name": "family", **data}, self.folder, "family").built
+        return validated(FamilyTable, {"name": "family", **data}, "family", folder=self.folder).built
 
 
 def read_family(path: str | Path) -> tuple[Family, str]:
@@ -147,7 +146,7 @@ def read_family(path: str | Path) -> tuple[Family, str]:
 def family_from(text: str, path: Path) -> Family:
     """Family that a text describes; `path` is what messages call it, and where its files are looked for."""
     data = parsed(text, path)
-    table = _checked(data, path.parent, str(path))
+    table = validated(FamilyTable, data, path, folder=path.parent)
     medium = {key: value for key, value in data.items() if key not in _OWN}
     there = dict(scalars(medium))
     try:
@@ -190,17 +189,7 @@ def _parameter(name: str, table: ParameterTable, there: Mapping[str, Any]) -> tu
 
 def _number(name: str, value: Any, dimension: units.Dimension | None) -> float:
     if dimension is not None:
-        try:
-            return units.to_si(value, dimension)
-        except ValueError as error:
-            raise ValueError(f"{name} = {value!r} {error}") from None
+        return units.named_si(name, value, dimension)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{name} = {value!r} must be a plain number, as the value of the medium is.")
     return float(value)
-
-
-def _checked(data: dict[str, Any], folder: Path, called: str) -> FamilyTable:
-    try:
-        return FamilyTable.model_validate(deepcopy(data), context={"folder": folder})
-    except ValidationError as error:
-        raise CaseError("\n".join(f"{called}: {line}" for line in explain(error.errors(), data).splitlines())) from None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from flatpunch._validation import Array, positive
 from flatpunch.contact import METHODS, default_method
@@ -17,7 +17,7 @@ from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.relaxation_tables import RelaxationTable
 from flatpunch.files.steps import ControlTable, HistoryTable
-from flatpunch.files.tables import CaseError, Count, Length, Table, WorkOfAdhesion, explain
+from flatpunch.files.tables import CaseError, Count, Length, Table, WorkOfAdhesion, validated
 
 
 @dataclass(frozen=True)
@@ -212,10 +212,5 @@ def parsed(text: str, path: Path) -> dict[str, Any]:
 
 def case_from(data: dict[str, Any], path: Path) -> Case:
     """Check the tables of a case file and return the case; files that they name are looked for beside `path`."""
-    context = {"folder": path.parent, "adhesive": "work_of_adhesion" in data}
-    try:
-        table = CaseTable.model_validate(data, context=context)
-    except ValidationError as error:
-        raise CaseError("\n".join(f"{path}: {line}" for line in explain(error.errors(), data).splitlines())) from None
-    case: Case = table.built
+    case: Case = validated(CaseTable, data, path, folder=path.parent, adhesive="work_of_adhesion" in data).built
     return case

@@ -11,7 +11,7 @@ import re
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -21,6 +21,7 @@ from pydantic import (
     PrivateAttr,
     StrictBool,
     StrictInt,
+    ValidationError,
     ValidationInfo,
     model_validator,
 )
@@ -96,6 +97,34 @@ class Table(BaseModel):
     @classmethod
     def _listed(cls) -> str:
         return ", ".join(cls.model_fields)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def validated(table: type[AnyTable], data: dict[str, Any], called: Path | str, **context: Any) -> AnyTable:
+    """Check what a file holds.
+
+    Parameters
+    ----------
+    table : type of Table
+        What it must be.
+    data : dict
+        What it is.
+    called : path or str
+        What messages call the file.
+    context : dict
+        What the tables need to know besides: `folder`, where files named in them are looked for.
+
+    Raises
+    ------
+    CaseError
+        With all problems found, one a line.
+    """
+    try:
+        return table.model_validate(data, context=context)
+    except ValidationError as error:
+        raise CaseError("\n".join(f"{called}: {line}" for line in explain(error.errors(), data).splitlines())) from None
 
 
 _TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action")

@@ -53,6 +53,14 @@ def registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
+def named_si(name: str, value: Any, dimension: Dimension) -> float:
+    """`to_si` with the name of the value in its messages: "<name> = <value> ..."."""
+    try:
+        return to_si(value, dimension)
+    except ValueError as error:
+        raise ValueError(f"{name} = {value!r} {error}") from None
+
+
 def to_si(value: Any, dimension: Dimension) -> float:
     """Return a quantity as a float in SI units.
 

@@ -7,21 +7,21 @@ from __future__ import annotations
 
 import copy
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files import units as si
+from flatpunch.files.cases import case_text, parsed
 from flatpunch.files.indenter_tables import IndenterTable
 from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.relaxation_tables import RelaxationTable
 from flatpunch.files.steps import ControlTable, HistoryTable
-from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, explain
+from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, validated
 from flatpunch.fit.adhesive_model import adhesive_method
 from flatpunch.fit.columns import STIFFNESS
 from flatpunch.fit.fitting import check_free
@@ -129,10 +129,10 @@ class CurveTable(Table):
         """Return keyword arguments of `read_curve`."""
         found = {name: getattr(self, name) for name in ("columns", "units", "decimal", "sheet", "skip_nan", "flip")}
         if self.spring_constant is not None:
-            found["spring_constant"] = _quantity("spring_constant", self.spring_constant, STIFFNESS)
+            found["spring_constant"] = si.named_si("spring_constant", self.spring_constant, STIFFNESS)
         if self.sensitivity is not None:
             per_volt = self.sensitivity.replace("/V", "").strip()
-            found["sensitivity"] = _quantity("sensitivity", per_volt, si.LENGTH)
+            found["sensitivity"] = si.named_si("sensitivity", per_volt, si.LENGTH)
         return found
 
 
@@ -178,13 +178,6 @@ class FitCaseTable(Table):
         return case
 
 
-def _quantity(name: str, value: str, dimension: si.Dimension) -> float:
-    try:
-        return si.to_si(value, dimension)
-    except ValueError as error:
-        raise ValueError(f"{name} = {value!r} {error}") from None
-
-
 def read_fit_case(path: str | Path) -> FitCase:
     """Read and check the case file of a fit.
 
@@ -203,24 +196,12 @@ def read_fit_case(path: str | Path) -> FitCase:
         If the file is unreadable or describes no fit; all problems found are listed.
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CaseError(
-            f"{path}: not readable ({error.strerror or error}). Give the path of a case file in TOML."
-        ) from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{path}: not a text file. A case file is TOML in UTF-8.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{path}: not valid TOML: {error}. Texts and quantities stand in quotation marks.") from None
+    data = parsed(case_text(path), path)
     try:
         plain, found = _split(data)
-        table = FitCaseTable.model_validate(plain, context={"folder": path.parent})
-    except ValidationError as error:
-        raise CaseError("\n".join(f"{path}: {line}" for line in explain(error.errors(), plain).splitlines())) from None
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    case: FitCase = table.built
+    case: FitCase = validated(FitCaseTable, plain, path, folder=path.parent).built
     known = case.sample.names
     for name in found:
         if name not in known:
@@ -246,8 +227,8 @@ def _check_segment(case: FitCase) -> None:
 def is_fit_case(path: str | Path) -> bool:
     """Whether a case file looks for something: a value { fit = ... }, or a table [fit] or [curve]."""
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        data = parsed(case_text(path), Path(path))
+    except CaseError:
         # unreadable files are told by whoever reads them
         return False
     return "fit" in data or "curve" in data or _looks_for(data)
@@ -344,7 +325,4 @@ def _limit(path: str, name: str, value: Any) -> float | None:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueError(f"{path} = {value!r} must be a plain number.")
         return float(value)
-    try:
-        return si.to_si(value, dimension)
-    except ValueError as error:
-        raise ValueError(f"{path} = {value!r} {error}") from None
+    return si.named_si(path, value, dimension)

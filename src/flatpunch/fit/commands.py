@@ -213,22 +213,13 @@ def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: 
 
     loaded = read_fit_case(case)
     found = correct(
-        _quantity("--reported", reported, units.PRESSURE),
+        units.named_si("--reported", reported, units.PRESSURE),
         loaded.medium,
         loaded.indenter,
-        _quantity("--depth", depth, units.LENGTH),
+        units.named_si("--depth", depth, units.LENGTH),
         model=model,
         reported_poisson=poisson,
         over=over,
         method=loaded.settings.method,
     )
     say(found.summary())
-
-
-def _quantity(option: str, value: str, dimension: Any) -> float:
-    from flatpunch.files import units
-
-    try:
-        return units.to_si(value, dimension)
-    except ValueError as error:
-        raise ValueError(f"{option} = {value!r} {error}") from None
