@@ -99,12 +99,12 @@ def test_needle_of_a_contact_gets_a_grid(depth):
 
 def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
     """The box is found on coarse cells; were it too small along one axis, the grid grows along that one alone."""
-    from flatpunch.bem import solution
+    from flatpunch.bem import curves
     from flatpunch.bem.extent import Extent
 
     tip, small = indenters.EllipticParaboloid(0.5, 2.0), Extent((1.2e-2, 2.2e-2), (0.0, 0.0))
     right = solve(HALF_SPACE, tip, depths=1e-3, grid=96)[0]
-    monkeypatch.setattr(solution, "find_extent", lambda *_, **__: small)
+    monkeypatch.setattr(curves, "find_extent", lambda *_, **__: small)
     step = solve(HALF_SPACE, tip, depths=1e-3, grid=64)[0]
     assert step.converged
     assert not step.contact[:, [0, -1]].any()

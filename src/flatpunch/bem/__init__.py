@@ -1,9 +1,12 @@
 """Rigorous reference: boundary elements in free space for any medium and indenter."""
 
+from flatpunch.bem.curves import solve
 from flatpunch.bem.extent import ContactTouchesEdge
+from flatpunch.bem.flat_ended import solve_punch
 from flatpunch.bem.grid import Grid
+from flatpunch.bem.memory import required_bytes
 from flatpunch.bem.outline import Outline, trace_outline
-from flatpunch.bem.solution import Solution, required_bytes, solve, solve_punch
+from flatpunch.bem.solution import Solution
 
 __all__ = [
     "ContactTouchesEdge",

@@ -1,0 +1,205 @@
+"""Boundary element solutions of contacts over a curve: one step after the other, by depths or by forces.
+
+The grid is the one that was given, or is chosen for each contact and grows when the contact turns out larger. Steps close
+together start from the solution before, others from coarser grids.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._progress import Report
+from flatpunch._validation import Array, values
+from flatpunch.bem.extent import (
+    ContactTouchesEdge,
+    Extent,
+    find_extent,
+    grown,
+    touches_edge,
+    typical_depth,
+)
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force
+from flatpunch.bem.memory import announced
+from flatpunch.bem.operator import to_numpy
+from flatpunch.bem.shape import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
+from flatpunch.bem.solution import Solution, check_tolerance, solution_of
+from flatpunch.bem.solver import State
+from flatpunch.compliance import Kernel
+from flatpunch.indenters.profile import Indenter
+
+DEFAULT_CELLS = 256
+
+_CLOSE = 0.005
+"""Relative step of depth below which the solution before is as good a start as the next coarser grid."""
+
+_GROWTHS = 8
+"""How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
+
+
+def solve(
+    kernel: Kernel,
+    indenter: Indenter,
+    *,
+    depths: Any = None,
+    forces: Any = None,
+    grid: Grid | int | None = None,
+    half_widths: Any = None,
+    tolerance: float = 1e-8,
+    limit: int = 1000,
+    stiffness: bool = False,
+    angles: int = 360,
+    single: bool = False,
+    xp: Any = np,
+    progress: Report | None = None,
+) -> list[Solution]:
+    """Contact at each depth or force.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    indenter : Indenter
+        Rigid indenter.
+    depths, forces : float or sequence of float
+        One of them, > 0: indentation depths [m] or normal forces [N].
+    grid : Grid or int, optional
+        The grid for all steps, or the square root of the number of cells (256) of one that is fitted to each contact.
+    half_widths : sequence of (float, float), optional
+        Expected half-widths of each contact along x and y [m], for example from a fast method; else they are looked for
+        from the indenter's shape on. Only a start: the box is found on a coarse grid.
+    tolerance : float
+        Largest gap error in contact and penetration outside, relative to depth; for forces also the relative error of force.
+    limit : int
+        Largest number of iterations on one grid.
+    stiffness : bool
+        Whether to compute dF/dd.
+    angles : int
+        Number of polar angles of the outline.
+    single : bool
+        Single precision throughout: half the memory, tolerance 1e-5 or more.
+    xp : module
+        Array namespace to work in (array API standard with fft extension, wrapped by array-api-compat); NumPy by default.
+    progress : callable, optional
+        Called with (steps done, steps in all).
+
+    Returns
+    -------
+    list of Solution
+        One for each depth or force. A solution that did not converge says so in `converged` and `notes`, and warns.
+
+    Raises
+    ------
+    ContactTouchesEdge
+        If the contact does not fit on the given grid.
+    """
+    targets, by_depth = _targets(depths, forces)
+    check_tolerance(tolerance, single)
+    height = IndenterHeight(indenter)
+    hints = _hints(half_widths, targets.size)
+    solutions: list[Solution] = []
+    levels: Levels | None = None
+    before: Levels | None = None
+    state: State | None = None
+    for i, target in enumerate(targets):
+        prescribed = {"depth": float(target)} if by_depth else {"force": float(target)}
+        if isinstance(grid, Grid):
+            levels = levels or announced(Levels(kernel, grid, xp, single), 1)
+        else:
+            first = hints[i] or _first_extent(kernel, indenter, **prescribed)
+            extent = find_extent(kernel, height, first, **prescribed)
+            if levels is None or not extent.fits(levels.grid):
+                levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
+        start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
+        levels, state, effort = _solve_inside(
+            levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
+        )
+        before = levels
+        solutions.append(solution_of(levels, height, state, effort, tolerance, angles, stiffness))
+        if progress is not None:
+            progress(i + 1, targets.size)
+    return solutions
+
+
+def _targets(depths: Any, forces: Any) -> tuple[Array, bool]:
+    if (depths is None) == (forces is None):
+        raise TypeError("Give either depths or forces.")
+    if depths is not None:
+        return values("depths", depths, strict=True), True
+    return values("forces", forces, strict=True), False
+
+
+def _hints(half_widths: Any, steps: int) -> list[Extent | None]:
+    if half_widths is None:
+        return [None] * steps
+    boxes = np.broadcast_to(np.asarray(half_widths, dtype=float), (steps, 2))
+    return [Extent((float(wx), float(wy)), (0.0, 0.0)) if wx > 0 and wy > 0 else None for wx, wy in boxes]
+
+
+def _first_extent(
+    kernel: Kernel, indenter: Indenter, *, depth: float | None = None, force: float | None = None
+) -> Extent:
+    if depth is not None:
+        return Extent(overlap_half_widths(indenter, depth), (0.0, 0.0))
+    assert force is not None
+    return Extent(loaded_half_widths(indenter, force, kernel.modulus), (0.0, 0.0))
+
+
+def _near(target: float, previous: float, same_grid: bool) -> bool:
+    """Whether the solution before is a better start than a coarser grid."""
+    return same_grid and abs(target - previous) < _CLOSE * target
+
+
+def _solve(
+    levels: Levels,
+    height: Height,
+    tolerance: float,
+    limit: int,
+    start: Any,
+    *,
+    depth: float | None = None,
+    force: float | None = None,
+) -> tuple[State, Effort]:
+    if depth is not None:
+        return solve_depth(levels, height, depth, tolerance, limit, start)
+    assert force is not None
+    guess = typical_depth(height, levels.grid, force / levels.kernel.modulus)
+    return solve_force(levels, height, force, guess, tolerance, limit)
+
+
+def _solve_inside(
+    levels: Levels,
+    height: Height,
+    tolerance: float,
+    limit: int,
+    start: Any,
+    growths: int,
+    **prescribed: float,
+) -> tuple[Levels, State, Effort]:
+    """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times."""
+    for left in range(growths, -1, -1):
+        state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
+        contact = to_numpy(state.contact).astype(bool)
+        if not touches_edge(contact):
+            return levels, state, effort
+        if left:
+            levels, start = announced(replace(levels, grid=grown(levels.grid, contact)), 1), None
+    raise _too_small(levels, height, **prescribed)
+
+
+def _too_small(
+    levels: Levels, height: Height, *, depth: float | None = None, force: float | None = None
+) -> ContactTouchesEdge:
+    grid = levels.grid
+    first = Extent((grid.nx * grid.spacing, grid.ny * grid.spacing), grid.center)
+    needed = find_extent(levels.kernel, height, first, depth=depth, force=force)
+    wx, wy = (1.1 * width for width in needed.half_widths)
+    nx, ny = (int(np.ceil(2 * w / grid.spacing)) for w in (wx, wy))
+    return ContactTouchesEdge(
+        f"The contact touches the edge of the grid ({grid.nx} x {grid.ny} cells of {grid.spacing:.4g} m). It needs about "
+        f"{2 * wx:.4g} m x {2 * wy:.4g} m around ({needed.center[0]:.3g}, {needed.center[1]:.3g}) m: {nx} x {ny} cells "
+        "of this size. Or leave the grid to be chosen."
+    )
