@@ -2,11 +2,13 @@
 
 Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) spacing, y alike with i: arrays are indexed [y, x]. With even
 numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
+
+A contact that is its own mirror image is solved on one half of such a grid, or one quarter: see `Grid.folded`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,17 +32,21 @@ class Grid:
         Side of a cell [m], > 0.
     center : (float, float)
         Coordinates of the grid's centre [m]; the indenter first touches at the origin.
+    mirrored : (bool, bool)
+        Whether the arrays hold the cells at positive x (y) only, all else being mirror images. Such a grid is centred at zero
+        along that axis, and nx (ny) counts the cells it holds.
     """
 
     nx: int
     ny: int
     spacing: float
     center: tuple[float, float] = (0.0, 0.0)
+    mirrored: tuple[bool, bool] = (False, False)
 
     def __post_init__(self) -> None:
-        for name in ("nx", "ny"):
+        for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             cells = getattr(self, name)
-            if int(cells) != cells or cells < _SMALLEST:
+            if int(cells) != cells or cells * (1 + mirrored) < _SMALLEST:
                 raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {_SMALLEST} cells.")
             object.__setattr__(self, name, int(cells))
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
@@ -88,12 +94,14 @@ class Grid:
     @property
     def x(self) -> Array:
         """Cell centres along x [m], shape (nx,)."""
-        return np.asarray(self.center[0] + (np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing)
+        first = 0.5 if self.mirrored[0] else -(self.nx - 1) / 2
+        return np.asarray(self.center[0] + (np.arange(self.nx) + first) * self.spacing)
 
     @property
     def y(self) -> Array:
         """Cell centres along y [m], shape (ny,)."""
-        return np.asarray(self.center[1] + (np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing)
+        first = 0.5 if self.mirrored[1] else -(self.ny - 1) / 2
+        return np.asarray(self.center[1] + (np.arange(self.ny) + first) * self.spacing)
 
     @property
     def polar(self) -> tuple[Array, Array]:
@@ -103,15 +111,46 @@ class Grid:
 
     def coarser(self) -> Grid | None:
         """Grid of cells twice as wide that covers this one, about the same centre; None when it would be too small."""
-        nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (self.nx, self.ny))
+        whole = self.unfolded
+        nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (whole.nx, whole.ny))
         if min(nx, ny) < 2 * _SMALLEST:
             return None
-        return Grid(nx, ny, 2 * self.spacing, self.center)
+        return Grid(nx, ny, 2 * self.spacing, self.center).folded(self.mirrored)
 
     def scaled(self, factor: float) -> Grid:
         """The same grid with all lengths multiplied by `factor`."""
         cx, cy = self.center
-        return Grid(self.nx, self.ny, self.spacing * factor, (cx * factor, cy * factor))
+        return replace(self, spacing=self.spacing * factor, center=(cx * factor, cy * factor))
+
+    @property
+    def copies(self) -> int:
+        """How often each cell that the arrays hold occurs on the whole grid."""
+        return (1 + self.mirrored[0]) * (1 + self.mirrored[1])
+
+    @property
+    def unfolded(self) -> Grid:
+        """The whole grid."""
+        along_x, along_y = self.mirrored
+        return Grid(self.nx * (1 + along_x), self.ny * (1 + along_y), self.spacing, self.center)
+
+    def folded(self, mirrored: tuple[bool, bool]) -> Grid:
+        """The half or quarter that remains when what lies at negative x (y) is the mirror image."""
+        nx, ny = (n // (1 + half) for n, half in zip((self.nx, self.ny), mirrored, strict=True))
+        cx, cy = (0.0 if half else c for c, half in zip(self.center, mirrored, strict=True))
+        return Grid(nx, ny, self.spacing, (cx, cy), mirrored)
+
+    def part(self, rows: slice, columns: slice) -> Grid:
+        """Some of its cells; from the first on along mirrored axes."""
+        x, y = self.x[columns], self.y[rows]
+        center = (0.0 if half else float(v[0] + v[-1]) / 2 for v, half in zip((x, y), self.mirrored, strict=True))
+        cx, cy = center
+        return Grid(x.size, y.size, self.spacing, (cx, cy), self.mirrored)
+
+    def can_fold(self) -> tuple[bool, bool]:
+        """Along which axes the grid is its own mirror image, with whole cells on each side."""
+        near = 1e-9 * self.spacing
+        centred = tuple(n % 2 == 0 and abs(c) <= near for n, c in zip((self.nx, self.ny), self.center, strict=True))
+        return centred[0], centred[1]
 
 
 def _even(number: float) -> int:

@@ -12,6 +12,7 @@ G ~ r^-(1 + exponent) throughout and take the same two roads.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
 
 
-def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
+def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int], reach: float = 0.0) -> Array:
     """Coefficients g at offsets of (i, j) cells.
 
     Parameters
@@ -45,6 +46,8 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
         Side of a cell [m].
     shape : (int, int)
         Number of offsets (rows, columns), from zero on.
+    reach : float
+        Distance in cells up to which at least to tabulate; tables are kept for the next grids of the same cells.
 
     Returns
     -------
@@ -57,7 +60,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     g = love_coefficients(shape)
     g *= spacing / (np.pi * kernel.modulus)
     if not kernel.homogeneous:
-        add_remainder(g, kernel, spacing)
+        add_remainder(g, kernel, spacing, reach)
     return g
 
 
@@ -77,18 +80,25 @@ def love_coefficients(shape: tuple[int, int]) -> Array:
     return np.asarray(corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1])
 
 
-def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
+def add_remainder(g: Array, kernel: Kernel, spacing: float, reach: float = 0.0) -> None:
     """Add the part of the coefficients that the medium's L - 1 brings, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
     near = near_cells(kernel, spacing)
-    farthest = spacing * max(float(np.hypot(*g.shape)), near)
-    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
-    closest = max(near, 1e-4) * spacing
-    averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
-    add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
+    # powers of two, so that grids of about the same size share a table
+    cells = 2.0 ** np.ceil(np.log2(max(float(np.hypot(*g.shape)), reach, near)))
+    add_far(g, factor, _averaged(kernel, spacing, near, float(cells)), spacing, near)
     if near > 0:
         table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
         add_near(g, factor, table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
+
+
+@lru_cache(maxsize=16)
+def _averaged(kernel: Kernel, spacing: float, near: float, cells: float) -> CellTable:
+    """Cell averages of the remainder from `near` up to `cells` cells."""
+    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
+    closest, farthest = max(near, 1e-4) * spacing, cells * spacing
+    table = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
+    return CellTable.of(table, spacing / 4, farthest)
 
 
 def near_cells(kernel: Kernel, spacing: float) -> float:

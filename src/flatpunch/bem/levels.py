@@ -3,6 +3,8 @@
 The fine grid then only corrects the rim of the contact, and at given force starts with a depth and a stiffness that are
 nearly right: F(d) = F_wanted is solved by Newton's method with the stiffness dF/dd of a flat punch under the present
 contact, which the next coarser grid knows well enough.
+
+Where the indenter is its own mirror image the contact is too, as it is unique, and half of the grid or a quarter is enough.
 """
 
 from __future__ import annotations
@@ -13,7 +15,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
@@ -36,6 +37,9 @@ _LARGE = 2.5
 
 _RIM = 4
 """Cells left around the contact of a coarser grid, whose rim is known to two cells."""
+
+_EVEN = 1e-12
+"""Differences up to which heights are taken for mirror images, relative and in cells: polar angles are rounded."""
 
 _WORTHWHILE = 0.8
 """Share of the grid above which a window is not worth its own coefficients."""
@@ -68,7 +72,7 @@ class Levels:
     @cached_property
     def coarser(self) -> Levels | None:
         """The next coarser level; None on the coarsest."""
-        if min(self.grid.shape) < 2 * _COARSEST:
+        if min(self.grid.unfolded.shape) < 2 * _COARSEST:
             return None
         coarse = self.grid.coarser()
         return None if coarse is None else replace(self, grid=coarse)
@@ -76,7 +80,7 @@ class Levels:
     @cached_property
     def operator(self) -> Operator:
         """Operator of the outer loop."""
-        built = build_operator(self.kernel, self.grid, xp=self.xp)
+        built = build_operator(self.kernel, self.grid, xp=self.xp, whole=self.whole.grid if self.whole else None)
         return built.single() if self.single else built
 
     @cached_property
@@ -89,7 +93,7 @@ class Levels:
         """Operator on a coarse grid, for the smooth part of the approximate inverse."""
         if self.whole is not None:
             return self.whole.guide
-        cells = self.grid.nx * self.grid.ny
+        cells = _cells(self.grid)
         # thin layers are worth finer cells: what they do to smooth pressures depends on their thickness over the cell's
         few = cells <= _GUIDE_CELLS or (cells <= _FINER_GUIDE_CELLS and self.grid.spacing > self.kernel.length / 2)
         coarse = None if few else self.grid.coarser()
@@ -102,7 +106,7 @@ class Levels:
     def eager(self) -> bool:
         """Whether the smooth part is worth its price from the start: on large grids, under layers."""
         layered = self.kernel.exponent == 0 and not self.kernel.homogeneous
-        return layered and self.grid.nx * self.grid.ny > _LARGE * self.guide.grid.nx * self.guide.grid.ny
+        return layered and _cells(self.grid) > _LARGE * _cells(self.guide.grid)
 
     def window(self, pressure: Any) -> Window | None:
         """The part of the grid around the contact of a pressure; None where that would save little."""
@@ -110,17 +114,54 @@ class Levels:
         rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
         if rows.size == 0:
             return None
-        cut = []
-        for used, cells in ((rows, self.grid.ny), (columns, self.grid.nx)):
-            rim = max(_RIM, int(0.03 * used.size))
-            cut.append((max(0, int(used[0]) - rim), min(cells, int(used[-1]) + 1 + rim)))
-        (y0, y1), (x0, x1) = cut
-        if (y1 - y0) * (x1 - x0) > _WORTHWHILE * contact.size or min(y1 - y0, x1 - x0) < _COARSEST:
+        cut, mirrored = [], self.grid.mirrored
+        for used, cells, half in ((columns, self.grid.nx, mirrored[0]), (rows, self.grid.ny, mirrored[1])):
+            rim = max(_RIM, int(0.03 * used.size * (1 + half)))
+            cut.append((0 if half else max(0, int(used[0]) - rim), min(cells, int(used[-1]) + 1 + rim)))
+        (x0, x1), (y0, y1) = cut
+        size = (x1 - x0) * (1 + mirrored[0]), (y1 - y0) * (1 + mirrored[1])
+        if (y1 - y0) * (x1 - x0) > _WORTHWHILE * contact.size or min(size) < _COARSEST:
             return None
-        h = self.grid.spacing
-        center = float(self.grid.x[x0] + (x1 - x0 - 1) / 2 * h), float(self.grid.y[y0] + (y1 - y0 - 1) / 2 * h)
-        part = replace(self, grid=Grid(x1 - x0, y1 - y0, h, center), whole=self)
+        part = replace(self, grid=self.grid.part(slice(y0, y1), slice(x0, x1)), whole=self)
         return Window(part, slice(y0, y1), slice(x0, x1))
+
+    def symmetries(self, height: Callable[[Grid], Array]) -> tuple[bool, bool]:
+        """Along which axes the indenter is its own mirror image about the grid's centre, and may be solved folded."""
+        return _mirror_axes(self, height(self.grid) / self.grid.spacing)
+
+    def folded(self, mirrored: tuple[bool, bool]) -> Levels:
+        """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are dear."""
+        if mirrored == (False, False):
+            return self
+        if mirrored not in self._folded:
+            self._folded[mirrored] = replace(self, grid=self.grid.folded(mirrored))
+        return self._folded[mirrored]
+
+    @cached_property
+    def _folded(self) -> dict[tuple[bool, bool], Levels]:
+        return {}
+
+    def kept(self, values: Any) -> Any:
+        """The part of an array on the whole grid that this folded one holds."""
+        along_x, along_y = self.grid.mirrored
+        return values[along_y * self.grid.ny :, along_x * self.grid.nx :]
+
+    def unfolded(self, state: State) -> State:
+        """A solution on the whole grid."""
+        if self.grid.copies == 1:
+            return state
+
+        def whole(half: Array) -> Array:
+            along_x, along_y = self.grid.mirrored
+            wide = np.concatenate([half[:, ::-1], half], axis=1) if along_x else half
+            return np.concatenate([wide[::-1], wide]) if along_y else wide
+
+        return replace(
+            state,
+            pressure=whole(state.pressure),
+            displacement=whole(state.displacement),
+            contact=whole(state.contact),
+        )
 
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
@@ -169,17 +210,27 @@ class Punch:
     def share(self, grid: Grid) -> Array:
         """Share of its force that each cell of a grid carries."""
         sampled = _sampled(self.pressure, self.grid, grid)
-        return np.asarray(sampled / sampled.sum())
+        return np.asarray(sampled / (grid.copies * sampled.sum()))
 
 
 def solve_depth(
     levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any = None
 ) -> tuple[State, Effort]:
     """Contact at a depth [m], from the coarsest level up; `start` replaces the coarser levels."""
+    folded = levels.folded(levels.symmetries(height))
+    if start is not None:
+        start = folded.kept(start)
+    state, effort = _nested_depth(folded, height, depth, tolerance, limit, start)
+    return folded.unfolded(state), effort
+
+
+def _nested_depth(
+    levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any
+) -> tuple[State, Effort]:
     before: tuple[int, ...] = ()
     coarser = levels.coarser
     if start is None and coarser is not None:
-        state, effort = solve_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit)
+        state, effort = _nested_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit, None)
         before, start = effort.iterations, prolong(state.pressure, coarser, levels)
     cells, taken = levels.cells(height), 0
     window = None if start is None else levels.window(start)
@@ -194,8 +245,16 @@ def solve_force(
     levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
 ) -> tuple[State, Effort]:
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
-    state, effort, _ = _nested_force(levels, height, force, guess, tolerance, limit)
-    return state, effort
+    folded = levels.folded(levels.symmetries(height))
+    state, effort, _ = _nested_force(folded, height, force, guess, tolerance, limit)
+    return folded.unfolded(state), effort
+
+
+def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
+    """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
+    folded = levels.folded(_mirror_axes(levels, to_numpy(contact).astype(float)))
+    stiffness = punch_stiffness(folded.operator, folded.kept(contact), tolerance)[1]
+    return stiffness * levels.kernel.modulus * levels.grid.spacing
 
 
 def _nested_force(
@@ -208,7 +267,7 @@ def _nested_force(
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
     state, effort, punch = _nested_force(coarser, height, force, guess, coarse_tolerance, limit)
     start, depth = prolong(state.pressure, coarser, levels), state.depth * coarser.grid.spacing
-    if punch is None or coarser.grid.nx * coarser.grid.ny <= _PUNCH_CELLS:
+    if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
         punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
     cells, taken = levels.cells(height), 0
     window = levels.window(start)
@@ -286,6 +345,20 @@ def _punch(levels: Levels, state: State) -> Punch:
     return Punch(levels.grid, to_numpy(pressure).astype(float), stiffness * levels.kernel.modulus * levels.grid.spacing)
 
 
+def _cells(grid: Grid) -> int:
+    """Number of cells, copies included."""
+    return grid.nx * grid.ny * grid.copies
+
+
+def _mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
+    """Along which axes an array on the whole grid is its own mirror image; only with NumPy, which has cosine transforms."""
+    if levels.xp is not np or levels.grid.copies > 1:
+        return False, False
+    even = [np.allclose(values, np.flip(values, axis), rtol=_EVEN, atol=_EVEN) for axis in (1, 0)]
+    can = levels.grid.can_fold()
+    return even[0] and can[0], even[1] and can[1]
+
+
 def prolong(pressure: Any, coarse: Levels, fine: Levels) -> Any:
     """Pressure of a coarse grid on a finer one: p^2, linear at the rim of a smooth contact, is interpolated linearly."""
     squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
@@ -294,9 +367,24 @@ def prolong(pressure: Any, coarse: Levels, fine: Levels) -> Any:
 
 def _sampled(values: Array, coarse: Grid, fine: Grid) -> Array:
     """Values of one grid at the cells of another, linear between them and zero beyond."""
-    y = (fine.y - coarse.y[0]) / coarse.spacing
-    x = (fine.x - coarse.x[0]) / coarse.spacing
-    return np.asarray(map_coordinates(values, np.meshgrid(y, x, indexing="ij"), order=1, mode="constant"))
+    along_x, along_y = coarse.mirrored
+    # a ring of zeros around, or on the other side of a mirror the first cells again
+    padded = np.pad(values, 1)
+    if along_y:
+        padded[0] = padded[1]
+    if along_x:
+        padded[:, 0] = padded[:, 1]
+    y, x = ((f - c[0]) / coarse.spacing + 1 for f, c in ((fine.y, coarse.y), (fine.x, coarse.x)))
+    between_rows = _between(padded, y)
+    return np.asarray(_between(between_rows.T, x).T)
+
+
+def _between(values: Array, position: Array) -> Array:
+    """Rows at fractional positions, those at the ends beyond them."""
+    position = np.clip(position, 0.0, values.shape[0] - 1.0)
+    low = np.minimum(position.astype(np.intp), values.shape[0] - 2)
+    share = (position - low)[:, None]
+    return np.asarray((1 - share) * values[low] + share * values[low + 1])
 
 
 def beyond_the_rim(squared: Array) -> Array:

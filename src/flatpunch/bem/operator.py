@@ -3,7 +3,8 @@
 The convolution is done by FFT on the doubled grid, so that nothing is periodic. Only half of that grid's rows carry
 pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
 blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
-transform is real and a quarter of it is kept (a cosine transform).
+transform is real and a quarter of it is kept (a cosine transform). On a folded grid the pressure is even as well, and cosine
+transforms of half the length take the place of Fourier transforms along the axes that are folded.
 
 Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
 
@@ -72,7 +73,7 @@ class Operator:
     threads: int
 
     def apply(self, pressure: Any) -> Any:
-        """Displacement [cells] of a pressure [E*], shape (ny, nx)."""
+        """Displacement [cells] of a pressure [E*], shape (..., ny, nx)."""
         if self.xp is np:
             return self._apply_numpy(pressure)
         return self._apply_standard(pressure)
@@ -81,9 +82,7 @@ class Operator:
         """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
         ny, nx = self.grid.shape
         if self.xp is np:
-            spectrum = scipy.fft.rfft2(gap, self.periodic, workers=self.threads)
-            spectrum *= self.inverse
-            return scipy.fft.irfft2(spectrum, self.periodic, workers=self.threads, overwrite_x=True)[:ny, :nx]
+            return self._precondition_numpy(gap)
         fft = self.xp.fft
         spectrum = fft.rfftn(gap, s=self.periodic, axes=(0, 1)) * self.inverse
         return fft.irfftn(spectrum, s=self.periodic, axes=(0, 1))[:ny, :nx]
@@ -100,17 +99,28 @@ class Operator:
 
     def _apply_numpy(self, pressure: Array) -> Array:
         (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
-        half, rows = self.spectrum, scipy.fft.rfft(pressure, mx, axis=1, workers=threads)
-        mirror = slice(my - half.shape[0], 0, -1)
+        along_x, along_y = self.grid.mirrored
+        if along_x:
+            rows = scipy.fft.dct(pressure, n=mx // 2, axis=-1, workers=threads)
+        else:
+            rows = scipy.fft.rfft(pressure, mx, axis=-1, workers=threads)
 
         def convolve(first: int, inside: int) -> None:
-            columns = slice(first, first + _BLOCK)
-            block = scipy.fft.fft(rows[:, columns], my, axis=0, workers=inside)
-            block[: half.shape[0]] *= half[:, columns]
-            block[half.shape[0] :] *= half[mirror, columns]
-            rows[:, columns] = scipy.fft.ifft(block, axis=0, workers=inside, overwrite_x=True)[:ny]
+            columns = slice(first, min(first + _BLOCK, rows.shape[-1]))
+            factor = self.spectrum[:, columns]
+            if along_y:
+                rows[..., columns] = _even_columns(rows[..., columns], factor[: my // 2], inside)
+            elif along_x:
+                block = scipy.fft.rfft(rows[..., columns], my, axis=-2, workers=inside)
+                block *= factor
+                rows[..., columns] = scipy.fft.irfft(block, my, axis=-2, workers=inside, overwrite_x=True)[..., :ny, :]
+            else:
+                block = scipy.fft.fft(rows[..., columns], my, axis=-2, workers=inside)
+                block[..., : factor.shape[0], :] *= factor
+                block[..., factor.shape[0] :, :] *= factor[my - factor.shape[0] : 0 : -1]
+                rows[..., columns] = scipy.fft.ifft(block, axis=-2, workers=inside, overwrite_x=True)[..., :ny, :]
 
-        blocks = range(0, rows.shape[1], _BLOCK)
+        blocks = range(0, rows.shape[-1], _BLOCK)
         if threads > 1 and rows.size > _MANY:
             # whole blocks side by side: also what is not a transform then has several threads
             with ThreadPoolExecutor(threads) as pool:
@@ -118,8 +128,38 @@ class Operator:
         else:
             for first in blocks:
                 convolve(first, threads)
-        u: Array = scipy.fft.irfft(rows, mx, axis=1, workers=threads, overwrite_x=True)[:, :nx]
-        return u
+        if along_x:
+            u = scipy.fft.idct(rows, axis=-1, workers=threads, overwrite_x=True)
+        else:
+            u = scipy.fft.irfft(rows, mx, axis=-1, workers=threads, overwrite_x=True)
+        return np.asarray(u[..., :nx])
+
+    def _precondition_numpy(self, gap: Array) -> Array:
+        (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
+        along_x, along_y = self.grid.mirrored
+        if along_x and along_y:
+            spectrum = scipy.fft.dctn(gap, s=(qy // 2, qx // 2), workers=threads)
+            spectrum *= self.inverse[: qy // 2, : qx // 2]
+            u = scipy.fft.idctn(spectrum, workers=threads, overwrite_x=True)
+        elif along_x:
+            spectrum = scipy.fft.rfft(
+                scipy.fft.dct(gap, n=qx // 2, axis=1, workers=threads), qy, axis=0, workers=threads
+            )
+            spectrum *= self.inverse[: qy // 2 + 1, : qx // 2]
+            u = scipy.fft.irfft(spectrum, qy, axis=0, workers=threads, overwrite_x=True)
+            u = scipy.fft.idct(u[:ny], axis=1, workers=threads)
+        elif along_y:
+            spectrum = scipy.fft.rfft(
+                scipy.fft.dct(gap, n=qy // 2, axis=0, workers=threads), qx, axis=1, workers=threads
+            )
+            spectrum *= self.inverse[: qy // 2]
+            u = scipy.fft.irfft(spectrum, qx, axis=1, workers=threads, overwrite_x=True)
+            u = scipy.fft.idct(u[:, :nx], axis=0, workers=threads)
+        else:
+            spectrum = scipy.fft.rfft2(gap, self.periodic, workers=threads)
+            spectrum *= self.inverse
+            u = scipy.fft.irfft2(spectrum, self.periodic, workers=threads, overwrite_x=True)
+        return np.asarray(u[:ny, :nx])
 
     def _apply_standard(self, pressure: Any) -> Any:
         (my, mx), (ny, nx), xp = self.padded, self.grid.shape, self.xp
@@ -130,7 +170,19 @@ class Operator:
         return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
 
 
-def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np) -> Operator:
+def _even_columns(columns: Array, factor: Array, threads: int) -> Array:
+    """Columns, real or complex, that are the positive half of even ones, convolved by a factor of their cosine transforms."""
+    count, complex_valued = columns.shape[-2], np.iscomplexobj(columns)
+    parts = columns.view(columns.real.dtype) if complex_valued else columns
+    block = scipy.fft.dct(parts, n=factor.shape[0], axis=-2, workers=threads)
+    if complex_valued:
+        factor = np.repeat(factor, 2, axis=-1)
+    block *= factor
+    convolved = scipy.fft.idct(block, axis=-2, workers=threads, overwrite_x=True)[..., :count, :]
+    return np.ascontiguousarray(convolved).view(columns.dtype) if complex_valued else convolved
+
+
+def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, whole: Grid | None = None) -> Operator:
     """Transform of the influence coefficients and of the approximate inverse on a grid.
 
     Parameters
@@ -138,15 +190,22 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np) -> Operator:
     kernel : Kernel
         Compliance of the medium.
     grid : Grid
-        The grid.
+        The grid; folded ones only with NumPy, the standard has no cosine transforms.
     xp : module
         Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
+    whole : Grid, optional
+        Grid of the same cells that this one is a part of: what is tabulated for it then serves both.
     """
+    # on folded grids the transforms are as long as the part that is kept
     (ny, nx), threads = grid.shape, workers()
-    my, mx = (2 * scipy.fft.next_fast_len(n, real=True) for n in (ny, nx))
+    my, mx = (
+        2 * (1 + half) * scipy.fft.next_fast_len(n, real=True)
+        for n, half in zip((ny, nx), reversed(grid.mirrored), strict=True)
+    )
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing
-    g = influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1))
+    reach = 0.0 if whole is None else 2.0 * float(np.hypot(*whole.unfolded.shape))
+    g = influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), reach)
     g *= unit
     spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
     inverse = inverse_symbol(kernel, grid.spacing, periodic)

@@ -131,7 +131,8 @@ def _why_none(grid: Grid, contact: Mask) -> str:
 def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
     """Largest radius along each ray where the indicator of contact, interpolated, falls through one half."""
     h, step = grid.spacing, 0.25
-    radii = np.arange(0.0, np.hypot(grid.nx, grid.ny) + 1, step)
+    rows, columns = np.nonzero(indicator)
+    radii = np.arange(0.0, np.hypot(grid.x[columns], grid.y[rows]).max() / h + 3, step)
     values = _sample(grid, indicator, phi[:, None], h * radii[None, :], order=1)
     last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
     ray = np.arange(phi.size)

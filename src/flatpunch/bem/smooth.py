@@ -10,15 +10,15 @@ polynomials of degree 10, and E = Z^T Y,
 
 Y and E come from a grid of some 50 cells across, on which 28 convolutions cost next to nothing; M is symmetric and positive
 whatever their error, which therefore costs iterations only. Sums with products of polynomials are two narrow matrix products.
+On folded grids only even polynomials take part.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.fft
 from numpy.polynomial.legendre import legvander
 
 from flatpunch._validation import Array
@@ -32,8 +32,7 @@ _SIZE = _RESPONSE_DEGREE + 1
 _ORDER = np.array([n for n in range(_SIZE) for _ in range(n + 1)])
 _POWER_X = np.concatenate([np.arange(n + 1) for n in range(_SIZE)])
 _POWER_Y = _ORDER - _POWER_X
-_PRESSURES = int(np.count_nonzero(_ORDER <= _DEGREE))
-"""Products of Legendre polynomials by their total degree, and how many of them are pressures."""
+"""Products of Legendre polynomials by their total degree; those up to `_DEGREE` are pressures."""
 
 _FEWEST = 3.0
 """Coarse cells in contact per polynomial below which there is no smooth part to speak of."""
@@ -102,17 +101,24 @@ def smooth_modes(guide: Operator, operator: Operator, contact: Any) -> SmoothMod
     share = share @ _overlap(coarse.x, coarse.spacing, fine.x, fine.spacing).T
     inside = share > 0
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
-    if np.count_nonzero(inside) < _FEWEST * _ORDER.size or min(rows.size, columns.size) <= _RESPONSE_DEGREE:
+    along_x, along_y = coarse.mirrored
+    across = min(rows.size * (1 + along_y), columns.size * (1 + along_x))
+    if np.count_nonzero(inside) * coarse.copies < _FEWEST * _ORDER.size or across <= _RESPONSE_DEGREE:
         return None
-    box = _scaling(coarse.x[columns]), _scaling(coarse.y[rows])
-    inverse, response = _coarse_inverse(guide, share, _legendre(coarse.x, *box[0]), _legendre(coarse.y, *box[1]))
+    box = _scaling(coarse.x[columns], along_x), _scaling(coarse.y[rows], along_y)
+    even = ~((along_x & (_POWER_X % 2 == 1)) | (along_y & (_POWER_Y % 2 == 1)))
+    powers = _POWER_X[even], _POWER_Y[even]
+    count = int(np.count_nonzero(_ORDER[even] <= _DEGREE))
+    inverse, response = _coarse_inverse(
+        guide, share, _legendre(coarse.x, *box[0]).T[powers[0]], _legendre(coarse.y, *box[1]).T[powers[1]], count
+    )
     # sums run over fine cells, and displacements are counted in them
     narrow = fine.spacing / coarse.spacing
     inverse *= narrow**2
     stiff, flexible = np.zeros((2, _SIZE**2, _SIZE**2))
-    place = _POWER_Y * _SIZE + _POWER_X
-    stiff[np.ix_(place[:_PRESSURES], place[:_PRESSURES])] = inverse * narrow
-    flexible[np.ix_(place, place[:_PRESSURES])] = response @ inverse
+    place = powers[1] * _SIZE + powers[0]
+    stiff[np.ix_(place[:count], place[:count])] = inverse * narrow
+    flexible[np.ix_(place, place[:count])] = response @ inverse
     return SmoothModes(
         along_x=operator.asarray(_legendre(fine.x, *box[0])),
         along_y=operator.asarray(_legendre(fine.y, *box[1])),
@@ -122,17 +128,17 @@ def smooth_modes(guide: Operator, operator: Operator, contact: Any) -> SmoothMod
     )
 
 
-def _coarse_inverse(guide: Operator, share: Array, x: Array, y: Array) -> tuple[Array, Array]:
-    """E^-1 and Y in the units of the coarse grid."""
+def _coarse_inverse(guide: Operator, share: Array, x: Array, y: Array, count: int) -> tuple[Array, Array]:
+    """E^-1 and Y in the units of the coarse grid; of the products of polynomials x and y the first `count` are pressures."""
     # notation: P all products of polynomials, Z the first of them times the share of a cell in contact
-    P = y.T[_POWER_Y][:, :, None] * x.T[_POWER_X][:, None, :]
-    Z = P[:_PRESSURES] * share
+    P = y[:, :, None] * x[:, None, :]
+    Z = P[:count] * share
     inside = share > 0
     displaced = _convolve_all(guide, Z)[:, inside].T
     P, Z, share = P[:, inside], Z[:, inside], share[inside]
     gram = (P * share) @ P.T
     Y = np.linalg.lstsq(gram, (P * share) @ displaced, rcond=_SINGULAR)[0]
-    return _inverse_of_told_apart(Z @ displaced, gram[:_PRESSURES, :_PRESSURES]), Y
+    return _inverse_of_told_apart(Z @ displaced, gram[:count, :count]), np.asarray(Y)
 
 
 def _inverse_of_told_apart(E: Array, gram: Array) -> Array:
@@ -148,17 +154,9 @@ def _inverse_of_told_apart(E: Array, gram: Array) -> Array:
 
 def _convolve_all(guide: Operator, loads: Array) -> Array:
     """Displacements [its cells] of a stack of pressures on the guide's grid."""
-    (my, mx), (ny, nx) = guide.padded, guide.grid.shape
-    half = to_numpy(guide.spectrum)
-    full = np.concatenate([half, half[my - half.shape[0] : 0 : -1]])
-    displaced = np.empty_like(loads)
+    usual = guide if guide.xp is np else replace(guide, spectrum=to_numpy(guide.spectrum), xp=np)
     # a few at a time, so that this takes less memory than the solve on the fine grid
-    for first in range(0, len(loads), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
-        spectrum = scipy.fft.rfft2(loads[some], (my, mx), workers=guide.threads)
-        spectrum *= full
-        displaced[some] = scipy.fft.irfft2(spectrum, (my, mx), workers=guide.threads, overwrite_x=True)[:, :ny, :nx]
-    return displaced
+    return np.concatenate([usual.apply(loads[i : i + _AT_ONCE]) for i in range(0, len(loads), _AT_ONCE)])
 
 
 def _overlap(coarse: Array, wide: float, fine: Array, narrow: float) -> Array:
@@ -168,8 +166,10 @@ def _overlap(coarse: Array, wide: float, fine: Array, narrow: float) -> Array:
     return np.asarray(np.maximum(high - low, 0.0) / wide)
 
 
-def _scaling(used: Array) -> tuple[float, float]:
-    """Centre and half-width of a range of cells."""
+def _scaling(used: Array, mirrored: bool) -> tuple[float, float]:
+    """Centre and half-width of a range of cells, or of what it is the positive half of."""
+    if mirrored:
+        return 0.0, float(used[-1])
     return float(used[0] + used[-1]) / 2, max(float(used[-1] - used[0]) / 2, float(np.finfo(float).tiny))
 
 

@@ -9,7 +9,7 @@ The outer loop works in the operator's own precision, and the residual it report
 full steps are those of a semismooth Newton method, which could cycle; when the error stops falling, only steps that lower
 the energy sum p (u/2 + f - d) are taken.
 
-Lengths in cells, pressures in E*.
+Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are those of the whole contact.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Aim:
     stiffness : float
         dF/dd to a few per cent [E* cells].
     punch : array, shape (ny, nx)
-        Pressure under that punch per depth [E*/cell], whose sum is `stiffness`.
+        Pressure under that punch per depth [E*/cell], whose force is `stiffness`.
     """
 
     force: float
@@ -167,9 +167,9 @@ def solve_contact(
                 # stiff films answer to the rim of the contact, of which coarse cells know too little
                 aim, depth = None, first_depth
             else:
-                depth += min(max(_foreseen(xp, aim, now), -_FARTHEST * depth), _FARTHEST * depth)
+                depth += min(max(_foreseen(operator, aim, now), -_FARTHEST * depth), _FARTHEST * depth)
             now = _judged(xp, height, depth, now.pressure, now.displacement)
-        error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(xp, aim, now)
+        error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(operator, aim, now)
         if iterations >= limit or max(error, missing) <= tolerance:
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
@@ -194,7 +194,7 @@ def solve_contact(
         displacement=now.displacement,
         contact=now.pressure > 0,
         depth=depth,
-        force=float(xp.sum(now.pressure)),
+        force=_force(operator, now.pressure),
         gap_error=now.gap_error,
         penetration=now.penetration,
         iterations=iterations,
@@ -219,15 +219,21 @@ def _advance(
     return later, tried + 1
 
 
-def _foreseen(xp: Any, aim: Aim, now: _Trial) -> float:
+def _foreseen(operator: Operator, aim: Aim, now: _Trial) -> float:
     """Change of depth [cells] after which the force, once the gap is closed, is the one aimed at."""
+    xp = operator.xp
     contact = (now.pressure > 0) | (now.gap < 0)
-    adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap)))
-    return (aim.force - float(xp.sum(now.pressure)) - adds) / aim.stiffness
+    adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies
+    return (aim.force - _force(operator, now.pressure) - adds) / aim.stiffness
 
 
-def _missing(xp: Any, aim: Aim, now: _Trial) -> float:
-    return abs(1 - float(xp.sum(now.pressure)) / aim.force)
+def _missing(operator: Operator, aim: Aim, now: _Trial) -> float:
+    return abs(1 - _force(operator, now.pressure) / aim.force)
+
+
+def _force(operator: Operator, pressure: Any) -> float:
+    """Force of a pressure, all copies of its cells counted."""
+    return float(operator.xp.sum(pressure)) * operator.grid.copies
 
 
 def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
@@ -319,7 +325,7 @@ def punch_stiffness(
     pressure : array, shape (ny, nx)
         Pressure per depth [E*/cell].
     stiffness : float
-        Its sum, dF/dd [E* cells].
+        Its force, dF/dd [E* cells].
     error : float
         Deviation reached.
     iterations : int
@@ -338,7 +344,7 @@ def punch_stiffness(
         if latest >= error and count == 0:
             break
         error = latest
-    return p, float(xp.sum(p)), error, iterations
+    return p, _force(operator, p), error, iterations
 
 
 def dot(xp: Any, a: Any, b: Any) -> float:
