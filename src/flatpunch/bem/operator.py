@@ -33,6 +33,9 @@ BYTES_PER_CELL = 200
 
 _BLOCK = 64
 
+_THREADED = 500**2
+"""Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
+
 _MANY = 400**2
 """Numbers in the transformed rows from which on threads take whole blocks of columns each."""
 
@@ -197,7 +200,8 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, whole: Grid | No
         Grid of the same cells that this one is a part of: what is tabulated for it then serves both.
     """
     # on folded grids the transforms are as long as the part that is kept
-    (ny, nx), threads = grid.shape, workers()
+    ny, nx = grid.shape
+    threads = workers() if nx * ny >= _THREADED else 1
     my, mx = (
         2 * (1 + half) * scipy.fft.next_fast_len(n, real=True)
         for n, half in zip((ny, nx), reversed(grid.mirrored), strict=True)
