@@ -1,4 +1,8 @@
-"""Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed."""
+"""Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed.
+
+The constants of the error estimates and of the fourth order's guard were read off the first `FITTED` cases. Those after them are
+of other tips, media and sizes, drawn later: they test what was read off.
+"""
 
 from __future__ import annotations
 
@@ -60,6 +64,24 @@ TIPS: dict[str, Callable[[], Any]] = {
     "ellipsoid": lambda: Ellipsoid(20.0, 15.0, 12.0),
 }
 
+FRESH_TIPS: dict[str, Callable[[], Any]] = {
+    **{f"ellipse-{e}": lambda e=e: ellipse(e) for e in (0.6, 0.85, 0.93)},
+    "pyramid-3": lambda: fp.Pyramid(3, 0.2),
+    "pyramid-4": lambda: fp.Pyramid(4, 0.5),
+    "pyramid-7": lambda: fp.Pyramid(7, 0.35),
+    "superellipse-3": lambda: Superellipse(1.0, 0.9, 0.3, 3.0, 2.0),
+    "rhombus-0.85": lambda: Superellipse(1.0, 0.85, 0.3, 1.0, 1.0),
+    "elliptic-cone-0.8": lambda: Superellipse(1.0, 0.6, 0.3, 2.0, 1.0),
+    **{
+        f"fourier-{seed}": lambda seed=seed, n=n: fp.PowerLaw(n, FourierOutline(seed, 0.2))
+        for seed, n in ((20, 2), (21, 1), (22, 1.5))
+    },
+    "rounded-4-blunt": lambda: Rounded(fp.Pyramid(4, 0.5), 1.5),
+    "truncated-3": lambda: Truncated(fp.Pyramid(3, 0.35), 0.03),
+    "spheroid-ellipsoid": lambda: Ellipsoid(15.0, 10.0, 10.0),
+}
+FRESH_PER_TIP = 7
+
 
 def _on(young: float, poisson: float = 0.3) -> Callable[[], Any]:
     return lambda: fp.Medium([fp.Layer(young, poisson, 1.0)], base=fp.HalfSpace(1.0, 0.3))
@@ -86,6 +108,18 @@ MEDIA: dict[str, Callable[[], Any]] = {
     "two-bodies": lambda: TwoBodies(fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()), fp.HalfSpace(4.0, 0.3)),
 }
 
+FRESH_MEDIA: dict[str, Callable[[], Any]] = {
+    **{f"film-{ratio:g}": _on(ratio) for ratio in (0.05, 3.0, 7.0, 20.0, 50.0)},
+    **{
+        f"power-law-{exponent:g}": lambda exponent=exponent: fp.PowerLawHalfSpace(1.0, 1.0, exponent, 0.3)
+        for exponent in (0.2, 0.5, -0.3)
+    },
+    "nearly-incompressible": lambda: fp.Medium([fp.Layer(1.0, 0.49, 1.0)], base=fp.RigidBase()),
+    "film-2-sliding": lambda: fp.Medium([fp.Layer(2.0, 0.4, 1.0, bonded=False)], base=fp.HalfSpace(1.0, 0.3)),
+}
+FITTED = PER_TIP * len(TIPS)
+"""Number of the first case that nothing was read off."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -98,7 +132,7 @@ class Case:
 
     def build(self) -> tuple[Any, Any]:
         """Medium and indenter."""
-        return _medium(self.medium), _tip(self.tip)
+        return _medium(self.medium), _tip(self.tip, self.number >= FITTED)
 
     def depth(self) -> float:
         """Depth [m] at which the mean profile has the radius `size`."""
@@ -109,20 +143,31 @@ class Case:
 
 @lru_cache
 def _medium(name: str) -> Any:
-    return MEDIA[name]()
+    return (MEDIA | FRESH_MEDIA)[name]()
 
 
 @lru_cache
-def _tip(name: str) -> Any:
-    return TIPS[name]()
+def _tip(name: str, fresh: bool) -> Any:
+    return (FRESH_TIPS if fresh else TIPS)[name]()
 
 
 def cases() -> list[Case]:
-    """The whole catalogue: every tip on nine media, each medium and size as often as any other."""
+    """The whole catalogue: every tip on nine media, each medium and size as often as any other, and the fresh cases."""
     rng = np.random.default_rng(20230511)
     media, sizes = list(MEDIA), list(SIZES)
-    total = PER_TIP * len(TIPS)
+    total = FITTED
     names = np.concatenate([rng.permutation(media) for _ in range(total // len(media) + 1)])
     radii = np.concatenate([rng.permutation(sizes) for _ in range(total // len(sizes) + 1)])
     tips = [tip for tip in TIPS for _ in range(PER_TIP)]
-    return [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]
+    return [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)] + _fresh(FITTED)
+
+
+def _fresh(first: int) -> list[Case]:
+    """Other tips on other media, sizes anywhere between 0.03 and 8."""
+    rng = np.random.default_rng(20261121)
+    media = list(FRESH_MEDIA)
+    total = FRESH_PER_TIP * len(FRESH_TIPS)
+    names = np.concatenate([rng.permutation(media) for _ in range(total // len(media) + 1)])
+    radii = np.round(np.exp(rng.uniform(np.log(0.03), np.log(8.0), total)), 3)
+    tips = [tip for tip in FRESH_TIPS for _ in range(FRESH_PER_TIP)]
+    return [Case(first + i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]

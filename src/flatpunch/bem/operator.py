@@ -31,7 +31,8 @@ from flatpunch.compliance import Kernel
 BYTES_PER_CELL = 200
 """Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
 
-_BLOCK = 64
+_BLOCK, _SMALLEST_BLOCK = 64, 2**15
+"""Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
 
 _THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
@@ -108,8 +109,10 @@ class Operator:
         else:
             rows = scipy.fft.rfft(pressure, mx, axis=-1, workers=threads)
 
+        block_size = max(_BLOCK, _SMALLEST_BLOCK // my)
+
         def convolve(first: int, inside: int) -> None:
-            columns = slice(first, min(first + _BLOCK, rows.shape[-1]))
+            columns = slice(first, min(first + block_size, rows.shape[-1]))
             factor = self.spectrum[:, columns]
             if along_y:
                 rows[..., columns] = _even_columns(rows[..., columns], factor[: my // 2], inside)
@@ -123,7 +126,7 @@ class Operator:
                 block[..., factor.shape[0] :, :] *= factor[my - factor.shape[0] : 0 : -1]
                 rows[..., columns] = scipy.fft.ifft(block, axis=-2, workers=inside, overwrite_x=True)[..., :ny, :]
 
-        blocks = range(0, rows.shape[-1], _BLOCK)
+        blocks = range(0, rows.shape[-1], block_size)
         if threads > 1 and rows.size > _MANY:
             # whole blocks side by side: also what is not a transform then has several threads
             with ThreadPoolExecutor(threads) as pool:

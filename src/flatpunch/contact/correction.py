@@ -1,17 +1,15 @@
 """Ratio of boundary elements to the second-order theory along the loading path: smooth, so a few solutions carry a curve.
 
 Over x = ln a (base radius) the logarithms of the ratios are interpolated by a cubic spline through the solutions made so far.
-Forces are compared with the series. Radius, area and outline are compared with the base radius a and with a exp(w_ref): w_ref
-is the w of the series, damped where it swings far, because that has poles under stiff films and no meaning beside them.
+Forces are compared with the series, or with the round base contact where the spline follows that more closely: under stiff films
+the series has poles. Radius, area and outline are compared with the base radius a and with a exp(w_ref): w_ref is the w of the
+series, damped where it swings far, because it has no meaning there.
 Solutions are added where leaving one out changes the spline most, until that estimate meets the tolerance; they are kept, so
 that a later curve on the same medium and tip costs nothing new.
 """
 
 from __future__ import annotations
 
-import itertools
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -25,23 +23,25 @@ from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.expansion import PerturbedContact
-from flatpunch.contact.perturbed import Expansion
+from flatpunch.contact.perturbed import Expansion, Series
 from flatpunch.contact.ridges import traced
 from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, TableRows
 from flatpunch.indenters.profile import Indenter
 
 _START = np.log(10) / 4
 """First spacing of the solutions in ln a; twice that below beta = 0.1, where ratios move like beta."""
-_FINEST = np.log(10) / 16
+_FINEST, _FINEST_SHAPE = np.log(10) / 16, np.log(10) / 8
+"""Finest spacings for the sake of the force and of the outline: outlines of needles and crosses differ from grid to grid."""
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and the ratios stand still (they move like beta)."""
 _TOLERANCE = 1e-6
-_WORKERS = 4
-"""Most solutions at a time; transforms and sums release the interpreter."""
+_ROUNDING = 1e-9
 _CAUTION = 2.0
-"""What is told as the force's interpolation error over what decides on more solutions (catalogue)."""
-_RADIUS_TOLERANCE = 4e-3
-"""Interpolation error of the mean radius that is accepted."""
+"""What is told as interpolation error over what decides on more solutions (catalogue)."""
+_SHAPE_TOLERANCE = 6e-3
+"""Interpolation error of the outline that is accepted, over its radius."""
+_CROSS = -1.0
+"""ln(mean radius/base radius) below which the contact follows the edges alone: that asks for finer grids, not more solutions."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
 _RIM_ERROR = 1.5
@@ -61,7 +61,7 @@ class Ratios:
     """Logarithms of (boundary elements)/(reference) and their derivatives by ln a; shape (n, 3 + angles).
 
     `error` and `outline_error` are the estimates of the force and of the outline at each point; `traced` is False beside a
-    solution whose contact has no outline.
+    solution whose contact has no outline. Forces are over those of the series, or if `over_base` of its round base.
     """
 
     values: Array
@@ -69,6 +69,7 @@ class Ratios:
     error: Array
     outline_error: Array
     traced: Flags
+    over_base: bool = False
 
 
 class Correction:
@@ -87,7 +88,7 @@ class Correction:
     """
 
     def __init__(
-        self, kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int, folder: str | None
+        self, kernel: Kernel, indenter: Indenter, expansion: Series, angles: int, cells: int, folder: str | None
     ) -> None:
         self.kernel, self.indenter, self.expansion = kernel, indenter, expansion
         self.angles, self.cells = angles, cells
@@ -102,7 +103,7 @@ class Correction:
         """
         x = self._clipped(np.log(radius))
         nodes = self._refine(float(x.min()), float(x.max()), rtol)
-        table = np.array([self.known[node] for node in nodes])
+        table, over_base = self._table(nodes)
         lost = np.isnan(table[:, OUTLINE])
         table[lost, OUTLINE:] = 0.0
         grid = (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
@@ -119,8 +120,18 @@ class Correction:
         # between two solutions the worse of them counts
         force = _CAUTION * np.maximum(left[upper - 1, FORCE], left[upper, FORCE]) + grid
         shape = left[:, OUTLINE:].max(axis=1)
-        outline = np.maximum(shape[upper - 1], shape[upper]) + rim
-        return Ratios(spline(x), slopes, force, outline, _beside(nodes, ~lost, x))
+        outline = _CAUTION * np.maximum(shape[upper - 1], shape[upper]) + rim
+        return Ratios(spline(x), slopes, force, outline, _beside(nodes, ~lost, x), over_base)
+
+    def _table(self, nodes: Array) -> tuple[Array, bool]:
+        """Known ratios, and whether those of the force are over the round base, which then is the smoother choice."""
+        table = np.array([self.known[node] for node in nodes])
+        if nodes.size < 3:
+            return table, False
+        radius, other = np.exp(nodes), table.copy()
+        other[:, FORCE] += np.log(self.expansion.loading(radius).force / self.expansion.unperturbed(radius).force)
+        over_base = bool(np.diff([_left_out(nodes, part[:, :1]).max() for part in (table, other)]) < 0)
+        return (other if over_base else table), over_base
 
     @property
     def _self_similar(self) -> bool:
@@ -138,15 +149,22 @@ class Correction:
 
     def _refine(self, low: float, high: float, rtol: float) -> Array:
         """Positions of the solutions that carry [low, high], added until the estimate is below rtol."""
-        first, last = int(np.floor(low / _START)), int(np.ceil(high / _START))
-        start = np.arange(first, max(last, first) + 1) * _START
+        # one beyond each end: where nothing follows, splines and what is left out of them are of little worth
+        first, last = int(np.floor(low / _START)) - 1, int(np.ceil(high / _START)) + 1
+        start = np.arange(first, last + 1) * _START
         if self.indenter.exponent is not None:
             quiet = start < np.log(0.1 * self.kernel.length)
-            start = start[~quiet | (np.arange(start.size) % 2 == 0) | (start == start[-1])]
+            start = start[~quiet | (np.arange(start.size) % 2 == 1) | (start == start[-1])]
         if self._self_similar:
             start = np.zeros(1)
         reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
-        self._solve(np.unique(np.minimum(start, reach)))
+        start = np.unique(np.minimum(start, reach))
+        # within a flat end there is no contact of that size
+        depth = self.expansion.descent(np.exp(start)).depth
+        start = start[depth > _ROUNDING * depth.max()]
+        if start[0] > low:
+            start = np.concatenate([[low], start])
+        self._solve(start)
         while True:
             nodes = np.array(sorted(n for n in self.known if start[0] - 1e-9 <= n <= start[-1] + 1e-9))
             if nodes.size == 1:
@@ -154,10 +172,16 @@ class Correction:
             if nodes.size == 2:
                 self._solve(np.array([nodes.mean()]))
                 continue
-            table = np.array([self.known[node] for node in nodes])
-            wrong = _left_out(nodes, np.nan_to_num(table))
-            score = np.maximum(wrong[:, FORCE] / rtol, wrong[:, RADIUS] / _RADIUS_TOLERANCE)
-            split = (np.maximum(score[1:], score[:-1]) > 1) & (np.diff(nodes) > _FINEST)
+            table = np.nan_to_num(self._table(nodes)[0])
+            wrong = _left_out(nodes, table)
+            shape = np.where(table[:, RADIUS] < _CROSS, 0.0, wrong[:, OUTLINE:].max(axis=1))
+            split = np.zeros(nodes.size - 1, dtype=bool)
+            for error, tolerance, finest in (
+                (wrong[:, FORCE], rtol, _FINEST),
+                (shape, _SHAPE_TOLERANCE, _FINEST_SHAPE),
+            ):
+                split |= (np.maximum(error[1:], error[:-1]) > tolerance) & (np.diff(nodes) > 1.5 * finest)
+            split &= (nodes[1:] > low) & (nodes[:-1] < high)
             if not split.any():
                 return nodes
             self._solve((nodes[1:] + nodes[:-1])[split] / 2)
@@ -188,15 +212,7 @@ class Correction:
         return np.log(np.column_stack([*measures, outlines]))
 
     def _boundary_elements(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
-        """Solutions at depths, shape (n,); neighbours, which may share a grid, stay on one thread."""
-        workers = min(os.cpu_count() or 1, _WORKERS, depths.size)
-        parts = [part.tolist() for part in np.array_split(np.argsort(depths), workers)]
-        with ThreadPoolExecutor(workers) as pool:
-            found = pool.map(lambda part: self._in_turn(depths[part], [half_widths[i] for i in part]), parts)
-            solved = dict(zip(itertools.chain(*parts), itertools.chain(*found), strict=True))
-        return [solved[i] for i in range(depths.size)]
-
-    def _in_turn(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
+        """Solutions at depths, shape (n,); threads would wait for each other, as the arrays are small."""
         options: dict[str, Any] = {"grid": self.cells, "tolerance": _TOLERANCE, "angles": self.angles}
         try:
             return bem.solve(self.kernel, self.indenter, depths=depths, half_widths=half_widths, **options)
@@ -241,17 +257,28 @@ def _spline(nodes: Array, table: Array) -> CubicSpline:
 
 
 def _left_out(nodes: Array, table: Array) -> Array:
-    """Estimated error of the spline beside each node: what leaving the node out changes there, over five; shape of table.
+    """Estimated error of the spline beside each node, shape of table: a fifth of what the cubic through four neighbours misses.
 
     Leaving a node out doubles the local spacing, so the error of a cubic grows sixteenfold where it is resolved; five is on
-    the safe side. At the ends, where leaving out extrapolates, the neighbour's value stands.
+    the safe side. Only neighbours are asked, so that a rough stretch asks for no solutions elsewhere. At the ends, where leaving
+    out extrapolates, the next node's value stands.
     """
     wrong = np.zeros_like(table)
     for i in range(1, nodes.size - 1):
-        rest = np.arange(nodes.size) != i
-        wrong[i] = np.abs(_spline(nodes[rest], table[rest])(nodes[i]) - table[i]) / 5
+        first = max(0, min(i - 2, nodes.size - 5))
+        near = [j for j in range(first, min(first + 5, nodes.size)) if j != i]
+        wrong[i] = np.abs(_lagrange_weights(nodes[near], nodes[i]) @ table[near] - table[i]) / 5
     wrong[0], wrong[-1] = wrong[1], wrong[-2]
     return wrong
+
+
+def _lagrange_weights(nodes: Array, at: float) -> Array:
+    """Weights of values at the nodes, shape (n,), in the value at a point of the polynomial through them."""
+    distance = nodes[:, None] - nodes
+    np.fill_diagonal(distance, 1.0)
+    away = np.broadcast_to(at - nodes, distance.shape).copy()
+    np.fill_diagonal(away, 1.0)
+    return np.asarray(np.prod(away / distance, axis=1))
 
 
 def _beside(nodes: Array, good: Flags, x: Array) -> Flags:
@@ -263,7 +290,7 @@ def _beside(nodes: Array, good: Flags, x: Array) -> Flags:
 
 @lru_cache(maxsize=32)
 def correction(
-    kernel: Kernel, indenter: Indenter, expansion: Expansion, angles: int, cells: int, folder: str | None = None
+    kernel: Kernel, indenter: Indenter, expansion: Series, angles: int, cells: int, folder: str | None = None
 ) -> Correction:
     """The corrections of a medium and an indenter; solutions already made are shared."""
     return Correction(kernel, indenter, expansion, angles, cells, folder)

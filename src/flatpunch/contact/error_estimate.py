@@ -26,7 +26,7 @@ from flatpunch.contact.outline import outline
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
-_OUTLINE, _EDGES, _BLUNT = 0.5, 0.4, 0.2
+_OUTLINE, _EDGES, _BLUNT = 0.6, 0.4, 0.2
 """Error of an outline per swing^2 for all tips, and per swing for tips with edges and for blunted ones."""
 _OUTLINE_FLOOR = 1e-3
 _LAST, _SKEW, _SQUARE = 0.2, 1.5, 1.5

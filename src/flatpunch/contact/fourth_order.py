@@ -28,8 +28,8 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     note = first_failure(
         ~contact.sound,
         curve.depth,
-        "the fourth-order term exceeds a tenth of the second-order one (strong asymmetry or a stiff film); these steps are "
-        "second order.",
+        "the fourth-order term is too large, or changes too fast with the size of the contact (strong asymmetry or a stiff "
+        "film); these steps are second order.",
     )
     return _merged(curve, second_order.solve(kernel, indenter, control, phi), contact.sound, note)
 

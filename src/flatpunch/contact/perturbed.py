@@ -51,6 +51,13 @@ class Expansion(Hashable, Protocol):
         """Outlines a(phi), shape (n, p)."""
 
 
+class Series(Expansion, Protocol):
+    """An expansion whose base contact can be had by itself."""
+
+    def unperturbed(self, radius: Array) -> Loading:
+        """The same path with the force of the round base alone, shape (n,)."""
+
+
 def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control) -> PerturbedContact:
     """Contacts at the prescribed depths, forces or mean radii a0."""
     if control.name == "radius":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from flatpunch.contact.correction import (
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
-from flatpunch.contact.perturbed import Expansion, controlled, superpose_expansion
+from flatpunch.contact.perturbed import Series, controlled, superpose_expansion
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
 from flatpunch.contact.tabulated import tabulated_rows
@@ -62,7 +61,7 @@ class RefinedExpansion:
         folder: str | None = None,
         tables: bool = True,
     ) -> None:
-        self.series: Expansion = expansion_of(kernel, indenter)
+        self.series: Series = expansion_of(kernel, indenter)
         self.base, self.rtol = self.series.base, rtol
         self.table = tabulated_rows(kernel, indenter) if tables and rtol >= TABLE_ERROR else None
         self.correction = correction(kernel, indenter, self.series, _ANGLES, cells, folder)
@@ -81,7 +80,9 @@ class RefinedExpansion:
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives at base radii, shape (n,)."""
-        return self._corrected(self.series.loading(radius), self.ratios(radius))
+        ratios = self.ratios(radius)
+        series = self.series.unperturbed if ratios.over_base else self.series.loading
+        return self._corrected(radius, series(radius), ratios)
 
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,)."""
@@ -90,7 +91,7 @@ class RefinedExpansion:
     def evaluate_with(self, radius: Array, ratios: Ratios) -> PerturbedContact:
         """The same with ratios that are known already."""
         contact = self.series.evaluate(radius)
-        path = self._corrected(contact, ratios)
+        path = self._corrected(radius, self.series.unperturbed(radius) if ratios.over_base else contact, ratios)
         return replace(
             contact,
             force=path.force,
@@ -115,11 +116,11 @@ class RefinedExpansion:
         share = position - np.floor(position)
         return np.asarray(shape * np.exp(logs[:, left] * (1 - share) + logs[:, (left + 1) % _ANGLES] * share))
 
-    def _corrected(self, path: Any, ratios: Ratios) -> PathPoint:
+    def _corrected(self, radius: Array, path: Loading, ratios: Ratios) -> PathPoint:
         factor = np.exp(ratios.values[:, FORCE])
         slope = np.where(path.depth_slope > 0, path.depth_slope, 1.0)
         stiffness = factor * (path.stiffness + path.force * ratios.slopes[:, FORCE] / slope)
-        return PathPoint(path.radius, path.depth, factor * path.force, stiffness, path.depth_slope)
+        return PathPoint(radius, path.depth, factor * path.force, stiffness, path.depth_slope)
 
 
 def solve(
