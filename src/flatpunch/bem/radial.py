@@ -29,6 +29,9 @@ _WINDOW, _WIDTH = 80.0, 12.0
 
 _X_HIGH = 160.0
 
+_BLOCK = 256
+"""Points of the grid of wavenumbers at which a medium is asked at a time."""
+
 
 @lru_cache(maxsize=4)
 def _rule(low: int) -> tuple[Array, Array]:
@@ -120,14 +123,26 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     low = max(low, int(np.log(1e-13) / _STEP))
     x, w = _rule(low)
     offsets = np.arange(low - last, low + x.size - first)
-    k = np.exp(offsets * _STEP)
-    m = short_wave_remainder(kernel, k * length)
+    m = _remainder(kernel, int(offsets[0]), int(offsets[-1]) + 1)
     if cell > 0:
-        m *= isotropic_cell_factor(k * cell)
+        m *= isotropic_cell_factor(np.exp(offsets * _STEP) * cell)
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
     values = np.correlate(m, w, "valid")[::-1]
     r = np.exp(np.arange(first, last + 1) * _STEP)
     return RadialTable(first * _STEP, values / r)
+
+
+def _remainder(kernel: Kernel, start: int, stop: int) -> Array:
+    """L - 1 at k = exp(n step), n = start ... stop - 1; all tables of a medium read it on this one grid."""
+    first, last = start // _BLOCK, -(-stop // _BLOCK)
+    blocks = np.concatenate([_remainder_block(kernel, block) for block in range(first, last)])
+    return blocks[start - first * _BLOCK : stop - first * _BLOCK].copy()
+
+
+@lru_cache(maxsize=128)
+def _remainder_block(kernel: Kernel, block: int) -> Array:
+    n = np.arange(block * _BLOCK, (block + 1) * _BLOCK)
+    return short_wave_remainder(kernel, np.exp(n * _STEP) * kernel.length)
 
 
 def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:

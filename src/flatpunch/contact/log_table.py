@@ -10,12 +10,13 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from flatpunch._validation import Array
 
-_SMOOTH = (36, 7)
-_KINKED = (160, 3)
-"""Nodes per decade and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
-_OVERLAP = 6
 _SPANS = 3
 """Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
+_SMOOTH = (12, 7)
+_KINKED = (54, 3)
+"""Nodes per span and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
+_OVERLAP = 6
+"""Nodes that a spline has beyond either end of its span, which the next one has as well."""
 
 
 @dataclass(eq=False)
@@ -36,6 +37,7 @@ class LogTable:
     reach: float = float("inf")
     kinked: bool = False
     _spans: dict[int, BSpline] = field(default_factory=dict)
+    _nodes: dict[int, Array] = field(default_factory=dict)
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Values and derivatives by ln a at radii > 0, shapes (n, outputs)."""
@@ -50,11 +52,18 @@ class LogTable:
 
     def _spline(self, index: int) -> BSpline:
         if index not in self._spans:
-            per_decade, degree = _KINKED if self.kinked else _SMOOTH
-            step = np.log(10) / per_decade
-            width = np.log(10) / _SPANS
-            low, high = index * width - _OVERLAP * step, (index + 1) * width + _OVERLAP * step
-            high = min(high, float(np.log(self.reach)))
-            x = np.linspace(low, high, max(int(np.ceil((high - low) / step)), 2 * _OVERLAP) + 1)
-            self._spans[index] = make_interp_spline(x, self.sample(np.exp(x)), k=degree)
+            count, degree = _KINKED if self.kinked else _SMOOTH
+            step, end = np.log(10) / (_SPANS * count), np.log(self.reach)
+            last = (index + 1) * count + _OVERLAP
+            if end < (last + 0.5) * step:
+                last = round(end / step)
+            first = min(index * count - _OVERLAP, last - 2 * _OVERLAP)
+            numbers = np.arange(first, last + 1)
+            # the node next to the reach is moved there
+            x = np.where(np.abs(numbers * step - end) <= step / 2, end, numbers * step)
+            new = [i for i, n in enumerate(numbers.tolist()) if n not in self._nodes]
+            if new:
+                self._nodes.update(zip(numbers[new].tolist(), self.sample(np.exp(x[new])), strict=True))
+            values = np.array([self._nodes[n] for n in numbers.tolist()])
+            self._spans[index] = make_interp_spline(x, values, k=degree)
         return self._spans[index]
