@@ -259,7 +259,7 @@ def main() -> None:
         names.insert(names.index("aspher") + 1, "aspher (fft)")
         pythons["aspher (fft)"] = pythons["aspher"]
     print("load of the machine at the start: {:.1f} {:.1f} {:.1f}".format(*os.getloadavg()))
-    header = f"{'shape':10s} {'cells':>10s} {'code':24s} {'wall/s':>8s} {'cpu/s':>8s} {'residual':>9s} {'own tol':>8s}"
+    header = f"{'shape':10s} {'cells':>10s} {'code':30s} {'wall/s':>8s} {'cpu/s':>8s} {'residual':>9s} {'own tol':>8s}"
     print(f"{header}   threads {options.threads}")
     for n in options.sizes:
         for shape in options.shapes:
@@ -271,14 +271,14 @@ def main() -> None:
                 try:
                     elapsed, error, tolerance, _ = tightened(pythons[name], name, shape, n, options.threads)
                 except RuntimeError as failure:
-                    print(f"{shape:10s} {n:5d}^2    {name:24s} failed: {failure}", flush=True)
+                    print(f"{shape:10s} {n:5d}^2    {name:30s} failed: {failure}", flush=True)
                     continue
                 row(shape, n, name, elapsed, error, f"{tolerance:.0e}")
 
 
 def row(shape: str, n: int, name: str, elapsed: np.ndarray, error: float, tolerance: str) -> None:
     wall, cpu = elapsed
-    print(f"{shape:10s} {n:6d}^2   {name:24s} {wall:8.2f} {cpu:8.2f} {error:9.1e} {tolerance:>8s}", flush=True)
+    print(f"{shape:10s} {n:6d}^2   {name:30s} {wall:8.2f} {cpu:8.2f} {error:9.1e} {tolerance:>8s}", flush=True)
 
 
 if __name__ == "__main__":

@@ -104,3 +104,16 @@ def test_close_steps_share_grid_and_operator(monkeypatch):
     fp.indent(COATED, TIP, depth=np.linspace(1e-7, 1.02e-7, 5)[::-1], method="bem", grid=96)
     # searching for the contact takes coarse grids of its own
     assert len({grid for grid in built if grid.nx * grid.ny > 80**2}) <= 3
+
+
+def test_outlines_reach_into_the_points_that_edges_draw():
+    """The cells lose the last two or three of a point; along the edge it is followed to a fraction of one."""
+    coarse, fine = (
+        fp.indent(fp.HalfSpace(1e9, 0.3), TIP, depth=1e-7, method="bem", grid=grid, angles=72) for grid in (128, 512)
+    )
+    # 128 cells: 50 to the mean radius
+    np.testing.assert_allclose(coarse.contour / coarse.radius, fine.contour / fine.radius, atol=0.5 / 50)
+    # square pyramids have square symmetry, and so has what is read off the cells
+    contour = fine.contour.values[0]
+    np.testing.assert_allclose(contour, np.roll(contour, 18), rtol=1e-12)
+    assert float(fine.area[0]) == pytest.approx(np.pi * np.mean(contour**2), rel=2e-3)

@@ -12,7 +12,6 @@ G ~ r^-(1 + exponent) throughout and take the same two roads.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +26,9 @@ _NEAR = 24.0
 
 _NODES = 8
 
+_ROWS = 32
+"""Rows of coefficients made at a time."""
+
 _FINEST = 1e-5
 """Smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding
 for neighbours, and the central cell of power laws is done in closed form."""
@@ -35,7 +37,7 @@ Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
 
 
-def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int], reach: float = 0.0) -> Array:
+def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
     """Coefficients g at offsets of (i, j) cells.
 
     Parameters
@@ -46,8 +48,6 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
         Side of a cell [m].
     shape : (int, int)
         Number of offsets (rows, columns), from zero on.
-    reach : float
-        Distance in cells up to which at least to tabulate; tables are kept for the next grids of the same cells.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     g = love_coefficients(shape)
     g *= spacing / (np.pi * kernel.modulus)
     if not kernel.homogeneous:
-        add_remainder(g, kernel, spacing, reach)
+        add_remainder(g, kernel, spacing)
     return g
 
 
@@ -80,25 +80,17 @@ def love_coefficients(shape: tuple[int, int]) -> Array:
     return np.asarray(corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1])
 
 
-def add_remainder(g: Array, kernel: Kernel, spacing: float, reach: float = 0.0) -> None:
+def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     """Add the part of the coefficients that the medium's L - 1 brings, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
     near = near_cells(kernel, spacing)
-    # powers of two, so that grids of about the same size share a table
-    cells = 2.0 ** np.ceil(np.log2(max(float(np.hypot(*g.shape)), reach, near)))
-    add_far(g, factor, _averaged(kernel, spacing, near, float(cells)), spacing, near)
+    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
+    closest, farthest = max(near, 1e-4) * spacing, spacing * max(float(np.hypot(*g.shape)), near)
+    averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
+    add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
     if near > 0:
         table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
         add_near(g, factor, table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
-
-
-@lru_cache(maxsize=16)
-def _averaged(kernel: Kernel, spacing: float, near: float, cells: float) -> CellTable:
-    """Cell averages of the remainder from `near` up to `cells` cells."""
-    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
-    closest, farthest = max(near, 1e-4) * spacing, cells * spacing
-    table = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
-    return CellTable.of(table, spacing / 4, farthest)
 
 
 def near_cells(kernel: Kernel, spacing: float) -> float:
@@ -108,16 +100,21 @@ def near_cells(kernel: Kernel, spacing: float) -> float:
 
 
 def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float) -> None:
-    """Add cell averages that depend on distance alone, a few rows at a time, beyond `near` cells."""
-    x = np.arange(g.shape[1], dtype=float)
-    for first in range(0, g.shape[0], 32):
-        y = np.arange(first, min(first + 32, g.shape[0]), dtype=float)[:, None]
+    """Add cell averages that depend on distance alone, a few rows at a time, beyond `near` cells.
+
+    The same distances stand on both sides of the diagonal and are looked up once.
+    """
+    rows, columns = g.shape
+    for first in range(0, min(rows, columns), _ROWS):
+        stop = min(first + _ROWS, rows, columns)
+        y, x = np.arange(first, stop, dtype=float)[:, None], np.arange(first, max(rows, columns), dtype=float)
         r = np.hypot(x, y)
         values = radial(np.maximum(r, near) * spacing)
         values *= factor
         if first <= near:
             values[r <= near] = 0.0
-        g[first : first + y.size] += values
+        g[first:stop, first:] += values[:, : columns - first]
+        g[stop:, first:stop] += values[:, stop - first : rows - first].T
 
 
 def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: float, smooth: float) -> None:

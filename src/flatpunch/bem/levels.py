@@ -18,7 +18,7 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import Operator, build_operator, to_numpy
+from flatpunch.bem.operator import Operator, build_operator, coefficients_for, padded_shape, to_numpy
 from flatpunch.bem.solver import Aim, State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
 
@@ -80,8 +80,16 @@ class Levels:
     @cached_property
     def operator(self) -> Operator:
         """Operator of the outer loop."""
-        built = build_operator(self.kernel, self.grid, xp=self.xp, whole=self.whole.grid if self.whole else None)
+        built = build_operator(self.kernel, self.grid, xp=self.xp, coefficients=self.coefficients)
         return built.single() if self.single else built
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """Influence coefficients [m/Pa]; those of a window are some of the whole grid's."""
+        if self.whole is None:
+            return coefficients_for(self.kernel, self.grid)
+        my, mx = padded_shape(self.grid)
+        return self.whole.coefficients[: my // 2 + 1, : mx // 2 + 1]
 
     @cached_property
     def inner(self) -> Operator:

@@ -188,7 +188,7 @@ def _even_columns(columns: Array, factor: Array, threads: int) -> Array:
     return np.ascontiguousarray(convolved).view(columns.dtype) if complex_valued else convolved
 
 
-def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, whole: Grid | None = None) -> Operator:
+def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Array | None = None) -> Operator:
     """Transform of the influence coefficients and of the approximate inverse on a grid.
 
     Parameters
@@ -199,27 +199,36 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, whole: Grid | No
         The grid; folded ones only with NumPy, the standard has no cosine transforms.
     xp : module
         Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
-    whole : Grid, optional
-        Grid of the same cells that this one is a part of: what is tabulated for it then serves both.
+    coefficients : ndarray, optional
+        Those of `coefficients_for`, where they are known already.
     """
-    # on folded grids the transforms are as long as the part that is kept
     ny, nx = grid.shape
     threads = workers() if nx * ny >= _THREADED else 1
-    my, mx = (
-        2 * (1 + half) * scipy.fft.next_fast_len(n, real=True)
-        for n, half in zip((ny, nx), reversed(grid.mirrored), strict=True)
-    )
+    my, mx = padded_shape(grid)
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing
-    reach = 0.0 if whole is None else 2.0 * float(np.hypot(*whole.unfolded.shape))
-    g = influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), reach)
-    g *= unit
+    g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
     spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
     inverse = inverse_symbol(kernel, grid.spacing, periodic)
     inverse /= unit
     if xp is not np:
         spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
     return Operator(grid, spectrum, inverse, (my, mx), periodic, xp, threads)
+
+
+def padded_shape(grid: Grid) -> tuple[int, int]:
+    """Cells (my, mx) of the doubled grid; on folded grids transforms are as long as the part that is kept."""
+    my, mx = (
+        2 * (1 + half) * scipy.fft.next_fast_len(n, real=True)
+        for n, half in zip(grid.shape, reversed(grid.mirrored), strict=True)
+    )
+    return my, mx
+
+
+def coefficients_for(kernel: Kernel, grid: Grid) -> Array:
+    """Influence coefficients [m/Pa] at all offsets on the doubled grid, shape (my/2 + 1, mx/2 + 1)."""
+    my, mx = padded_shape(grid)
+    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1))
 
 
 def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:

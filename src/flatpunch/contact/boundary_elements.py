@@ -13,6 +13,7 @@ from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.ridges import traced
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-6
@@ -82,8 +83,10 @@ def solve(
         return values
 
     contour = np.zeros((control.values.size, phi.size))
+    radius, area = np.zeros(control.values.size), np.zeros(control.values.size)
     for row, solution in zip(rows, found, strict=True):
-        contour[row] = solution.outline.contour
+        trace = traced(kernel, indenter, solution, phi.size)
+        contour[row], radius[row], area[row] = trace.contour, trace.radius, trace.area
     converged = np.ones(control.values.size, dtype=bool)
     converged[rows] = [solution.converged for solution in found]
     extra: Extra = {
@@ -95,13 +98,15 @@ def solve(
             "largest penetration outside the contact over the depth",
         ),
     }
-    depth, radius = collect("depth"), collect("radius")
+    depth = collect("depth")
     notes = tuple(dict.fromkeys(note for solution in found for note in solution.notes))
+    if np.isnan(contour).any():
+        notes += ("Where the contact has no outline the radius is that of a disc of equal area.",)
     return Curve(
         depth=depth,
         force=collect("force"),
         radius=radius,
-        area=collect("area"),
+        area=area,
         stiffness=collect("stiffness"),
         contour=contour,
         valid=converged,
