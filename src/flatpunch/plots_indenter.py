@@ -16,6 +16,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from flatpunch._validation import Array, positive
 from flatpunch.files.units import readable
+from flatpunch.indenters.profile import split_angles
 
 _POINTS = 181
 _SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", "#1f4e79", "#b8541a"
@@ -65,7 +66,7 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
         Half the width [m].
     """
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, _POINTS), _edges(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, _POINTS), split_angles(indenter)]))
     limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
     share = np.linspace(0, 1, 72)
     r = share[:, None] * limit
@@ -110,7 +111,7 @@ def level_lines(indenter: Any, axes: Axes, extent: float) -> Axes:
         Half the width [m].
     """
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([2 * np.pi * np.arange(720) / 720, _edges(indenter)]))
+    phi = np.unique(np.concatenate([2 * np.pi * np.arange(720) / 720, split_angles(indenter)]))
     scale, unit = readable(extent, "m")
     rise, height_unit = readable(top, "m")
     levels = np.linspace(0, top, _LEVELS + 1)
@@ -182,13 +183,9 @@ def _name(indenter: Any) -> str:
     return type(indenter).__name__ + (f" {_name(tip)}" if tip is not None else "")
 
 
-def _edges(indenter: Any) -> Array:
-    return np.array(sorted({*indenter.corners, *getattr(indenter, "seams", ())}))
-
-
 def _rim(indenter: Any, extent: float) -> float:
     """Lowest height on the circle of radius `extent`: up to there every level line is inside the picture."""
-    phi = np.concatenate([np.linspace(0, 2 * np.pi, 721), _edges(indenter)])
+    phi = np.concatenate([np.linspace(0, 2 * np.pi, 721), split_angles(indenter)])
     height = np.asarray(indenter.height(np.array(min(extent, indenter.reach)), phi))
     lowest = float(height.min())
     if not (np.isfinite(lowest) and lowest > 0):

@@ -1,6 +1,8 @@
 """The same assertions on every indenter."""
 
+import dataclasses
 import math
+import pickle
 from itertools import pairwise
 
 import numpy as np
@@ -42,6 +44,10 @@ RADII = np.linspace(0, 1, 30)
 
 def lobed(phi):
     return 1 + 0.2 * np.cos(3 * phi) + 0.1 * np.sin(phi)
+
+
+def bent(phi):
+    return 1 + np.abs(np.sin((np.asarray(phi) - 1) / 2))
 
 
 GRID = np.linspace(-1, 1, 41)
@@ -93,7 +99,7 @@ TIPS = {
     "lobed power law": PowerLaw(1.5, lobed),
     "table power law": PowerLaw(2.5, (ANGLES, VALUES)),
     "table with corners": PowerLaw(1, (ANGLES, VALUES), corners=(0.9, 3.7)),
-    "function with a corner": PowerLaw(1, lambda phi: 1 + np.abs(np.sin((np.asarray(phi) - 1) / 2)), corners=(1.0,)),
+    "function with a corner": PowerLaw(1, bent, corners=(1.0,)),
     "measured": RadialProfile(RADII, RADII**2 + 0.1 * RADII),
     "truncated": RadialProfile(RADII, np.maximum(RADII - RADII[10], 0), kinks=(RADII[10],)),
     "cylinder": Cylinder(1.2),
@@ -116,6 +122,22 @@ def test_is_a_hashable_indenter(tip):
     assert {tip: 1}[tip] == 1
     assert tip.reach > 0
     assert tip.exponent is None or tip.exponent > 0
+
+
+@every
+def test_is_its_fields_and_nothing_else(tip):
+    """Workers get indenters pickled, fits change them by `replace`; both know fields only."""
+    assert not hasattr(tip, "__dict__")
+    copies = [pickle.loads(pickle.dumps(tip))]
+    if not isinstance(tip, HeightMap):  # made from its grid, which it does not keep
+        copies.append(dataclasses.replace(tip))
+    r, phi = inner(tip)[:, None], np.linspace(0, 6, 7)
+    for copy in copies:
+        assert type(copy) is type(tip)
+        assert (copy, hash(copy), repr(copy)) == (tip, hash(tip), repr(tip))
+        for member in ("exponent", "reach", "corners", "rings", "round"):
+            assert getattr(copy, member) == getattr(tip, member)
+        np.testing.assert_array_equal(copy.height(r, phi), tip.height(r, phi))
 
 
 @every

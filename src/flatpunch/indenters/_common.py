@@ -25,7 +25,7 @@ def inclination(name: str, value: Any) -> float:
 
 
 def spread(radial: Array, phi: Array) -> Array:
-    """Values that depend on the radius alone, broadcast against the angles into an array of their own."""
+    """Values over one coordinate, mostly the radius, broadcast against the other into an array of their own."""
     result = np.empty(np.broadcast_shapes(np.shape(radial), np.shape(phi)))
     result[...] = radial
     return result

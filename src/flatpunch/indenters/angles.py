@@ -13,7 +13,7 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.indenters._common import FULL_TURN
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, split_angles
 
 _STILL = 2e-14
 """Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
@@ -46,7 +46,7 @@ def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float 
 
 @lru_cache(maxsize=256)
 def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
-    breaks = sorted({*indenter.corners, *getattr(indenter, "seams", ())})
+    breaks = split_angles(indenter)
     size = _first_size(breaks, order)
     phi, weights = _nodes(breaks, size)
     if not indenter.round:

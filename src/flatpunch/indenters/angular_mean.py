@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 from flatpunch._validation import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.angles import angular_rule
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.symmetry import rotational_symmetry
 
 _PER_DECADE = 3
@@ -105,7 +105,7 @@ def _one_period(indenter: Indenter) -> tuple[Array, Array]:
     """Angles and weights of one period of the shape, or of the whole turn if the rule has no periods."""
     phi, weights = angular_rule(indenter)
     fold = rotational_symmetry(indenter)
-    breaks = sorted({*indenter.corners, *getattr(indenter, "seams", ())})
+    breaks = split_angles(indenter)
     start = breaks[0] if breaks else 0.0
     first = np.mod(phi - start, FULL_TURN) < FULL_TURN / fold * (1 - 1e-13)
     total = float(weights[first].sum())

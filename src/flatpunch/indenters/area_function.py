@@ -16,13 +16,14 @@ from scipy.interpolate import PchipInterpolator
 
 from flatpunch._validation import Array, non_negative, positive, real
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
 
 _DECADES = 12
 _POINTS = 600
 
 
 @dataclass(frozen=True, slots=True)
-class AreaFunction:
+class AreaFunction(RoundShape):
     """Body of revolution with the area function A(h) = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...
 
     Parameters
@@ -62,29 +63,14 @@ class AreaFunction:
         object.__setattr__(self, "_inverse", self._table())
 
     @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
     def reach(self) -> float:
         """Radius sqrt(A(limit)/pi) [m]."""
         return float(np.sqrt(self.area(np.array(self.limit)) / np.pi))
 
     @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
     def rings(self) -> tuple[float, ...]:
         """The radius at which the paraboloid meets the fit, if there is one [m]."""
         return (float(np.sqrt(self.area(np.array(self.start)) / np.pi)),) if self.start > 0 else ()
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
 
     def area(self, depth: Array) -> Array:
         """A(h) of the fit [m^2] at depths h [m]; below `start` that of the paraboloid."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.indenters._common import inclination, spread
+from flatpunch.indenters.shape import RoundShape
 
 
 @dataclass(frozen=True, slots=True)
-class Cone:
+class Cone(RoundShape):
     """Cone, f = r tan(inclination).
 
     Parameters
@@ -30,26 +31,6 @@ class Cone:
     def exponent(self) -> float:
         """Exponent n = 1 of f = r^n psi."""
         return 1.0
-
-    @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks but the apex."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) = tan(inclination), in the shape of phi [rad]."""

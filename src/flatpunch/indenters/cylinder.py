@@ -8,10 +8,11 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
 
 
 @dataclass(frozen=True, slots=True)
-class Cylinder:
+class Cylinder(RoundShape):
     """Flat-ended cylinder, f = 0 for r <= R and no surface beyond; its contact radius is R at every depth.
 
     Parameters
@@ -26,29 +27,9 @@ class Cylinder:
         object.__setattr__(self, "radius", positive("Cylinder.radius", self.radius))
 
     @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
     def reach(self) -> float:
         """R [m]."""
         return self.radius
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges along a radius."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks inside the face."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""

@@ -8,11 +8,12 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.sphere import USABLE
 
 
 @dataclass(frozen=True, slots=True)
-class Ellipsoid:
+class Ellipsoid(Shape):
     """Lower half of an ellipsoid, f = half_z (1 - sqrt(1 - (x/half_x)^2 - (y/half_y)^2)).
 
     `EllipticParaboloid(half_z/(2 half_x^2), half_z/(2 half_y^2))` is its small-contact limit.
@@ -34,24 +35,9 @@ class Ellipsoid:
             object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name)))
 
     @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
     def reach(self) -> float:
         """0.95 of the shorter half-axis; beyond the equator the height is infinite."""
         return USABLE * min(self.half_x, self.half_y)
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks."""
-        return ()
 
     @property
     def round(self) -> bool:

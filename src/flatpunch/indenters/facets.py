@@ -14,12 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._validation import Array, real
-from flatpunch.indenters._common import FULL_TURN, inclination
+from flatpunch.indenters._common import FULL_TURN, inclination, spread
 from flatpunch.indenters.pyramid import Pyramid
+from flatpunch.indenters.shape import Shape
 
 
 @dataclass(frozen=True, slots=True)
-class FacetedPyramid:
+class FacetedPyramid(Shape):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters
@@ -57,24 +58,9 @@ class FacetedPyramid:
         return 1.0
 
     @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
     def corners(self) -> tuple[float, ...]:
         """Directions of the edges between neighbouring faces [rad]."""
         return edge_directions(face_gradients(self))
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks along a radius."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """False."""
-        return False
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) = max_j tan(inclination_j) cos(phi - direction_j), in the shape of phi [rad]."""
@@ -88,9 +74,7 @@ class FacetedPyramid:
 
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
-        result = np.empty(np.broadcast_shapes(np.shape(r), np.shape(phi)))
-        result[...] = self.angular(phi)
-        return result
+        return spread(self.angular(phi), r)
 
 
 def face_gradients(tip: Pyramid | FacetedPyramid) -> Array:

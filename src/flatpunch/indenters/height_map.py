@@ -26,12 +26,13 @@ from flatpunch.indenters.height_grid import (
     oriented,
     plane,
 )
+from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.star import first_fall
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HeightMap:
-    """Tip given by heights on a rectangular grid.
+class HeightMap(Shape):
+    """Tip given by heights on a rectangular grid; the spline rounds its edges over the distance of two points.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ class HeightMap:
     shape: tuple[int, int]
     spacing: tuple[float, float]
     centre: tuple[float, float]
-    reach: float
+    reach: float = field()
     smoothing: float
     digest: str
     _spline: RectBivariateSpline = field(repr=False)
@@ -130,26 +131,6 @@ class HeightMap:
 
     def __hash__(self) -> int:
         return hash((self.digest, self.centre, self.reach))
-
-    @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges: the spline rounds them over the distance of two points."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """False."""
-        return False
 
     @property
     def tabulated(self) -> bool:

@@ -8,10 +8,11 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape, Shape
 
 
 @dataclass(frozen=True, slots=True)
-class Paraboloid:
+class Paraboloid(RoundShape):
     """Paraboloid of revolution, f = r^2/(2 R).
 
     Parameters
@@ -30,26 +31,6 @@ class Paraboloid:
         """Exponent n = 2 of f = r^n psi."""
         return 2.0
 
-    @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
-
     def angular(self, phi: Array) -> Array:
         """psi(phi) = 1/(2 R) [1/m], in the shape of phi [rad]."""
         return np.full(np.shape(phi), 0.5 / self.radius)
@@ -64,7 +45,7 @@ class Paraboloid:
 
 
 @dataclass(frozen=True, slots=True)
-class EllipticParaboloid:
+class EllipticParaboloid(Shape):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
 
     Parameters
@@ -85,21 +66,6 @@ class EllipticParaboloid:
     def exponent(self) -> float:
         """Exponent n = 2 of f = r^n psi(phi)."""
         return 2.0
-
-    @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks."""
-        return ()
 
     @property
     def round(self) -> bool:

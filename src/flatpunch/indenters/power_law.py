@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from flatpunch._validation import Array, positive, values
 from flatpunch.indenters._common import FULL_TURN, corner_angles, power
+from flatpunch.indenters.shape import Shape
 
 _SAMPLES = FULL_TURN * (np.arange(720) + 0.382) / 720
 """Angles at which psi is tried: twice a degree, off the multiples of common corners."""
@@ -109,7 +110,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> PPoly:
 
 
 @dataclass(frozen=True, slots=True)
-class PowerLaw:
+class PowerLaw(Shape):
     """Indenter f = r^n psi(phi).
 
     Parameters
@@ -129,7 +130,7 @@ class PowerLaw:
         If psi is not positive, finite and periodic, or does not accept arrays.
     """
 
-    exponent: float
+    exponent: float = field()
     angular: Callable[[Array], Array]
     corners: tuple[float, ...] = ()
     _round: bool = field(init=False, repr=False, compare=False)
@@ -139,16 +140,6 @@ class PowerLaw:
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
         object.__setattr__(self, "angular", _as_angular(angular, self.corners))
         object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))
-
-    @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks along a radius."""
-        return ()
 
     @property
     def round(self) -> bool:

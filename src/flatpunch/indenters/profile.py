@@ -1,7 +1,8 @@
 """What the contact theory asks of an indenter: the gap f(r, phi) at first touch and its slope.
 
 f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0.
-Concrete indenters are frozen dataclasses, one per file; none is subclassed.
+Concrete indenters are frozen dataclasses, one per file. What most of them answer alike they inherit from `Shape` or `RoundShape`
+(`shape`); an indenter of your own needs no base class.
 
 Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. A shape that is made of
 pieces joined without an edge may name the joints in `seams`, polar angles like `corners`; quadrature over the
@@ -53,3 +54,8 @@ class Indenter(Protocol):
 
     def __hash__(self) -> int:
         """Equal indenters share what has been computed for them."""
+
+
+def split_angles(indenter: Indenter) -> list[float]:
+    """Polar angles at which quadrature over the angle is split [rad]: `corners` and, where the shape has them, `seams`."""
+    return sorted({*indenter.corners, *getattr(indenter, "seams", ())})

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._validation import Array
-from flatpunch.indenters._common import FULL_TURN, inclination
+from flatpunch.indenters._common import FULL_TURN, inclination, spread
+from flatpunch.indenters.shape import Shape
 
 
 @dataclass(frozen=True, slots=True)
-class Pyramid:
+class Pyramid(Shape):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
@@ -47,24 +48,9 @@ class Pyramid:
         return 1.0
 
     @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
     def corners(self) -> tuple[float, ...]:
         """Directions of the edges, (2 j + 1) pi/N [rad]."""
         return tuple((2 * j + 1) * math.pi / self.sides for j in range(self.sides))
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks along a radius."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """False."""
-        return False
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) = tan(inclination) cos(angle to the nearest face normal), in the shape of phi [rad]."""
@@ -78,6 +64,4 @@ class Pyramid:
 
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
-        result = np.empty(np.broadcast_shapes(np.shape(r), np.shape(phi)))
-        result[...] = self.angular(phi)
-        return result
+        return spread(self.angular(phi), r)

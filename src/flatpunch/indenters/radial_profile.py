@@ -20,10 +20,11 @@ from scipy.interpolate import PPoly
 
 from flatpunch._validation import Array, values
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
 
 
 @dataclass(frozen=True, slots=True)
-class RadialProfile:
+class RadialProfile(RoundShape):
     """Body of revolution through measured points.
 
     Parameters
@@ -77,29 +78,14 @@ class RadialProfile:
         return cls(np.sqrt(areas / np.pi), depth)
 
     @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
     def reach(self) -> float:
         """Last radius of the table [m]; beyond it the profile is continued straight, for no result to use."""
         return self.r[-1]
 
     @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges along a radius."""
-        return ()
-
-    @property
     def rings(self) -> tuple[float, ...]:
         """The kinks."""
         return self.kinks
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
 
     @property
     def tabulated(self) -> bool:

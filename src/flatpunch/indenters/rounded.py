@@ -23,10 +23,11 @@ from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.cone import Cone
 from flatpunch.indenters.facets import FacetedPyramid, edge_directions, face_gradients
 from flatpunch.indenters.pyramid import Pyramid
+from flatpunch.indenters.shape import Shape
 
 
 @dataclass(frozen=True, slots=True)
-class Rounded:
+class Rounded(Shape):
     """Pyramid or cone whose tip is rounded with a given radius, its faces tangent to the cap.
 
     Parameters
@@ -55,21 +56,6 @@ class Rounded:
         object.__setattr__(self, "radius", positive("Rounded.radius", self.radius))
         object.__setattr__(self, "true_sphere", bool(self.true_sphere))
         object.__setattr__(self, "_gradients", None if isinstance(self.tip, Cone) else face_gradients(self.tip))
-
-    @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges: they are rounded too."""
-        return ()
 
     @property
     def seams(self) -> tuple[float, ...]:

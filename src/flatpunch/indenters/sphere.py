@@ -8,13 +8,14 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
 
 USABLE = 0.95
 """Largest contact radius over R: beyond it slopes exceed 3, which the theory does not cover."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sphere:
+class Sphere(RoundShape):
     """Ball, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
 
     Parameters
@@ -29,29 +30,9 @@ class Sphere:
         object.__setattr__(self, "radius", positive("Sphere.radius", self.radius))
 
     @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
-
-    @property
     def reach(self) -> float:
         """0.95 R; the height is defined up to R and infinite beyond, where the ball has no surface."""
         return USABLE * self.radius
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """No edges."""
-        return ()
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks."""
-        return ()
-
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import power
+from flatpunch.indenters.shape import Shape
 
 
 @dataclass(frozen=True, slots=True)
-class Superellipse:
+class Superellipse(Shape):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters
@@ -44,11 +45,6 @@ class Superellipse:
             )
 
     @property
-    def reach(self) -> float:
-        """Infinite: an idealised shape."""
-        return float("inf")
-
-    @property
     def corners(self) -> tuple[float, ...]:
         """The axes, for a rhombus (power 1); otherwise none."""
         return _AXES if self.power == 1 else ()
@@ -60,11 +56,6 @@ class Superellipse:
             return () if self.power in (1, 2) else _AXES
         diagonal = math.atan2(self.half_y, self.half_x)
         return tuple(sorted({*_AXES, diagonal, math.pi - diagonal, math.pi + diagonal, 2 * math.pi - diagonal}))
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks along a radius."""
-        return ()
 
     @property
     def round(self) -> bool:

@@ -20,6 +20,7 @@ from flatpunch.indenters.power_law import PowerLaw
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.pyramid import Pyramid
 from flatpunch.indenters.rounded import Rounded
+from flatpunch.indenters.shape import Shape
 
 _STEP = 5e-5
 """Step of five-point differences over the polar angle [rad]: rounding 1e-11 of f, truncation far below."""
@@ -138,15 +139,12 @@ class _LeaningAngular:
 
 
 @dataclass(frozen=True, slots=True)
-class _Recentred:
+class _Recentred(Shape):
     """f + gradient . x about the point `apex` of a smooth tip."""
 
     tip: Indenter
     gradient: tuple[float, float]
     apex: tuple[float, float]
-    exponent: None = None
-    corners: tuple[float, ...] = ()
-    round: bool = False
 
     @property
     def reach(self) -> float:

@@ -10,7 +10,8 @@ from scipy.optimize import minimize_scalar
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.cylinder import Cylinder
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.shape import Shape
 
 _ANGLES = 720
 _HALVINGS = 200
@@ -18,7 +19,7 @@ _SAME = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class Truncated:
+class Truncated(Shape):
     """Tip cut off flat: f = max(0, f_tip - height).
 
     The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names its
@@ -62,11 +63,6 @@ class Truncated:
             options={"xatol": 1e-12},
         )
         return cls(tip, max(float(values.max()), -float(found.fun) * float(values.max())))
-
-    @property
-    def exponent(self) -> None:
-        """None: no power law."""
-        return None
 
     @property
     def reach(self) -> float:
@@ -143,7 +139,7 @@ def _refined(tip: Indenter, level: float, angles: Array, radii: Array, sign: int
 
 def _angles(tip: Indenter) -> Array:
     even = FULL_TURN * np.arange(_ANGLES) / _ANGLES
-    return np.array(sorted({*even, *tip.corners, *getattr(tip, "seams", ())}))
+    return np.array(sorted({*even, *split_angles(tip)}))
 
 
 def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
