@@ -7,7 +7,7 @@ one with the same parameters, so that media made of them can be cached and writt
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,21 @@ Law = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
-class LinearModulus:
+class _Transition:
+    """What the laws from one modulus to another share: both, the depth between them, and that every parameter is > 0."""
+
+    top: float
+    bottom: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        for parameter in fields(self):
+            value = positive(f"{type(self).__name__}.{parameter.name}", getattr(self, parameter.name))
+            object.__setattr__(self, parameter.name, value)
+
+
+@dataclass(frozen=True, slots=True)
+class LinearModulus(_Transition):
     """E(z) = top + (bottom - top) z/thickness.
 
     Parameters
@@ -31,20 +45,13 @@ class LinearModulus:
         Depth at which `bottom` is reached [m], > 0.
     """
 
-    top: float
-    bottom: float
-    thickness: float
-
-    def __post_init__(self) -> None:
-        _check_positive(self, "top", "bottom", "thickness")
-
     def __call__(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m]."""
         return self.top + (self.bottom - self.top) * (np.asarray(z) / self.thickness)
 
 
 @dataclass(frozen=True, slots=True)
-class ExponentialModulus:
+class ExponentialModulus(_Transition):
     """E(z) = top (bottom/top)^(z/thickness).
 
     Parameters
@@ -55,20 +62,13 @@ class ExponentialModulus:
         Depth at which `bottom` is reached [m], > 0.
     """
 
-    top: float
-    bottom: float
-    thickness: float
-
-    def __post_init__(self) -> None:
-        _check_positive(self, "top", "bottom", "thickness")
-
     def __call__(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m]."""
         return np.asarray(self.top * np.exp(np.log(self.bottom / self.top) * (np.asarray(z) / self.thickness)))
 
 
 @dataclass(frozen=True, slots=True)
-class PowerModulus:
+class PowerModulus(_Transition):
     """E(z) = top + (bottom - top) (z/thickness)^exponent, the usual law of metal-ceramic coatings.
 
     Parameters
@@ -81,13 +81,7 @@ class PowerModulus:
         > 0; 1 is the linear law.
     """
 
-    top: float
-    bottom: float
-    thickness: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        _check_positive(self, "top", "bottom", "thickness", "exponent")
 
     def __call__(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m]."""
@@ -153,8 +147,3 @@ class Constant:
     def __call__(self, z: Array) -> Array:
         """The value at depths z [m]."""
         return np.full(np.shape(z), self.value)
-
-
-def _check_positive(law: Any, *names: str) -> None:
-    for name in names:
-        object.__setattr__(law, name, positive(f"{type(law).__name__}.{name}", getattr(law, name)))
