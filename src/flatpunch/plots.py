@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.path import Path as Outline
+from scipy.ndimage import distance_transform_edt
 
 from flatpunch._validation import Array
 from flatpunch.contact import pressure
@@ -112,8 +115,12 @@ def pressure_map(
     )
     factor, unit = readable(half, "m")
     values, pressure_unit = _scaled(field, "Pa", quantile=True)
-    (_coloured if work is None else _tension_and_pressure)(axes, x * factor, values, f"pressure $p$ ({pressure_unit})")
-    axes.plot(*_curve(result["contour"].values[last], result["phi"].values, factor), color=_OUTLINE, linewidth=1.0)
+    rim = _curve(result["contour"].values[last], result["phi"].values, factor)
+    draw = _coloured if work is None else _tension_and_pressure
+    mesh = draw(axes, x * factor, values, f"pressure $p$ ({pressure_unit})", bool(np.isfinite(rim).all()))
+    axes.plot(*rim, color=_OUTLINE, linewidth=1.0)
+    if np.isfinite(rim).all():
+        mesh.set_clip_path(Outline(np.column_stack(rim)), axes.transData)
     axes.grid(visible=False)
     _frame(axes, half * factor, unit)
     force, force_unit = _scaled(result["force"].values[last : last + 1], "N")
@@ -121,22 +128,31 @@ def pressure_map(
     return axes
 
 
-def _coloured(axes: Axes, x: Array, values: Array, label: str) -> None:
+def _shown(values: Array, clipped: bool) -> Array:
+    """Values where there are any; if `clipped` they go on beyond the rim, where the outline will cut them off."""
+    empty = values == 0
+    if not clipped or empty.all():
+        return np.where(empty, np.nan, values)
+    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return np.asarray(values[rows, columns])
+
+
+def _coloured(axes: Axes, x: Array, values: Array, label: str, clipped: bool) -> QuadMesh:
     inside = values[values != 0]
     largest = float(inside.max()) if inside.size else 1.0
     # Pressure is infinite at the edge of a flat end and at a sharp apex: there, colours must not depend on how near a pixel
     # comes to it. Elsewhere the largest pressure is at most a few per cent above this quantile.
     quantile = float(np.quantile(inside, 0.995)) if inside.size else 1.0
     top = largest if largest < 1.1 * quantile else quantile
-    shown = np.where(values == 0, np.nan, values)
-    bottom = min(0.0, float(values.min()))
+    shown, bottom = _shown(values, clipped), min(0.0, float(values.min()))
     mesh = axes.pcolormesh(x, x, shown, cmap="viridis", vmin=bottom, vmax=top, shading="nearest", rasterized=True)
     drawn = axes.get_figure()
     assert drawn is not None
     drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="max" if top < largest else "neither")
+    return mesh
 
 
-def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str) -> None:
+def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str, clipped: bool) -> QuadMesh:
     """Draw an adhesive pressure: tension red, pressure blue, none white.
 
     At the edge tension is infinite: a twentieth of the contact, along the edge, takes the darkest red.
@@ -144,11 +160,12 @@ def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str) -> No
     inside = values[values != 0]
     lowest = float(np.quantile(inside, 0.05)) if inside.size else -1.0
     limit = max(float(inside.max()) if inside.size else 1.0, -lowest)
-    shown = np.where(values == 0, np.nan, values)
+    shown = _shown(values, clipped)
     mesh = axes.pcolormesh(x, x, shown, cmap="RdBu", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
     drawn = axes.get_figure()
     assert drawn is not None
     drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="min")
+    return mesh
 
 
 def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:

@@ -10,7 +10,11 @@ import pytest
 import flatpunch as fp
 
 ROOT = Path(__file__).resolve().parents[2]
-STIFF = {"film-2", "film-4", "film-10", "film-30", "film-100", "stiff-soft-stiff", "soft-stiff-soft"}
+STIFF = {f"film-{ratio}" for ratio in (2, 3, 4, 7, 10, 20, 30, 50, 100)} | {
+    "film-2-sliding",
+    "stiff-soft-stiff",
+    "soft-stiff-soft",
+}
 
 
 def test_errors_of_the_methods():
