@@ -95,7 +95,8 @@ def _mark(jump: dict[str, Any], axes: Axes, by_depth: float, by_force: float, *,
     label = f"{_NAMES[jump['kind']]}\n{force} at {depth}"
     # beside the lines: below the approach, and on the way back within the loop, or below it where pull-off is its lowest point
     offset, side = ((9, -5), "top") if below or colour == _APPROACH else ((8, 4), "bottom")
-    axes.annotate(label, at, xytext=offset, textcoords="offset points", color=colour, fontsize=8, va=side)
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+    axes.annotate(label, at, xytext=offset, textcoords="offset points", color=colour, fontsize=8, va=side, bbox=box)
 
 
 def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:

@@ -48,18 +48,20 @@ def test_adhesive_pressure_map_has_its_tension(axes):
     result = fp.indent(GEL, BALL, work_of_adhesion=WORK, depth=[-2e-8, 1e-7], angles=24)
     plots.pressure_map(result, GEL, BALL, axes, points=399)  # no pixel at the edge itself
     mesh = axes.collections[0]
-    field = np.asarray(mesh.get_array().filled(np.nan))
+    x = np.linspace(-1.25, 1.25, 399)
+    # the map is cut off at the outline
+    assert mesh.get_clip_path() is not None
+    field = np.where(np.hypot(x[:, None], x) < 1, np.asarray(mesh.get_array().filled(np.nan)), 0.0)
     middle = field[199]
-    inside = middle[np.isfinite(middle) & (middle != 0)]
+    inside = middle[middle != 0]
     assert inside[inside.size // 2] > 0 > inside[1]
     low, high = mesh.get_clim()
     assert low == -high
     # the force of the whole map; the root singularity of the tension leaves a per cent of it on cells of 1/160 of the radius
     unit = {"Pa": 1.0, "kPa": 1e3}[axes.figure.axes[1].get_ylabel().split("(")[1][:-1]]
-    finite = np.where(np.isfinite(field), field, 0.0)
     cell = (2 * 1.25 * float(result["radius"][1]) / 398) ** 2
     tension = float(result["force"][1]) - fp.indent(GEL, BALL, radius=float(result["radius"][1])).force.item()
-    assert finite.sum() * unit * cell == pytest.approx(float(result["force"][1]), abs=0.05 * abs(tension))
+    assert field.sum() * unit * cell == pytest.approx(float(result["force"][1]), abs=0.05 * abs(tension))
 
 
 @pytest.mark.parametrize(
