@@ -144,7 +144,8 @@ def _coloured(axes: Axes, x: Array, values: Array, label: str, clipped: bool) ->
     # comes to it. Elsewhere the largest pressure is at most a few per cent above this quantile.
     quantile = float(np.quantile(inside, 0.995)) if inside.size else 1.0
     top = largest if largest < 1.1 * quantile else quantile
-    shown, bottom = _shown(values, clipped), min(0.0, float(values.min()))
+    # what is infinite would be left blank
+    shown, bottom = np.nan_to_num(_shown(values, clipped), nan=np.nan, posinf=top), min(0.0, float(values.min()))
     mesh = axes.pcolormesh(x, x, shown, cmap="viridis", vmin=bottom, vmax=top, shading="nearest", rasterized=True)
     drawn = axes.get_figure()
     assert drawn is not None
@@ -160,7 +161,7 @@ def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str, clipp
     inside = values[values != 0]
     lowest = float(np.quantile(inside, 0.05)) if inside.size else -1.0
     limit = max(float(inside.max()) if inside.size else 1.0, -lowest)
-    shown = _shown(values, clipped)
+    shown = np.nan_to_num(_shown(values, clipped), nan=np.nan, neginf=-limit)
     mesh = axes.pcolormesh(x, x, shown, cmap="RdBu", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
     drawn = axes.get_figure()
     assert drawn is not None
