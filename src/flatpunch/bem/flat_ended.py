@@ -9,7 +9,7 @@ import numpy as np
 
 from flatpunch._validation import Array, positive
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Levels
+from flatpunch.bem.levels import Levels, mirror_axes
 from flatpunch.bem.memory import announced
 from flatpunch.bem.operator import to_numpy
 from flatpunch.bem.outline import trace_outline
@@ -73,10 +73,10 @@ def solve_punch(
     if not mask.any():
         raise ValueError("planform holds no cell of the grid. Its coordinates are in metres, as the grid's.")
     levels = announced(Levels(kernel, grid, xp, single), 1)
-    operator = levels.operator
-    p, total, error, iterations = punch_stiffness(operator, xp.asarray(mask), tolerance, limit)
-    u = to_numpy(operator.apply(p)).astype(float) * depth
-    p_si = to_numpy(p).astype(float) * (kernel.modulus * depth / grid.spacing)
+    part = levels.folded(mirror_axes(levels, mask.astype(float)))
+    p, total, error, iterations = punch_stiffness(part.operator, xp.asarray(part.kept(mask)), tolerance, limit)
+    u = part.unfolded(to_numpy(part.operator.apply(p)).astype(float)) * depth
+    p_si = part.unfolded(to_numpy(p).astype(float)) * (kernel.modulus * depth / grid.spacing)
     k = total * kernel.modulus * grid.spacing
     converged = error <= tolerance
     notes = () if converged else (not_converged(error, 0.0, 0.0, tolerance, (iterations,)),)

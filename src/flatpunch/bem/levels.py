@@ -135,7 +135,7 @@ class Levels:
 
     def symmetries(self, height: Callable[[Grid], Array]) -> tuple[bool, bool]:
         """Along which axes the indenter is its own mirror image about the grid's centre, and may be solved folded."""
-        return _mirror_axes(self, height(self.grid) / self.grid.spacing)
+        return mirror_axes(self, height(self.grid) / self.grid.spacing)
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
         """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are dear."""
@@ -154,22 +154,16 @@ class Levels:
         along_x, along_y = self.grid.mirrored
         return values[along_y * self.grid.ny :, along_x * self.grid.nx :]
 
-    def unfolded(self, state: State) -> State:
+    def unfolded(self, values: Any) -> Any:
+        """An array of this folded grid on the whole one."""
+        along_x, along_y = self.grid.mirrored
+        wide = np.concatenate([values[:, ::-1], values], axis=1) if along_x else values
+        return np.concatenate([wide[::-1], wide]) if along_y else wide
+
+    def unfolded_state(self, state: State) -> State:
         """A solution on the whole grid."""
-        if self.grid.copies == 1:
-            return state
-
-        def whole(half: Array) -> Array:
-            along_x, along_y = self.grid.mirrored
-            wide = np.concatenate([half[:, ::-1], half], axis=1) if along_x else half
-            return np.concatenate([wide[::-1], wide]) if along_y else wide
-
-        return replace(
-            state,
-            pressure=whole(state.pressure),
-            displacement=whole(state.displacement),
-            contact=whole(state.contact),
-        )
+        fields = ("pressure", "displacement", "contact")
+        return replace(state, **{name: self.unfolded(getattr(state, name)) for name in fields})
 
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
@@ -229,7 +223,7 @@ def solve_depth(
     if start is not None:
         start = folded.kept(start)
     state, effort = _nested_depth(folded, height, depth, tolerance, limit, start)
-    return folded.unfolded(state), effort
+    return folded.unfolded_state(state), effort
 
 
 def _nested_depth(
@@ -255,12 +249,12 @@ def solve_force(
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
     folded = levels.folded(levels.symmetries(height))
     state, effort, _ = _nested_force(folded, height, force, guess, tolerance, limit)
-    return folded.unfolded(state), effort
+    return folded.unfolded_state(state), effort
 
 
 def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
     """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
-    folded = levels.folded(_mirror_axes(levels, to_numpy(contact).astype(float)))
+    folded = levels.folded(mirror_axes(levels, to_numpy(contact).astype(float)))
     stiffness = punch_stiffness(folded.operator, folded.kept(contact), tolerance)[1]
     return stiffness * levels.kernel.modulus * levels.grid.spacing
 
@@ -358,7 +352,7 @@ def _cells(grid: Grid) -> int:
     return grid.nx * grid.ny * grid.copies
 
 
-def _mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
+def mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
     """Along which axes an array on the whole grid is its own mirror image; only with NumPy, which has cosine transforms."""
     if levels.xp is not np or levels.grid.copies > 1:
         return False, False

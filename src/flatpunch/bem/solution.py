@@ -10,11 +10,11 @@ import numpy as np
 
 from flatpunch._validation import Array, FlatpunchWarning, positive
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Effort, Levels
+from flatpunch.bem.levels import Effort, Levels, solve_stiffness
 from flatpunch.bem.operator import to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.shape import Height
-from flatpunch.bem.solver import State, punch_stiffness
+from flatpunch.bem.solver import State
 
 SINGLE_FLOOR = 1e-5
 """Smallest tolerance that single precision can reach."""
@@ -96,7 +96,7 @@ def solution_of(
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.length, sharp=sharp)
     k = float("nan")
     if stiffness:
-        k = punch_stiffness(levels.operator, state.contact, max(_STIFFNESS_TOLERANCE, tolerance))[1] * modulus * h
+        k = solve_stiffness(levels, state.contact, max(_STIFFNESS_TOLERANCE, tolerance))
     converged = state.converged and effort.force_error <= tolerance
     notes = [outline.note] if outline.note else []
     if not converged:
