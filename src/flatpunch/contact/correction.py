@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
 
 from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.expansion import PerturbedContact
+from flatpunch.contact.node_spline import between_good, left_out, spline_through
 from flatpunch.contact.perturbed import Expansion, Series
 from flatpunch.contact.ridges import traced
 from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, TableRows
@@ -112,16 +112,17 @@ class Correction:
             values = np.repeat(table, x.size, axis=0)
             ones = np.ones(x.size)
             return Ratios(values, np.zeros_like(values), grid * ones, rim * ones, np.full(x.size, not lost[0]))
-        spline = _spline(nodes, table)
+        spline = spline_through(nodes, table)
         frozen = x != np.log(radius)
         slopes = np.where(frozen[:, None], 0.0, spline(x, nu=1))
-        left = _left_out(nodes, table)
+        left = left_out(nodes, table)
         upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-        # between two solutions the worse of them counts
-        force = _CAUTION * np.maximum(left[upper - 1, FORCE], left[upper, FORCE]) + grid
+        # between two solutions the worse of them counts, at one of them none
+        caution = np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, _CAUTION)
+        force = caution * np.maximum(left[upper - 1, FORCE], left[upper, FORCE]) + grid
         shape = left[:, OUTLINE:].max(axis=1)
-        outline = _CAUTION * np.maximum(shape[upper - 1], shape[upper]) + rim
-        return Ratios(spline(x), slopes, force, outline, _beside(nodes, ~lost, x), over_base)
+        outline = caution * np.maximum(shape[upper - 1], shape[upper]) + rim
+        return Ratios(spline(x), slopes, force, outline, between_good(nodes, ~lost, x), over_base)
 
     def _table(self, nodes: Array) -> tuple[Array, bool]:
         """Known ratios, and whether those of the force are over the round base, which then is the smoother choice."""
@@ -130,7 +131,7 @@ class Correction:
             return table, False
         radius, other = np.exp(nodes), table.copy()
         other[:, FORCE] += np.log(self.expansion.loading(radius).force / self.expansion.unperturbed(radius).force)
-        over_base = bool(np.diff([_left_out(nodes, part[:, :1]).max() for part in (table, other)]) < 0)
+        over_base = bool(np.diff([left_out(nodes, part[:, :1]).max() for part in (table, other)]) < 0)
         return (other if over_base else table), over_base
 
     @property
@@ -149,7 +150,9 @@ class Correction:
 
     def _refine(self, low: float, high: float, rtol: float) -> Array:
         """Positions of the solutions that carry [low, high], added until the estimate is below rtol."""
-        # one beyond each end: where nothing follows, splines and what is left out of them are of little worth
+        if low == high and not self._self_similar and not self._surrounded(low):
+            return self._single(low)
+        # one solution beyond each end: where nothing follows, splines and what is left out of them are of little worth
         first, last = int(np.floor(low / _START)) - 1, int(np.ceil(high / _START)) + 1
         start = np.arange(first, last + 1) * _START
         if self.indenter.exponent is not None:
@@ -157,11 +160,7 @@ class Correction:
             start = start[~quiet | (np.arange(start.size) % 2 == 1) | (start == start[-1])]
         if self._self_similar:
             start = np.zeros(1)
-        reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
-        start = np.unique(np.minimum(start, reach))
-        # within a flat end there is no contact of that size
-        depth = self.expansion.descent(np.exp(start)).depth
-        start = start[depth > _ROUNDING * depth.max()]
+        start = self._possible(start)
         if start[0] > low:
             start = np.concatenate([[low], start])
         self._solve(start)
@@ -173,7 +172,7 @@ class Correction:
                 self._solve(np.array([nodes.mean()]))
                 continue
             table = np.nan_to_num(self._table(nodes)[0])
-            wrong = _left_out(nodes, table)
+            wrong = left_out(nodes, table)
             shape = np.where(table[:, RADIUS] < _CROSS, 0.0, wrong[:, OUTLINE:].max(axis=1))
             split = np.zeros(nodes.size - 1, dtype=bool)
             for error, tolerance, finest in (
@@ -185,6 +184,25 @@ class Correction:
             if not split.any():
                 return nodes
             self._solve((nodes[1:] + nodes[:-1])[split] / 2)
+
+    def _surrounded(self, x: float) -> bool:
+        """Whether there are solutions close by on both sides."""
+        known = np.array(list(self.known))
+        near = known[np.abs(known - x) < _START]
+        return bool((near < x).any() and (near > x).any())
+
+    def _single(self, x: float) -> Array:
+        """One position and what the slope there takes: for a single step that is worth more than a range."""
+        nodes = np.union1d(self._possible(np.array([x - _START / 2, x + _START / 2])), x)
+        self._solve(nodes)
+        return nodes
+
+    def _possible(self, nodes: Array) -> Array:
+        """Positions within the tip's reach and beyond its flat end, where there is a contact of that size."""
+        reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
+        nodes = np.unique(np.minimum(nodes, reach))
+        depth = self.expansion.descent(np.exp(nodes)).depth
+        return np.asarray(nodes[depth > _ROUNDING * depth.max()])
 
     def _solve(self, positions: Array) -> None:
         """Boundary element solutions at new positions ln a, as ratios to the second-order theory."""
@@ -243,49 +261,10 @@ def reference_outline(expansion: Expansion, contact: PerturbedContact, phi: Arra
 def tabulated(table: TableRows, radius: Array) -> Ratios:
     """Ratios at base radii > 0 from the table of standard tips; those of its first node below it."""
     x = np.maximum(np.log(radius), table.nodes[0])
-    spline = _spline(table.nodes, table.rows)
+    spline = spline_through(table.nodes, table.rows)
     slopes = np.where((x > table.nodes[0])[:, None], spline(x, nu=1), 0.0)
     ones = np.ones(radius.size)
     return Ratios(spline(x), slopes, FORCE_ERROR * ones, OUTLINE_ERROR * ones, np.ones(radius.size, dtype=bool))
-
-
-def _spline(nodes: Array, table: Array) -> CubicSpline:
-    """Spline through the solutions: not-a-knot cubic, lower degree where there are few."""
-    if nodes.size > 3:
-        return CubicSpline(nodes, table)
-    return make_interp_spline(nodes, table, k=nodes.size - 1)
-
-
-def _left_out(nodes: Array, table: Array) -> Array:
-    """Estimated error of the spline beside each node, shape of table: a fifth of what the cubic through four neighbours misses.
-
-    Leaving a node out doubles the local spacing, so the error of a cubic grows sixteenfold where it is resolved; five is on
-    the safe side. Only neighbours are asked, so that a rough stretch asks for no solutions elsewhere. At the ends, where leaving
-    out extrapolates, the next node's value stands.
-    """
-    wrong = np.zeros_like(table)
-    for i in range(1, nodes.size - 1):
-        first = max(0, min(i - 2, nodes.size - 5))
-        near = [j for j in range(first, min(first + 5, nodes.size)) if j != i]
-        wrong[i] = np.abs(_lagrange_weights(nodes[near], nodes[i]) @ table[near] - table[i]) / 5
-    wrong[0], wrong[-1] = wrong[1], wrong[-2]
-    return wrong
-
-
-def _lagrange_weights(nodes: Array, at: float) -> Array:
-    """Weights of values at the nodes, shape (n,), in the value at a point of the polynomial through them."""
-    distance = nodes[:, None] - nodes
-    np.fill_diagonal(distance, 1.0)
-    away = np.broadcast_to(at - nodes, distance.shape).copy()
-    np.fill_diagonal(away, 1.0)
-    return np.asarray(np.prod(away / distance, axis=1))
-
-
-def _beside(nodes: Array, good: Flags, x: Array) -> Flags:
-    """Whether both nodes around each point are good, or the one node it coincides with."""
-    upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    at = np.abs(nodes[upper] - x) < 1e-9
-    return np.asarray((good[upper - 1] | at) & (good[upper] | (np.abs(nodes[upper - 1] - x) < 1e-9)))
 
 
 @lru_cache(maxsize=32)

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Flags
 from flatpunch.compliance import compliance
 from flatpunch.contact.control import Loading
 from flatpunch.contact.curve import Control, Extra
@@ -83,10 +83,18 @@ def _outline_error(indenter: Indenter, contact: PerturbedContact) -> Array:
 
 def _flat_spread(indenter: Indenter, contact: PerturbedContact) -> Array:
     """ln of the largest over the smallest radius of a flat end while the contact hardly exceeds it, else 0; shape (n,)."""
+    beside = beside_flat_end(indenter, contact.radius)
+    return (
+        np.where(beside, np.log(indenter.rings[-1] / indenter.rings[0]), 0.0) if beside.any() else 0.0 * contact.radius
+    )
+
+
+def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
+    """Where contacts hardly exceed a flat end that is not round, so that its edge rules the pressure; shape (n,)."""
     rings = indenter.rings
     if len(rings) < 2 or np.min(indenter.height(np.array(rings[0]), np.linspace(0, 2 * np.pi, 97))) > 0:
-        return np.zeros_like(contact.radius)
-    return np.where(contact.radius < 1.2 * rings[-1], np.log(rings[-1] / rings[0]), 0.0)
+        return np.zeros(radius.shape, dtype=bool)
+    return np.asarray(radius < 1.2 * rings[-1])
 
 
 def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:

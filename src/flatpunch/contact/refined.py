@@ -24,7 +24,7 @@ from flatpunch.contact.correction import (
     tabulated,
 )
 from flatpunch.contact.curve import Control, Curve, first_failure
-from flatpunch.contact.error_estimate import estimates
+from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.perturbed import Series, controlled, superpose_expansion
 from flatpunch.contact.second_order import expansion_of
@@ -33,6 +33,8 @@ from flatpunch.contact.tabulated import tabulated_rows
 from flatpunch.indenters.profile import Indenter
 
 _ANGLES, _CELLS = 360, 256
+_EDGE_ERROR = 0.5
+"""Force error of the grid times the cells per side where the pressure is still nearly singular at the edge of a flat end."""
 
 
 class RefinedExpansion:
@@ -177,7 +179,10 @@ def solve(
         contour=contour,
         valid=np.ones(contact.depth.size, dtype=bool),
         notes=notes,
-        extra=estimates(ratios.error, np.where(traced, shape_error, np.inf)),
+        extra=estimates(
+            ratios.error + _EDGE_ERROR / cells * beside_flat_end(indenter, contact.radius),
+            np.where(traced, shape_error, np.inf),
+        ),
     )
 
 
