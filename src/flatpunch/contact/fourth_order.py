@@ -29,7 +29,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         ~contact.sound,
         curve.depth,
         "the fourth-order term is too large, or changes too fast with the size of the contact (strong asymmetry or a stiff "
-        "film); these steps are second order.",
+        "film); these steps are second order. method='refined' holds there, at the cost of some seconds.",
     )
     return _merged(curve, second_order.solve(kernel, indenter, control, phi), contact.sound, note)
 
