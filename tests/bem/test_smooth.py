@@ -5,8 +5,9 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem import Grid
-from flatpunch.bem.levels import Levels, beyond_the_rim, solve_depth, solve_force
+from flatpunch.bem.levels import Levels, solve_depth, solve_force
 from flatpunch.bem.operator import build_operator
+from flatpunch.bem.prolongation import beyond_the_rim
 from flatpunch.bem.smooth import precondition, smooth_modes
 from flatpunch.bem.solver import remove_gap
 from flatpunch.compliance import compliance

@@ -19,6 +19,7 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator import Operator, build_operator, coefficients_for, padded_shape, to_numpy
+from flatpunch.bem.prolongation import prolong, sampled
 from flatpunch.bem.solver import Aim, State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
 
@@ -211,8 +212,8 @@ class Punch:
 
     def share(self, grid: Grid) -> Array:
         """Share of its force that each cell of a grid carries."""
-        sampled = _sampled(self.pressure, self.grid, grid)
-        return np.asarray(sampled / (grid.copies * sampled.sum()))
+        pressure = sampled(self.pressure, self.grid, grid)
+        return np.asarray(pressure / (grid.copies * pressure.sum()))
 
 
 def solve_depth(
@@ -233,7 +234,7 @@ def _nested_depth(
     coarser = levels.coarser
     if start is None and coarser is not None:
         state, effort = _nested_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit, None)
-        before, start = effort.iterations, prolong(state.pressure, coarser, levels)
+        before, start = effort.iterations, levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid))
     cells, taken = levels.cells(height), 0
     window = None if start is None else levels.window(start)
     if window is not None:
@@ -268,7 +269,10 @@ def _nested_force(
         return state, Effort((taken,), missing), None
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
     state, effort, punch = _nested_force(coarser, height, force, guess, coarse_tolerance, limit)
-    start, depth = prolong(state.pressure, coarser, levels), state.depth * coarser.grid.spacing
+    start, depth = (
+        levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
+        state.depth * coarser.grid.spacing,
+    )
     if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
         punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
     cells, taken = levels.cells(height), 0
@@ -359,48 +363,3 @@ def mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
     even = [np.allclose(values, np.flip(values, axis), rtol=_EVEN, atol=_EVEN) for axis in (1, 0)]
     can = levels.grid.can_fold()
     return even[0] and can[0], even[1] and can[1]
-
-
-def prolong(pressure: Any, coarse: Levels, fine: Levels) -> Any:
-    """Pressure of a coarse grid on a finer one: p^2, linear at the rim of a smooth contact, is interpolated linearly."""
-    squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
-    return fine.operator.asarray(np.sqrt(np.maximum(_sampled(squared, coarse.grid, fine.grid), 0.0)))
-
-
-def _sampled(values: Array, coarse: Grid, fine: Grid) -> Array:
-    """Values of one grid at the cells of another, linear between them and zero beyond."""
-    along_x, along_y = coarse.mirrored
-    # a ring of zeros around, or on the other side of a mirror the first cells again
-    padded = np.pad(values, 1)
-    if along_y:
-        padded[0] = padded[1]
-    if along_x:
-        padded[:, 0] = padded[:, 1]
-    y, x = ((f - c[0]) / coarse.spacing + 1 for f, c in ((fine.y, coarse.y), (fine.x, coarse.x)))
-    between_rows = _between(padded, y)
-    return np.asarray(_between(between_rows.T, x).T)
-
-
-def _between(values: Array, position: Array) -> Array:
-    """Rows at fractional positions, those at the ends beyond them."""
-    position = np.clip(position, 0.0, values.shape[0] - 1.0)
-    low = np.minimum(position.astype(np.intp), values.shape[0] - 2)
-    share = (position - low)[:, None]
-    return np.asarray((1 - share) * values[low] + share * values[low + 1])
-
-
-def beyond_the_rim(squared: Array) -> Array:
-    """p^2 continued to the cells next to the contact, where it is negative: else the contact grows by half a cell.
-
-    Only half of the linear continuation is taken: a start too wide is corrected more easily than one too narrow, and
-    the rim of the coarse grid is itself known to a fraction of a cell only.
-    """
-    ny, nx = squared.shape
-    padded, empty = np.pad(squared, 2), squared == 0
-    total, sides = np.zeros_like(squared), np.zeros_like(squared)
-    for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        first, second = (padded[2 + n * dy : 2 + n * dy + ny, 2 + n * dx : 2 + n * dx + nx] for n in (1, 2))
-        known = empty & (first > 0) & (second > 0)
-        total += np.where(known, np.minimum(2 * first - second, 0.0), 0.0)
-        sides += known
-    return np.asarray(squared + 0.5 * total / np.maximum(sides, 1.0))
