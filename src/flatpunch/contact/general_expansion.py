@@ -241,7 +241,7 @@ class GeneralExpansion:
             return self._mean(slope)
         f = np.asarray(self.indenter.height(r[..., None], self._phi))
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(self._base_height(r) * self._mean(slope / f))
+            return np.asarray(np.exp(self._mean(np.log(f))) * self._mean(slope / f))
 
     def _mean(self, field: Array) -> Array:
         """Mean over the angle, the last axis."""
