@@ -174,7 +174,6 @@ def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
     assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.figure")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is no signal that a test could send there")
 def test_a_real_interrupt(case, tmp_path):
     """The signal itself, in a process of its own, while the solver is at work."""
     script = (

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flatpunch.files import units
@@ -39,6 +39,8 @@ def test_reads_quantities(text, dimension, expected):
         ("5 um", units.PRESSURE, "has the dimension of a length; a pressure such as '5 kPa' is needed"),
         ("5 deg", units.LENGTH, "has the dimension of an angle"),
         ("5 s", units.LENGTH, "has the dimension of a time"),
+        ("5 degC", units.LENGTH, r"has the dimension \[temperature\]"),
+        ("5 octave", units.LENGTH, "has no dimension"),
         ("5 kpa", units.PRESSURE, r"unknown unit 'kpa' \(did you mean 'kPa'\?\)"),
         ("5 micrn", units.LENGTH, "unknown unit 'micrn'"),
         ("5 )(", units.LENGTH, "unknown unit"),
@@ -65,6 +67,21 @@ def test_huge_powers_are_not_evaluated():
     """`pint` evaluates expressions; the reader hands it the unit alone, so a number cannot take for ever."""
     with pytest.raises(ValueError, match="unknown unit"):
         units.to_si("9**9**9**9 um", units.LENGTH)
+
+
+_WORDS = ("um", "Pa", "dB", "degC", "octave", "π", "**", "1e999", "lambda", "\n")
+_PIECES = st.sampled_from([*"mNsJ10.+-*/^()[]{}<=@#$%²½µé'_ ", *_WORDS])
+
+
+@settings(max_examples=400, derandomize=True, deadline=None)
+@given(st.one_of(st.lists(_PIECES, max_size=8).map("".join), st.text(max_size=8)), st.sampled_from(units.DIMENSIONS))
+def test_whatever_stands_for_a_unit_is_read_or_refused(text, dimension):
+    try:
+        value, refusal = units.to_si(f"5 {text}", dimension), ""
+    except ValueError as error:
+        value, refusal = 0.0, str(error)
+    assert math.isfinite(value)
+    assert not refusal or dimension.example in refusal
 
 
 @given(st.floats(min_value=1e-14, max_value=1e13), st.sampled_from(["m", "N", "Pa", "N/m", "m^2"]))

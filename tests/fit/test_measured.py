@@ -1,7 +1,5 @@
 """Real files, where they are at hand: they load, they fit, and the control gives its known modulus."""
 
-from pathlib import Path
-
 import pytest
 
 from flatpunch.fit import CurveError, fit, fit_film, read_curve, read_nanoindentation, tip_in_workbook
@@ -9,19 +7,22 @@ from flatpunch.fit.afm import read_afm
 from flatpunch.indenters import Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"measured data not found at {DATA}")
 BULK = HalfSpace(1e3, 0.5)
 
 
-def _file(pattern):
-    return next((DATA / "afmformats").glob(pattern))
+@pytest.fixture
+def curves(measured):
+    return measured / "afmformats"
 
 
-def test_chiaro_ball_on_soft_sample():
+@pytest.fixture
+def workbook(measured):
+    return measured / "micromechanics" / "Example.xls"
+
+
+def test_chiaro_ball_on_soft_sample(curves):
     """The instrument's own Hertz fit says 117 Pa (header of the file); the whole approach with its contact point gives 123 Pa."""
-    pytest.importorskip("afmformats")
-    curve = read_curve(_file("*.zip"))
+    curve = read_curve(next(curves.glob("*.zip")))
     assert curve.spring_constant == 0.019
     result = fit(curve, BULK, Sphere(27.5e-6), ["base.young"])
     assert result["base.young"] == pytest.approx(117, rel=0.07)
@@ -30,9 +31,8 @@ def test_chiaro_ball_on_soft_sample():
 
 
 @pytest.mark.parametrize("pattern", ["*.jpk-force", "*.tab"])
-def test_jpk_and_tab(pattern):
-    pytest.importorskip("afmformats")
-    curve = read_curve(_file(pattern))
+def test_jpk_and_tab(pattern, curves):
+    curve = read_curve(next(curves.glob(pattern)))
     assert curve.depth.size > 3000
     for medium, name in ((BULK, "base.young"), (Medium([Layer(1e3, 0.5, 5e-6)], RigidBase()), "layers[0].young")):
         result = fit(curve, medium, Sphere(10e-6), [name])
@@ -42,10 +42,9 @@ def test_jpk_and_tab(pattern):
     assert result["layers[0].young"] < fit(curve, BULK, Sphere(10e-6), ["base.young"])["base.young"]
 
 
-def test_ntmdt_with_decimal_commas():
+def test_ntmdt_with_decimal_commas(curves):
     """No header: spring constant and sensitivity come from the user. The tip is pulled in, which is refused unless asked for."""
-    pytest.importorskip("afmformats")
-    path = _file("*ntmdt*")
+    path = next(curves.glob("*ntmdt*"))
     curve = read_curve(path, spring_constant=0.05, sensitivity=70.0)
     with pytest.raises(CurveError, match="the tip is pulled in"):
         fit(curve, BULK, Sphere(10e-6), ["base.young"])
@@ -56,20 +55,18 @@ def test_ntmdt_with_decimal_commas():
 
 
 @pytest.mark.parametrize("test", ["Test 001", "Test 002"])
-def test_fused_silica_control(test):
+def test_fused_silica_control(test, workbook):
     """72 to 75 GPa for fused silica, from 100 nm to 2 um with the frame's compliance fitted, which the file has set to zero."""
-    path = DATA / "micromechanics" / "Example.xls"
-    curve, tip = read_nanoindentation(path, test), tip_in_workbook(path)
+    curve, tip = read_nanoindentation(workbook, test), tip_in_workbook(workbook)
     result = fit_film(curve, HalfSpace(60e9, 0.18), tip, ["base.young", "frame"], depths=(100e-9, 2e-6))
     assert 72e9 < result["base.young"] < 75e9
     # a few hundred nm/N is what nanoindenters have if nobody takes it out
     assert 1e-7 < result["frame"] < 3e-7
 
 
-def test_the_files_own_modulus():
+def test_the_files_own_modulus(workbook):
     """With the file's settings (beta = 1, no frame, 100 to 200 nm) its own averages come out: 76.318 and 77.749 GPa, to 0.5 %."""
-    path = DATA / "micromechanics" / "Example.xls"
-    tip = tip_in_workbook(path, beta=1.0)
+    tip = tip_in_workbook(workbook, beta=1.0)
     for test, modulus in (("Test 001", 76.318e9), ("Test 002", 77.749e9)):
-        result = fit_film(read_nanoindentation(path, test), HalfSpace(60e9, 0.18), tip, depths=(100e-9, 200e-9))
+        result = fit_film(read_nanoindentation(workbook, test), HalfSpace(60e9, 0.18), tip, depths=(100e-9, 200e-9))
         assert result["base.young"] == pytest.approx(modulus, rel=0.005)

@@ -1,7 +1,6 @@
 """The model file for nanite: it computes the model's force, and nanite itself takes it where it is installed."""
 
 import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
 GEL = Medium([Layer(5e3, 0.5, 2e-6)], RigidBase())
 FILM = Medium([Layer(5e3, 0.4, 2e-6)], HalfSpace(2e4, 0.22))
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "afmformats"
 
 
 def _loaded(path):
@@ -49,21 +47,20 @@ def test_what_cannot_be_written_is_refused(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore")  # nanite's own dependencies
-def test_nanite_takes_it(tmp_path):
+def test_nanite_takes_it(tmp_path, measured):
     """In an environment with nanite: registered, fitted to a real curve, and the modulus is that of the package's own fit."""
     nanite = pytest.importorskip("nanite", reason="nanite is installed in environments of its own only")
-    if not DATA.is_dir():
-        pytest.skip(f"measured data not found at {DATA}")
     from nanite.model import load_model_from_file
 
     path = write_nanite_model(tmp_path / "model_flatpunch_gel.py", GEL, Sphere(10e-6), title="Thin gel")
     model = load_model_from_file(path, register=True)
-    curve = nanite.load_group(next(DATA.glob("*.jpk-force")))[0]
+    file = next((measured / "afmformats").glob("*.jpk-force"))
+    curve = nanite.load_group(file)[0]
     curve.apply_preprocessing(["compute_tip_position", "correct_force_offset", "correct_tip_offset"])
     parameters = model.get_parameter_defaults()
     curve.fit_model(model_key=model.model_key, params_initial=parameters, weight_cp=False)
     assert curve.fit_properties["success"]
     fitted = curve.fit_properties["params_fitted"]["E"].value
-    own = fit(read_curve(next(DATA.glob("*.jpk-force"))), GEL, Sphere(10e-6), ["layers[0].young"])["layers[0].young"]
+    own = fit(read_curve(file), GEL, Sphere(10e-6), ["layers[0].young"])["layers[0].young"]
     # both fit the whole approach; the cantilever's noise is treated differently
     assert fitted == pytest.approx(own, rel=0.03)

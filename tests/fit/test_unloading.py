@@ -1,7 +1,5 @@
 """Stiffness from unloading curves: exact on power laws, and against the instrument's own on a real test."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,6 @@ from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloadin
 from flatpunch.fit.hard_films import normalised_stiffness
 from flatpunch.fit.oliver_pharr import DIAMOND
 from flatpunch.media import HalfSpace, Layer, Medium
-
-WORKBOOK = Path(__file__).resolve().parents[3] / "shared" / "data" / "micromechanics" / "Example.xls"
 
 
 def _cycle(depth, force, stiffness, exponent=1.5, noise=0.0, seed=0):
@@ -60,11 +56,10 @@ def test_loading_alone_is_refused():
         unloading(Curve(h, h**2))
 
 
-@pytest.mark.skipif(not WORKBOOK.is_file(), reason=f"measured data not found at {WORKBOOK}")
 @pytest.mark.parametrize("sheet", ["Test 001", "Test 002"])
-def test_real_unloading_agrees_with_continuous_stiffness(sheet):
+def test_real_unloading_agrees_with_continuous_stiffness(sheet, measured):
     """The instrument's harmonic stiffness at the end of loading and the slope of unloading, 3 % apart at most."""
-    curve = read_curve(WORKBOOK, sheet=sheet)
+    curve = read_curve(measured / "micromechanics" / "Example.xls", sheet=sheet)
     found = unloading(curve)
     near = np.isfinite(curve.stiffness) & (curve.depth > 0.97 * found.depth)
     assert found.stiffness == pytest.approx(np.median(curve.stiffness[near]), rel=0.03)

@@ -3,14 +3,12 @@
 import sys
 import warnings
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import flatpunch as fp
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "surfacetopography"
 X, Y = np.linspace(-1e-6, 1e-6, 61), np.linspace(-0.8e-6, 0.9e-6, 52)
 RADII, ANGLES = np.linspace(1e-9, 6e-7, 23)[:, None], np.linspace(0, 6, 17)
 
@@ -139,17 +137,15 @@ def test_the_missing_extra_is_named(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def topography():
-    if not DATA.exists():
-        pytest.skip("measured height maps not there")
+def scans(measured):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of its optional dependencies
         pytest.importorskip("SurfaceTopography", reason="the extra flatpunch[topography] is not installed")
+    return measured / "surfacetopography"
 
 
-@pytest.mark.usefixtures("topography")
-def test_a_measured_map_with_a_unit():
-    tip = fp.read_height_map(DATA / "top-1.top", apex="highest", level=True, smoothing=4e-9, reach="usable")
+def test_a_measured_map_with_a_unit(scans):
+    tip = fp.read_height_map(scans / "top-1.top", apex="highest", level=True, smoothing=4e-9, reach="usable")
     assert tip.shape == (256, 256)
     assert tip.spacing == pytest.approx((600e-9 / 256, 600e-9 / 256), rel=1e-9)
     result = fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=[1e-10, 4e-10])
@@ -157,9 +153,8 @@ def test_a_measured_map_with_a_unit():
     assert (result["force"] > 0).all()
 
 
-@pytest.mark.usefixtures("topography")
-def test_a_measured_asperity_of_a_scan(tmp_path):
-    with zipfile.ZipFile(DATA / "container-2.zip") as archive:
+def test_a_measured_asperity_of_a_scan(scans, tmp_path):
+    with zipfile.ZipFile(scans / "container-2.zip") as archive:
         name = next(n for n in archive.namelist() if n.endswith(".001"))
         archive.extract(name, tmp_path)
     settings = {"apex": "highest", "level": True, "height_scale": 0.112, "near": (5e-8, 5e-8)}

@@ -1,7 +1,6 @@
 """Tips that people own: nominal angles, rounding, flats, tilt, area functions; and that contacts of all of them are solved."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from flatpunch.indenters import angular_rule, first_fall
 from flatpunch.indenters.angular_mean import AngularMean
 from flatpunch.indenters.facets import face_gradients
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 HALF_SPACE = fp.HalfSpace(1e9, 0.3)
 seeded = settings(max_examples=40, derandomize=True, deadline=None)
 
@@ -226,10 +224,8 @@ def test_equivalent_cones_need_less_force(sides, excess):
     assert forces[0] / forces[1] - 1 == pytest.approx(excess, abs=5e-5)  # printed digits
 
 
-def test_a_measured_area_function_is_an_indenter():
-    path = DATA / "abrandberg_nanoindentation" / "NI_08_check_0003_arfun.txt"
-    if not path.exists():
-        pytest.skip("measured tip area function not there")
+def test_a_measured_area_function_is_an_indenter(measured):
+    path = measured / "abrandberg_nanoindentation" / "NI_08_check_0003_arfun.txt"
     depth, area = 1e-9 * np.loadtxt(path).T * np.array([[1], [1e-9]])
     tip = fp.RadialProfile.from_area(depth, area)
     np.testing.assert_allclose(np.pi * np.array(tip.r) ** 2, area, rtol=1e-14)
