@@ -13,9 +13,10 @@ import numpy as np
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import OUTLINE, Correction
+from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Correction
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
+from flatpunch.contact.theory_forms import reference_outline
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
 SHARP_CELLS, SMOOTH_CELLS = 320, 256
@@ -25,12 +26,17 @@ SHARP_CELLS, SMOOTH_CELLS = 320, 256
 def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
     """Logarithms of the ratios at all nodes of beta, the outline averaged over the symmetric sectors."""
     kernel = compliance(medium)
-    solved = Correction(kernel, tip, expansion_of(kernel, tip), ANGLES, cells, None).solutions(np.log(BETAS))
+    correction = Correction(kernel, tip, expansion_of(kernel, tip), ANGLES, cells, None)
+    series = correction.series.evaluate(BETAS)
+    solved = correction.solutions(np.log(series.depth))
+    force = solved[:, FORCE] + np.log(kernel.modulus / series.force)
+    radius, area = solved[:, RADIUS] - np.log(BETAS), 2 * (solved[:, AREA] - np.log(BETAS))
+    outline = solved[:, OUTLINE:] - np.log(reference_outline(correction.series, series, correction.phi))
     count = sector(name)
     period = 2 * (count - 1)
-    outline = solved[:, OUTLINE:].reshape(len(BETAS), -1, period).mean(axis=1)
+    outline = outline.reshape(len(BETAS), -1, period).mean(axis=1)
     mirrored = (outline + outline[:, -np.arange(period) % period]) / 2
-    return np.hstack([solved[:, :OUTLINE], mirrored[:, :count]])
+    return np.column_stack([force, radius, area, mirrored[:, :count]])
 
 
 def main() -> None:

@@ -50,7 +50,7 @@ def solve(
     half_widths: Any = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
-    stiffness: bool = False,
+    stiffness: bool | float = False,
     angles: int = 360,
     single: bool = False,
     xp: Any = np,
@@ -75,8 +75,8 @@ def solve(
         Largest gap error in contact and penetration outside, relative to depth; for forces also the relative error of force.
     limit : int
         Largest number of iterations on one grid.
-    stiffness : bool
-        Whether to compute dF/dd.
+    stiffness : bool or float
+        Whether to compute dF/dd, or to which deviation of the displacement under the flat punch that tells it (1e-5).
     angles : int
         Number of polar angles of the outline.
     single : bool

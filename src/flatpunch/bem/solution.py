@@ -84,7 +84,7 @@ def solution_of(
     effort: Effort,
     tolerance: float,
     angles: int,
-    stiffness: bool,
+    stiffness: bool | float,
 ) -> Solution:
     """Make the solution from what the solver ended with."""
     grid, modulus = levels.grid, levels.kernel.modulus
@@ -96,7 +96,8 @@ def solution_of(
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.length, sharp=sharp)
     k = float("nan")
     if stiffness:
-        k = solve_stiffness(levels, state.contact, max(_STIFFNESS_TOLERANCE, tolerance))
+        wanted = _STIFFNESS_TOLERANCE if stiffness is True else float(stiffness)
+        k = solve_stiffness(levels, state.contact, max(wanted, tolerance))
     converged = state.converged and effort.force_error <= tolerance
     notes = [outline.note] if outline.note else []
     if not converged:

@@ -1,83 +1,115 @@
-"""Ratio of boundary elements to the second-order theory along the loading path: smooth, so a few solutions carry a curve.
+"""A few boundary element solutions along the loading path, and the smooth curves through them.
 
-Over x = ln a (base radius) the logarithms of the ratios are interpolated by a cubic spline through the solutions made so far.
-Forces are compared with the series, or with the round base contact where the spline follows that more closely: under stiff films
-the series has poles. Radius, area and outline are compared with the base radius a and with a exp(w_ref): w_ref is the w of the
-series, damped where it swings far, because it has no meaning there.
-Solutions are added where leaving one out changes the spline most, until that estimate meets the tolerance; they are kept, so
+Over x = ln d the logarithm of the force is interpolated by its values and slopes (dF/dd is known to each solution), that of
+radius, area and outline by its values. What is interpolated are ratios to the second-order series or to its round base where
+these are smooth, and the quantities themselves where they are not (theory_forms.py).
+Solutions are added where leaving one out changes the curve most, until that estimate meets the tolerance; they are kept, so
 that a later curve on the same medium and tip costs nothing new.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
-from flatpunch.contact.expansion import PerturbedContact
-from flatpunch.contact.node_spline import between_good, left_out, spline_through
-from flatpunch.contact.perturbed import Expansion, Series
+from flatpunch.contact.expansion import PathPoint, PerturbedContact
+from flatpunch.contact.node_positions import Spacing
+from flatpunch.contact.node_spline import (
+    between_good,
+    left_out,
+    left_out_of_hermite,
+    settled_slopes,
+    spline_through,
+)
+from flatpunch.contact.perturbed import Series
 from flatpunch.contact.ridges import traced
-from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, TableRows
+from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
-_START = np.log(10) / 4
-"""First spacing of the solutions in ln a; twice that below beta = 0.1, where ratios move like beta."""
-_FINEST, _FINEST_SHAPE = np.log(10) / 16, np.log(10) / 8
-"""Finest spacings for the sake of the force and of the outline: outlines of needles and crosses differ from grid to grid."""
+_FINEST, _FINEST_SHAPE = 0.25, 0.5
+"""Finest gaps, in spacings, for force and outline: outlines of needles and crosses differ from grid to grid."""
+_FEWEST = 5
+"""Solutions below which leaving one out tells little, over ranges of some spacings."""
 _THINNEST = 0.01
-"""beta below which a medium is its surface's half-space and the ratios stand still (they move like beta)."""
-_TOLERANCE = 1e-6
-_ROUNDING = 1e-9
+"""beta below which a medium is its surface's half-space and ratios to the series stand still (they move like beta)."""
+_DECADES = 9
+"""Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
+_TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
+"""Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
+_SLOPE_NOISE = 0.25
+"""Error of dln F/dln d times the cells per side; under stiff films, where contacts are a few cells wide, four times that."""
 _CAUTION = 2.0
-"""What is told as interpolation error over what decides on more solutions (catalogue)."""
+"""What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
+_DISPUTE = 0.7
+"""Error of the force over the difference between the two best curves: few solutions may please one of them by chance."""
 _SHAPE_TOLERANCE = 6e-3
 """Interpolation error of the outline that is accepted, over its radius."""
-_CROSS = -1.0
-"""ln(mean radius/base radius) below which the contact follows the edges alone: that asks for finer grids, not more solutions."""
+_CROSS = 4.0
+"""Farthest point over mean radius beyond which the contact follows the edges alone: more solutions would not tell more."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
 _RIM_ERROR = 1.5
 """Error of the traced outline over the mean radius, times the cells per side: half a cell."""
 _CORNER_ERROR, _END_ERROR = 1.5, 3.0
 """The same of tips with edges, and what their ends add per (farthest point/mean radius - 1)^2."""
+_ROUNDING = 1e-9
 
-_FAR = 2.0
-"""Swing of w about which it is damped; sharp tips on soft bodies reach 0.8."""
-
-FORCE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3
-"""Columns of the ratios; the outline's angles follow from OUTLINE on."""
+FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
+"""Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ratios:
-    """Logarithms of (boundary elements)/(reference) and their derivatives by ln a; shape (n, 3 + angles).
+class Refined:
+    """Refined contacts, shape (n,) each; `shape` has the columns of a solution from RADIUS on, shape (n, 2 + angles).
 
-    `error` and `outline_error` are the estimates of the force and of the outline at each point; `traced` is False beside a
-    solution whose contact has no outline. Forces are over those of the series, or if `over_base` of its round base.
+    `error` and `shape_error` are the estimates of force and outline; `traced` is False beside a solution whose contact has no
+    outline.
     """
 
-    values: Array
-    slopes: Array
+    force: Array
+    stiffness: Array
+    shape: Array
     error: Array
-    outline_error: Array
+    shape_error: Array
     traced: Flags
-    over_base: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCurve:
+    """ln F over x = ln d as the sum of a theory's (column `form` of its forces) and a smooth curve.
+
+    `error` is its estimated error at the nodes, shape (nodes,); `other` the next best such curve, where there is one.
+    """
+
+    form: int
+    curve: Callable[..., Array]
+    error: Array
+    other: ForceCurve | None = None
+
+    def dispute(self, x: Array, theory: Array) -> Array:
+        """Estimated error from the difference to the other curve at x, shape (n,); `theory` has shape (n, forms)."""
+        if self.other is None:
+            return np.zeros_like(x)
+        one, two = (part.curve(x) + theory[:, part.form] for part in (self, self.other))
+        return np.asarray(_DISPUTE * np.abs(one - two))
 
 
 class Correction:
-    """Corrections of one indenter on one medium.
+    """Boundary element solutions of one indenter on one medium.
 
     Parameters
     ----------
-    kernel, indenter, expansion
+    kernel, indenter, series
         Medium, indenter, and their second-order series.
     angles : int
         Polar angles of the outline.
@@ -88,156 +120,195 @@ class Correction:
     """
 
     def __init__(
-        self, kernel: Kernel, indenter: Indenter, expansion: Series, angles: int, cells: int, folder: str | None
+        self, kernel: Kernel, indenter: Indenter, series: Series, angles: int, cells: int, folder: str | None
     ) -> None:
-        self.kernel, self.indenter, self.expansion = kernel, indenter, expansion
-        self.angles, self.cells = angles, cells
+        self.kernel, self.indenter, self.series = kernel, indenter, series
+        self.phi, self.cells = np.asarray(np.arange(angles) * (2 * np.pi / angles)), cells
+        self.theory = TheoryAt(kernel, indenter, series, self.phi)
+        self.spacing = Spacing(kernel, indenter, series.base)
         self._cache = CorrectionCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
         self.known: dict[float, Array] = self._cache.load() if self._cache else {}
         self.notes: dict[str, None] = {}
 
-    def at(self, radius: Array, rtol: float) -> Ratios:
-        """Ratios at base radii > 0, shape (n,), interpolated to `rtol` in force.
+    def loading(self, contact: PathPoint | PerturbedContact, rtol: float) -> tuple[Array, Array, Array]:
+        """Force [N], dF/dd [N/m] and estimated relative error of the force where the series has `contact`, shape (n,) each."""
+        x = np.log(contact.depth)
+        at = self._clipped(x)
+        nodes = self._nodes(at, rtol)
+        curve = self._force_curve(nodes)
+        theory, rates = forces(self.series, contact)
+        logarithm, slope = curve.curve(at) + theory[:, curve.form], curve.curve(at, 1) + rates[:, curve.form]
+        frozen = at != x
+        if frozen.any():
+            # ratios to the series stand still there, whatever is interpolated elsewhere
+            still = self._theory_at(at[frozen]).force
+            ratio = curve.curve(at[frozen]) + still[:, curve.form] - still[:, SERIES]
+            logarithm[frozen], slope[frozen] = ratio + theory[frozen, SERIES], rates[frozen, SERIES]
+        error = np.maximum(_between(nodes, curve.error, at), np.where(frozen, 0.0, curve.dispute(at, theory)))
+        error += (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
+        force = np.exp(logarithm)
+        return force, force * slope / contact.depth, error
+
+    def at(self, contact: PerturbedContact, rtol: float) -> Refined:
+        """Refined contacts where the series has `contact`, interpolated to `rtol` in force.
 
         The first call over a range costs one boundary element solution per half decade and as many more as it takes.
         """
-        x = self._clipped(np.log(radius))
-        nodes = self._refine(float(x.min()), float(x.max()), rtol)
-        table, over_base = self._table(nodes)
-        lost = np.isnan(table[:, OUTLINE])
-        table[lost, OUTLINE:] = 0.0
-        grid = (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
+        force, stiffness, error = self.loading(contact, rtol)
+        x = np.log(contact.depth)
+        at = self._clipped(x)
+        nodes = self._nodes(at, rtol)
+        relative, curve, wrong = self._shape_curve(nodes)
+        shape, frozen = curve(at), at != x
+        if relative:
+            shape += shapes(self.series, contact, self.phi)
+        elif frozen.any():
+            shape[frozen] += shapes(self.series, contact, self.phi)[frozen] - self._theory_at(at[frozen]).shape
         rim = 0.0 if self.indenter.corners else _RIM_ERROR / self.cells
-        if nodes.size == 1:
-            values = np.repeat(table, x.size, axis=0)
-            ones = np.ones(x.size)
-            return Ratios(values, np.zeros_like(values), grid * ones, rim * ones, np.full(x.size, not lost[0]))
-        spline = spline_through(nodes, table)
-        frozen = x != np.log(radius)
-        slopes = np.where(frozen[:, None], 0.0, spline(x, nu=1))
-        left = left_out(nodes, table)
-        upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-        # between two solutions the worse of them counts, at one of them none
-        caution = np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, _CAUTION)
-        force = caution * np.maximum(left[upper - 1, FORCE], left[upper, FORCE]) + grid
-        shape = left[:, OUTLINE:].max(axis=1)
-        outline = caution * np.maximum(shape[upper - 1], shape[upper]) + rim
-        return Ratios(spline(x), slopes, force, outline, between_good(nodes, ~lost, x), over_base)
+        outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
+        return Refined(
+            force, stiffness, shape, error, _between(nodes, wrong, at) + rim, between_good(nodes, outlined, at)
+        )
 
-    def _table(self, nodes: Array) -> tuple[Array, bool]:
-        """Known ratios, and whether those of the force are over the round base, which then is the smoother choice."""
-        table = np.array([self.known[node] for node in nodes])
-        if nodes.size < 3:
-            return table, False
-        radius, other = np.exp(nodes), table.copy()
-        other[:, FORCE] += np.log(self.expansion.loading(radius).force / self.expansion.unperturbed(radius).force)
-        over_base = bool(np.diff([left_out(nodes, part[:, :1]).max() for part in (table, other)]) < 0)
-        return (other if over_base else table), over_base
+    def _theory_at(self, x: Array) -> Theory:
+        """Theory where ratios stand still, which is at one depth or a few."""
+        places, index = np.unique(x, return_inverse=True)
+        theory = self.theory.at(places)
+        return Theory(theory.force[index], theory.growth[index], theory.shape[index], theory.radius[index])
+
+    def _force_curve(self, nodes: Array) -> ForceCurve:
+        """The curve through solutions that leaving one out changes least, and the next best."""
+        rows, theory = np.array([self.known[node] for node in nodes]), self.theory.at(nodes)
+        logarithm = rows[:, FORCE] + np.log(self.kernel.modulus)
+        if nodes.size == 1:
+            ratio = float(logarithm[0] - theory.force[0, SERIES])
+            slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
+            return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1))
+        found = []
+        for form in (NOTHING,) if self.theory.folded(theory.radius) else (SERIES, BASE, NOTHING):
+            values, slopes = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
+            if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
+                continue
+            slopes, doubt = settled_slopes(nodes, values, slopes, _SLOPE_NOISE / self.cells)
+            wrong = left_out_of_hermite(nodes, values, slopes, doubt)
+            found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong))
+        found.sort(key=lambda curve: float(curve.error.sum()))
+        return replace(found[0], other=found[1]) if found[1:] else found[0]
+
+    def _shape_curve(self, nodes: Array) -> tuple[bool, Callable[..., Array], Array]:
+        """Whether shapes are compared with the series, the curve of the difference, and its estimated error at the nodes."""
+        rows, theory = np.array([self.known[node][RADIUS:] for node in nodes]), self.theory.at(nodes)
+        lost = np.isnan(rows[:, -1])
+        rows[lost, 2:] = rows[lost, :1]
+        ratios = rows - theory.shape
+        if nodes.size == 1:
+            return True, lambda x, _=0: np.repeat(ratios, x.size, axis=0), np.zeros(1)
+        errors = [left_out(nodes, table)[:, 2:].max(axis=1) for table in (rows, ratios)]
+        relative = bool(np.median(errors[1]) <= np.median(errors[0])) and not self.theory.folded(theory.radius)
+        return relative, spline_through(nodes, ratios if relative else rows), errors[1] if relative else errors[0]
 
     @property
     def _self_similar(self) -> bool:
         """Whether one solution serves every size: neither tip nor medium has a length."""
         return self.indenter.exponent is not None and bool(self.kernel.homogeneous or self.kernel.exponent)
 
-    @property
-    def _thin_end(self) -> float:
-        """ln a below which the ratios of power-law tips stand still; other tips have lengths of their own."""
-        return float(np.log(_THINNEST * self.kernel.length)) if self.indenter.exponent is not None else -np.inf
-
     def _clipped(self, x: Array) -> Array:
-        """Positions ln a at which to look the ratios up."""
-        return np.zeros_like(x) if self._self_similar else np.maximum(x, self._thin_end)
-
-    def _refine(self, low: float, high: float, rtol: float) -> Array:
-        """Positions of the solutions that carry [low, high], added until the estimate is below rtol."""
-        if low == high and not self._self_similar and not self._surrounded(low):
-            return self._single(low)
-        # one solution beyond each end: where nothing follows, splines and what is left out of them are of little worth
-        first, last = int(np.floor(low / _START)) - 1, int(np.ceil(high / _START)) + 1
-        start = np.arange(first, last + 1) * _START
-        if self.indenter.exponent is not None:
-            quiet = start < np.log(0.1 * self.kernel.length)
-            start = start[~quiet | (np.arange(start.size) % 2 == 1) | (start == start[-1])]
+        """Positions ln d at which to interpolate; the theory carries on from there."""
         if self._self_similar:
-            start = np.zeros(1)
-        start = self._possible(start)
-        if start[0] > low:
-            start = np.concatenate([[low], start])
-        self._solve(start)
+            return np.full_like(x, next(iter(self.known), x.max()))
+        if self.indenter.exponent is not None:
+            return np.maximum(x, self.spacing.depth_of(_THINNEST * self.kernel.length))
+        return np.asarray(np.maximum(x, x.max() - _DECADES * np.log(10)))
+
+    def _nodes(self, x: Array, rtol: float) -> Array:
+        """Positions of the solutions that carry x, shape (n,), added until the estimate is below rtol."""
+        low, high = float(x.min()), float(x.max())
+        self._solve(self.spacing.missing(np.array(sorted(self.known)), low, high))
         while True:
-            nodes = np.array(sorted(n for n in self.known if start[0] - 1e-9 <= n <= start[-1] + 1e-9))
+            every = np.array(sorted(self.known))
+            first = int(np.searchsorted(every, low + _ROUNDING)) - 1
+            last = int(np.searchsorted(every, high - _ROUNDING))
+            nodes = every[first : last + 1]
             if nodes.size == 1:
                 return nodes
-            if nodes.size == 2:
-                self._solve(np.array([nodes.mean()]))
+            gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
+            if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FINEST_SHAPE):
+                self._solve(middles[[np.argmax(gaps)]])
                 continue
-            table = np.nan_to_num(self._table(nodes)[0])
-            wrong = left_out(nodes, table)
-            shape = np.where(table[:, RADIUS] < _CROSS, 0.0, wrong[:, OUTLINE:].max(axis=1))
-            split = np.zeros(nodes.size - 1, dtype=bool)
-            for error, tolerance, finest in (
-                (wrong[:, FORCE], rtol, _FINEST),
-                (shape, _SHAPE_TOLERANCE, _FINEST_SHAPE),
-            ):
-                split |= (np.maximum(error[1:], error[:-1]) > tolerance) & (np.diff(nodes) > 1.5 * finest)
-            split &= (nodes[1:] > low) & (nodes[:-1] < high)
+            curve, shape = self._force_curve(nodes), np.where(self._cross(nodes), 0.0, self._shape_curve(nodes)[2])
+            dispute = curve.dispute(middles, self.theory.at(middles).force)
+            split = (np.maximum(np.maximum(curve.error[1:], curve.error[:-1]), dispute) > rtol) & (gaps > 1.5 * _FINEST)
+            split |= (np.maximum(shape[1:], shape[:-1]) > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
             if not split.any():
                 return nodes
-            self._solve((nodes[1:] + nodes[:-1])[split] / 2)
+            self._solve(middles[split])
 
-    def _surrounded(self, x: float) -> bool:
-        """Whether there are solutions close by on both sides."""
-        known = np.array(list(self.known))
-        near = known[np.abs(known - x) < _START]
-        return bool((near < x).any() and (near > x).any())
-
-    def _single(self, x: float) -> Array:
-        """One position and what the slope there takes: for a single step that is worth more than a range."""
-        nodes = np.union1d(self._possible(np.array([x - _START / 2, x + _START / 2])), x)
-        self._solve(nodes)
-        return nodes
-
-    def _possible(self, nodes: Array) -> Array:
-        """Positions within the tip's reach and beyond its flat end, where there is a contact of that size."""
-        reach = np.log(self.indenter.reach) - 1e-3 if np.isfinite(self.indenter.reach) else np.inf
-        nodes = np.unique(np.minimum(nodes, reach))
-        depth = self.expansion.descent(np.exp(nodes)).depth
-        return np.asarray(nodes[depth > _ROUNDING * depth.max()])
+    def _cross(self, nodes: Array) -> Flags:
+        """Where the contact follows the edges alone."""
+        rows = np.array([self.known[node] for node in nodes])
+        return np.asarray(rows[:, OUTLINE:].max(axis=1) - rows[:, RADIUS] > np.log(_CROSS))
 
     def _solve(self, positions: Array) -> None:
-        """Boundary element solutions at new positions ln a, as ratios to the second-order theory."""
-        new = np.array([x for x in positions if x not in self.known])
-        if not new.size:
+        """Boundary element solutions at new positions ln d."""
+        if not positions.size:
             return
-        self.known.update(zip(new.tolist(), self.solutions(new), strict=True))
+        self.known.update(zip(positions.tolist(), self.solutions(positions), strict=True))
         if self._cache:
             self._cache.save(self.known)
 
     def solutions(self, positions: Array) -> Array:
-        """Ratios at positions ln a, one boundary element solution each, shape (n, 3 + angles); NaN for missing outlines."""
-        contact = self.expansion.evaluate(np.exp(positions))
-        phi = np.asarray(np.arange(self.angles) * (2 * np.pi / self.angles))
-        shapes = reference_outline(self.expansion, contact, phi)
-        half_widths = [(float(np.abs(a * np.cos(phi)).max()), float(np.abs(a * np.sin(phi)).max())) for a in shapes]
-        found = self._boundary_elements(contact.depth, half_widths)
+        """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
+        depths = np.exp(positions)
+        found = self._boundary_elements(depths, self._half_widths(positions))
         self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
-        traces = [traced(self.kernel, self.indenter, solution, self.angles) for solution in found]
-        area = np.array([trace.area for trace in traces])
-        radius = np.array([trace.radius for trace in traces])
+        traces = [traced(self.kernel, self.indenter, solution, self.phi.size) for solution in found]
         force = np.array([solution.force for solution in found])
-        measures = [force / contact.force, radius / contact.radius, area / (np.pi * contact.radius**2)]
-        outlines = np.array([trace.contour for trace in traces]) / shapes
-        return np.log(np.column_stack([*measures, outlines]))
+        growth = np.array([solution.stiffness for solution in found]) * depths / force
+        radius = np.array([trace.radius for trace in traces])
+        size = np.sqrt([trace.area / np.pi for trace in traces])
+        outlines = np.array([trace.contour for trace in traces])
+        logarithms = np.log(np.column_stack([force / self.kernel.modulus, radius, size, outlines]))
+        return np.insert(logarithms, GROWTH, growth, axis=1)
 
-    def _boundary_elements(self, depths: Array, half_widths: list[tuple[float, float]]) -> list[bem.Solution]:
-        """Solutions at depths, shape (n,); threads would wait for each other, as the arrays are small."""
-        options: dict[str, Any] = {"grid": self.cells, "tolerance": _TOLERANCE, "angles": self.angles}
+    def _half_widths(self, positions: Array) -> Array:
+        """Expected half-widths of the contacts at ln d, shape (n, 2): from solutions on both sides, or from the theory."""
+        every, logarithms = np.array(sorted(self.known)), self.theory.at(positions).shape[:, 2:]
+        for row, x in enumerate(positions):
+            upper = int(np.searchsorted(every, x))
+            if 0 < upper < every.size:
+                low, high = (self.known[node][OUTLINE:] for node in every[upper - 1 : upper + 1])
+                between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
+                logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
+        outlines = np.exp(logarithms)
+        return np.column_stack([np.abs(outlines * trig(self.phi)).max(axis=1) for trig in (np.cos, np.sin)])
+
+    def _boundary_elements(self, depths: Array, half_widths: Array) -> list[bem.Solution]:
+        options: dict[str, Any] = {
+            "grid": self.cells,
+            "tolerance": _TOLERANCE,
+            "stiffness": _STIFFNESS_TOLERANCE,
+            "angles": self.phi.size,
+        }
         try:
             return bem.solve(self.kernel, self.indenter, depths=depths, half_widths=half_widths, **options)
         except bem.ContactTouchesEdge:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
             return [solutions[0] for solutions in alone]
+
+
+def _constant(value: float, slope: float) -> Callable[..., Array]:
+    """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
+    return lambda x, nu=0: np.full_like(x, slope if nu else value)
+
+
+def _between(nodes: Array, error: Array, x: Array) -> Array:
+    """Estimated error at points: between two solutions the worse of them counts, at one of them none."""
+    if nodes.size == 1:
+        return np.zeros_like(x)
+    upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
+    worse = _CAUTION * np.maximum(error[upper - 1], error[upper])
+    return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))
 
 
 def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> Array:
@@ -249,27 +320,9 @@ def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> 
     return np.asarray((_CORNER_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0) ** 2) / cells)
 
 
-def reference_outline(expansion: Expansion, contact: PerturbedContact, phi: Array) -> Array:
-    """What outlines are compared with, shape (n, p) [m]: smooth in the base radius even through the poles of w."""
-    size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
-    with np.errstate(divide="ignore"):
-        w = np.log(expansion.outline(contact, phi) / size)
-    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
-    return np.asarray(contact.radius[:, None] * np.exp(damped))
-
-
-def tabulated(table: TableRows, radius: Array) -> Ratios:
-    """Ratios at base radii > 0 from the table of standard tips; those of its first node below it."""
-    x = np.maximum(np.log(radius), table.nodes[0])
-    spline = spline_through(table.nodes, table.rows)
-    slopes = np.where((x > table.nodes[0])[:, None], spline(x, nu=1), 0.0)
-    ones = np.ones(radius.size)
-    return Ratios(spline(x), slopes, FORCE_ERROR * ones, OUTLINE_ERROR * ones, np.ones(radius.size, dtype=bool))
-
-
 @lru_cache(maxsize=32)
 def correction(
-    kernel: Kernel, indenter: Indenter, expansion: Series, angles: int, cells: int, folder: str | None = None
+    kernel: Kernel, indenter: Indenter, series: Series, angles: int, cells: int, folder: str | None = None
 ) -> Correction:
-    """The corrections of a medium and an indenter; solutions already made are shared."""
-    return Correction(kernel, indenter, expansion, angles, cells, folder)
+    """The solutions of a medium and an indenter; those already made are shared."""
+    return Correction(kernel, indenter, series, angles, cells, folder)

@@ -1,7 +1,7 @@
-"""Boundary element corrections kept on disk, one file for each medium, tip and grid.
+"""Boundary element solutions kept on disk, one file for each medium, tip and grid.
 
 The key is made of what the numbers depend on: samples of the medium's response, its length and the tip's heights, beside its
-record. The modulus is not among them, ratios do not depend on it.
+record. The modulus is not among them, forces are kept over it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from flatpunch._whole_file import whole_file
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 2
+_FORMAT = 3
 _DIGITS = 11
 
 
@@ -39,7 +39,7 @@ class CorrectionCache:
         self.path = Path(folder) / f"correction-{_key(kernel, indenter, angles, cells)}.npz"
 
     def load(self) -> dict[float, Array]:
-        """Rows of ratios by position ln a; empty if there are none yet or the file cannot be read."""
+        """Rows of solutions by position ln d; empty if there are none yet or the file cannot be read."""
         try:
             with np.load(self.path) as file:
                 return dict(zip(file["positions"].tolist(), file["rows"], strict=True))

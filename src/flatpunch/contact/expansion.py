@@ -7,9 +7,9 @@ into account, sets the size of the outline abar exp(w).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -104,6 +104,14 @@ class PathPoint:
     force: Array
     stiffness: Array
     depth_slope: Array
+
+
+_Points = TypeVar("_Points", PathPoint, PerturbedContact)
+
+
+def selected(points: _Points, rows: Flags) -> _Points:
+    """Some of the points of a path."""
+    return replace(points, **{part.name: getattr(points, part.name)[rows] for part in fields(points)})
 
 
 class PowerExpansion:

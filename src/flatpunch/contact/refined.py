@@ -7,38 +7,30 @@ from pathlib import Path
 
 import numpy as np
 
-from flatpunch._validation import Array, positive
+from flatpunch._validation import Array, Flags, positive
 from flatpunch.compliance import Kernel
 from flatpunch.contact import first_order
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.control import Loading
-from flatpunch.contact.correction import (
-    AREA,
-    FORCE,
-    OUTLINE,
-    RADIUS,
-    Ratios,
-    correction,
-    end_error,
-    reference_outline,
-    tabulated,
-)
+from flatpunch.contact.correction import Refined, correction, end_error
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
-from flatpunch.contact.expansion import PathPoint, PerturbedContact
+from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbed import Series, controlled, superpose_expansion
 from flatpunch.contact.second_order import expansion_of
+from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
-from flatpunch.contact.tabulated import tabulated_rows
+from flatpunch.contact.theory_forms import reference_outline
 from flatpunch.indenters.profile import Indenter
 
-_ANGLES, _CELLS = 360, 256
+_CELLS = 256
 _EDGE_ERROR = 0.5
 """Force error of the grid times the cells per side where the pressure is still nearly singular at the edge of a flat end."""
+_PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
 
 
 class RefinedExpansion:
-    """The second-order series times its corrections, with the interface of a series.
+    """Refined contacts over the base radius of the second-order series, with the interface of a series.
 
     Parameters
     ----------
@@ -66,15 +58,7 @@ class RefinedExpansion:
         self.series: Series = expansion_of(kernel, indenter)
         self.base, self.rtol = self.series.base, rtol
         self.table = tabulated_rows(kernel, indenter) if tables and rtol >= TABLE_ERROR else None
-        self.correction = correction(kernel, indenter, self.series, _ANGLES, cells, folder)
-
-    def ratios(self, radius: Array) -> Ratios:
-        """Corrections at base radii, those of the smallest positive one at zero."""
-        live = radius[radius > 0]
-        places = np.where(radius > 0, radius, live.min() if live.size else 1.0)
-        if self.table is not None and places.max() <= np.exp(self.table.nodes[-1]):
-            return tabulated(self.table, places)
-        return self.correction.at(places, self.rtol)
+        self.correction = correction(kernel, indenter, self.series, ANGLES, cells, folder)
 
     def descent(self, radius: Array) -> Loading:
         """Depth and its derivative at base radii, shape (n,): those of the series."""
@@ -82,47 +66,68 @@ class RefinedExpansion:
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives at base radii, shape (n,)."""
-        ratios = self.ratios(radius)
-        series = self.series.unperturbed if ratios.over_base else self.series.loading
-        return self._corrected(radius, series(radius), ratios)
+        path = self.series.loading(radius)
+        live = path.depth > 0
+        force, stiffness = np.array(path.force), np.array(path.stiffness)
+        if live.any():
+            some = selected(path, live)
+            if self._tabulated(some):
+                refined = self.refined(self.series.evaluate(some.radius))
+                force[live], stiffness[live] = refined.force, refined.stiffness
+            else:
+                force[live], stiffness[live], _ = self.correction.loading(some, self.rtol)
+        return PathPoint(radius, path.depth, force, stiffness, path.depth_slope)
 
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,)."""
-        return self.evaluate_with(radius, self.ratios(radius))
-
-    def evaluate_with(self, radius: Array, ratios: Ratios) -> PerturbedContact:
-        """The same with ratios that are known already."""
         contact = self.series.evaluate(radius)
-        path = self._corrected(radius, self.series.unperturbed(radius) if ratios.over_base else contact, ratios)
-        return replace(
-            contact,
-            force=path.force,
-            stiffness=path.stiffness,
-            mean_radius=radius * np.exp(ratios.values[:, RADIUS]),
-            area=np.pi * radius**2 * np.exp(ratios.values[:, AREA]),
-        )
+        live = contact.depth > 0
+        return corrected(contact, live, self.refined(selected(contact, live))) if live.any() else contact
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
-        """Outlines a(phi), shape (n, p); the correction is interpolated linearly between its angles."""
-        return self.corrected_outline(contact, self.ratios(contact.radius), phi)
+        """Outlines a(phi), shape (n, p)."""
+        live = contact.depth > 0
+        contour = np.zeros((live.size, phi.size))
+        if live.any():
+            some = self.series.evaluate(contact.radius[live])
+            contour[live] = self.contour(some, self.refined(some), phi)
+        return contour
 
-    def corrected_outline(self, contact: PerturbedContact, ratios: Ratios, phi: Array) -> Array:
-        """The same with ratios that are known already."""
-        shape = reference_outline(self.series, contact, phi)
-        logs = ratios.values[:, OUTLINE:]
-        if phi.size == _ANGLES and np.array_equal(phi, np.arange(_ANGLES) * (2 * np.pi / _ANGLES)):
-            shape *= np.exp(logs)
-            return shape
-        position = np.mod(phi, 2 * np.pi) / (2 * np.pi) * _ANGLES
-        left = np.floor(position).astype(int) % _ANGLES
+    def refined(self, contact: PerturbedContact) -> Refined:
+        """What boundary elements, or the table, say where the series has `contact`, shape (n,), all of positive depth."""
+        if self._tabulated(contact):
+            assert self.table is not None
+            return tabulated(self.table, contact, reference_outline(self.series, contact, _PHI))
+        return self.correction.at(contact, self.rtol)
+
+    def contour(self, contact: PerturbedContact, refined: Refined, phi: Array) -> Array:
+        """Outlines a(phi) of refined contacts, shape (n, p); how far the series is off is linear between angles."""
+        logarithm = refined.shape[:, 2:]
+        if phi.size == ANGLES and np.array_equal(phi, _PHI):
+            return np.asarray(np.exp(logarithm))
+        off = logarithm - np.log(reference_outline(self.series, contact, _PHI))
+        position = np.mod(phi, 2 * np.pi) / (2 * np.pi) * ANGLES
+        left = np.floor(position).astype(int) % ANGLES
         share = position - np.floor(position)
-        return np.asarray(shape * np.exp(logs[:, left] * (1 - share) + logs[:, (left + 1) % _ANGLES] * share))
+        between = off[:, left] * (1 - share) + off[:, (left + 1) % ANGLES] * share
+        return np.asarray(reference_outline(self.series, contact, phi) * np.exp(between))
 
-    def _corrected(self, radius: Array, path: Loading, ratios: Ratios) -> PathPoint:
-        factor = np.exp(ratios.values[:, FORCE])
-        slope = np.where(path.depth_slope > 0, path.depth_slope, 1.0)
-        stiffness = factor * (path.stiffness + path.force * ratios.slopes[:, FORCE] / slope)
-        return PathPoint(radius, path.depth, factor * path.force, stiffness, path.depth_slope)
+    def _tabulated(self, contact: PathPoint | PerturbedContact) -> bool:
+        return self.table is not None and bool(contact.radius.max() <= np.exp(self.table.nodes[-1]))
+
+
+def corrected(contact: PerturbedContact, live: Flags, refined: Refined) -> PerturbedContact:
+    """Contacts of the series with force, stiffness, radius and area refined where they are `live`."""
+    found = {
+        "force": refined.force,
+        "stiffness": refined.stiffness,
+        "mean_radius": np.exp(refined.shape[:, 0]),
+        "area": np.pi * np.exp(2 * refined.shape[:, 1]),
+    }
+    values = {name: np.array(getattr(contact, name)) for name in found}
+    for name, value in values.items():
+        value[live] = found[name]
+    return replace(contact, **values)
 
 
 def solve(
@@ -158,10 +163,19 @@ def solve(
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
-    contact, ratios = _controlled(kernel, indenter, expansion, control)
-    traced = ratios.traced
-    contour = expansion.corrected_outline(contact, ratios, phi)
-    shape_error = ratios.outline_error + end_error(indenter, contour, contact.mean_radius, cells)
+    contact = _controlled(kernel, indenter, expansion, control)
+    live = contact.depth > 0
+    some = selected(contact, live)
+    refined = expansion.refined(some)
+    contact = corrected(contact, live, refined)
+    if control.name == "force":
+        contact = replace(contact, force=control.values)
+    contour, traced = np.zeros((live.size, phi.size)), np.ones(live.size, dtype=bool)
+    contour[live], traced[live] = expansion.contour(some, refined, phi), refined.traced
+    force_error, shape_error = np.zeros(live.size), np.zeros(live.size)
+    force_error[live] = refined.error + _EDGE_ERROR / cells * beside_flat_end(indenter, some.radius)
+    shape_error[live] = refined.shape_error
+    shape_error += end_error(indenter, contour, contact.mean_radius, cells)
     contour[~traced] = np.nan
     notes = first_failure(
         ~traced,
@@ -179,10 +193,7 @@ def solve(
         contour=contour,
         valid=np.ones(contact.depth.size, dtype=bool),
         notes=notes,
-        extra=estimates(
-            ratios.error + _EDGE_ERROR / cells * beside_flat_end(indenter, contact.radius),
-            np.where(traced, shape_error, np.inf),
-        ),
+        extra=estimates(force_error, np.where(traced, shape_error, np.inf)),
     )
 
 
@@ -220,13 +231,10 @@ def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
     return bool(control.values.max() < last[0])
 
 
-def _controlled(
-    kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control
-) -> tuple[PerturbedContact, Ratios]:
-    """Contacts at the prescribed values; boundary elements are spent only on the range that these need."""
-    first = controlled(kernel, indenter, expansion.series, control)
+def _controlled(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> PerturbedContact:
+    """Contacts of the series at which the refined ones have the prescribed values, at exactly these depths or forces."""
     if control.name == "depth":
-        ratios = expansion.ratios(first.radius)
-        return replace(expansion.evaluate_with(first.radius, ratios), depth=control.values), ratios
+        return controlled(kernel, indenter, expansion.series, control)
     contact = controlled(kernel, indenter, expansion, control)
-    return contact, expansion.ratios(contact.radius)
+    series = expansion.series.evaluate(contact.radius)
+    return replace(series, depth=contact.depth)

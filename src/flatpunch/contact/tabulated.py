@@ -18,6 +18,9 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.correction import Refined
+from flatpunch.contact.expansion import PerturbedContact
+from flatpunch.contact.node_spline import spline_through
 from flatpunch.indenters import EllipticParaboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Layer, Medium, RigidBase
@@ -72,6 +75,23 @@ def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
     if tip[0] == "ellipse":
         rows = np.tensordot(tip[1], rows, axes=1)
     return TableRows(np.log(BETAS * kernel.length), _full_turn(rows, tip[0], tip[2]))
+
+
+def tabulated(table: TableRows, contact: PerturbedContact, outline: Array) -> Refined:
+    """Refined contacts from the table where the series has `contact`; `outline` (n, ANGLES) is its outline to compare with."""
+    x = np.log(contact.radius)
+    at = np.maximum(x, table.nodes[0])
+    spline = spline_through(table.nodes, table.rows)
+    values, growth = spline(at), np.where(x > table.nodes[0], spline(at, nu=1)[:, 0], 0.0)
+    factor, ones = np.exp(values[:, 0]), np.ones(x.size)
+    return Refined(
+        force=factor * contact.force,
+        stiffness=factor * (contact.stiffness + contact.force * growth / contact.depth_slope),
+        shape=np.column_stack([x + values[:, 1], x + values[:, 2] / 2, np.log(outline) + values[:, 3:]]),
+        error=FORCE_ERROR * ones,
+        shape_error=OUTLINE_ERROR * ones,
+        traced=np.ones(x.size, dtype=bool),
+    )
 
 
 def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:

@@ -1,0 +1,71 @@
+"""Where along a loading path dear solutions are worth making, before anything is known of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.axisymmetric import RoundProfile
+from flatpunch.indenters.profile import Indenter
+
+_SPACING = np.log(10) / 4
+"""Spacing in ln r, the radius at which the mean profile is as high as the tip is deep."""
+_STEEPEST = 4.0
+"""Most that ln d counts for over ln r: beginning on a flat end, the radius hardly moves."""
+_QUIET, _SPARE = 0.1, 2.0
+"""r over the layer's thickness below which ratios move like it for power-law tips, and how much wider spacings are there."""
+_RADII = np.geomspace(1e-15, 1e6, 320)
+_SAMPLES = 600
+_SAME = 1e-9
+
+
+class Spacing:
+    """Distance between depths counted in spacings of solutions.
+
+    Parameters
+    ----------
+    kernel, indenter, profile
+        Medium, indenter and its round base.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, profile: RoundProfile) -> None:
+        radius = np.unique(np.minimum(_RADII, indenter.reach))
+        depth = np.maximum.accumulate(profile.height(radius))
+        rising = (depth > 0) & (np.diff(depth, prepend=0.0) > 0)
+        self._x, self._y = np.log(depth[rising]), np.log(radius[rising])
+        self._quiet = np.log(_QUIET * kernel.length) if indenter.exponent is not None else -np.inf
+
+    def depth_of(self, radius: float) -> float:
+        """ln d of the tip whose mean profile is as high at a radius [m]."""
+        return float(np.interp(np.log(radius), self._y, self._x))
+
+    def between(self, x: Array) -> Array:
+        """Spacings between neighbouring positions x = ln d, shape (n,) -> (n - 1,)."""
+        fine = np.linspace(x[0], x[-1], _SAMPLES)
+        # beyond the tip's reach like a paraboloid
+        y = np.interp(fine, self._x, self._y) + np.maximum(fine - self._x[-1], 0.0) / 2
+        steps = np.maximum(np.diff(y), np.diff(fine) / _STEEPEST) / _SPACING
+        steps = np.where(y[1:] < self._quiet, steps / _SPARE, steps)
+        return np.diff(np.interp(x, fine, np.concatenate([[0.0], np.cumsum(steps)])))
+
+    def missing(self, known: Array, low: float, high: float) -> Array:
+        """Positions to add to the known ones (sorted) so that none of [low, high] lies in a gap wider than one spacing."""
+        marks = [*known[known <= low][-1:], *known[(known > low) & (known < high)], *known[known >= high][:1]]
+        for end in (low, high):
+            beside = np.searchsorted(marks, end)
+            # an end needs no solution of its own between two that are close together
+            if end not in marks and not (0 < beside < len(marks) and self._close(marks[beside - 1], marks[beside])):
+                marks.insert(int(beside), end)
+        wanted = [x for x in marks if x not in known]
+        for left, right in pairwise(marks):
+            fine = np.linspace(left, right, _SAMPLES)
+            along = np.concatenate([[0.0], np.cumsum(self.between(fine))])
+            pieces = int(np.ceil(along[-1] - _SAME))
+            wanted += np.interp(np.arange(1, pieces) * along[-1] / max(pieces, 1), along, fine).tolist()
+        return np.array(sorted(wanted))
+
+    def _close(self, left: float, right: float) -> bool:
+        return float(self.between(np.array([left, right]))[0]) < 1 + _SAME
