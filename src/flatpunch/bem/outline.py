@@ -11,6 +11,7 @@ outline is that of the cells themselves, blurred over two of them: 0.1-0.2 cells
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
@@ -93,20 +94,40 @@ def trace_outline(
     note = _why_none(grid, contact)
     if note:
         return Outline(phi, np.full(angles, np.nan), float("nan"), cells, (float("nan"),) * 2, float("nan"), note)
-    contour = _cell_outline(grid, contact.astype(float), phi)
+    # rays that are mirror images of others follow from those
+    different, of_ray = np.unique(first_images(np.arange(angles), angles, mirrors(grid, pressure)), return_inverse=True)
+    rays = phi[different]
+    contour = _cell_outline(grid, contact.astype(float), rays)
     if contour.min() < _FEWEST * grid.spacing:
         note = (
             f"the contact is only {2 * contour.min() / grid.spacing:.0f} cells across at its narrowest: its outline is good "
             "to about a cell. Use more cells."
         )
     elif not sharp and length < _RESOLVED * grid.spacing:
-        contour = _cell_outline(grid, gaussian_filter(contact.astype(float), _BLUR), phi)
+        contour = _cell_outline(grid, gaussian_filter(contact.astype(float), _BLUR), rays)
     elif not sharp:
-        contour = _follow_to_zero(grid, pressure, phi, contour, rim)
+        contour = _follow_to_zero(grid, pressure, rays, contour, rim)
+    contour = contour[of_ray]
     axes = _half_axes(phi, contour)
     eccentricity = float(np.sqrt(max(0.0, 1 - (axes[1] / axes[0]) ** 2)))
     area = cells if sharp else float(np.pi * np.mean(contour**2))
     return Outline(phi, contour, float(contour.mean()), area, axes, eccentricity, note)
+
+
+def mirrors(grid: Grid, values: Array) -> tuple[bool, bool]:
+    """Whether an array on a grid around the origin is its own mirror image along x and along y."""
+    along_x = grid.center[0] == 0 and bool(np.array_equal(values, values[:, ::-1]))
+    return along_x, grid.center[1] == 0 and bool(np.array_equal(values, values[::-1]))
+
+
+def first_images(position: Any, turn: int, mirrored: tuple[bool, bool]) -> Any:
+    """Smallest of the mirror images of positions on a full turn, of length `turn`, from the x axis on."""
+    images = [position]
+    if mirrored[1]:
+        images.append(np.mod(-position, turn))
+    if mirrored[0] and turn % 2 == 0:
+        images += [np.mod(turn // 2 - image, turn) for image in images]
+    return np.minimum.reduce(images)
 
 
 def _why_none(grid: Grid, contact: Mask) -> str:

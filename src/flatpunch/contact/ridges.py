@@ -16,7 +16,7 @@ from scipy.ndimage import label, map_coordinates
 
 from flatpunch import bem
 from flatpunch._validation import Array
-from flatpunch.bem.outline import Outline, trace_outline
+from flatpunch.bem.outline import Outline, first_images, mirrors, trace_outline
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import rotational_symmetry
@@ -36,6 +36,7 @@ _LOST = 4.0
 """Cells over which the end is extrapolated, and how far it may lie beyond the last of them."""
 _POWER = 1.25
 _FEWEST = 5
+_SAME_RAY = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +67,12 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
         return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
     if not indenter.corners:
         return Trace(contour, outline.radius, outline.area)
+    mirrored = mirrors(solution.grid, pressure)
     for corner in indenter.corners:
-        _restore(solution.grid, pressure, contour, corner, outline.radius)
+        ray = np.mod(corner / (2 * np.pi), 1) * angles
+        if ray <= float(first_images(ray, angles, mirrored)) + _SAME_RAY:
+            _restore(solution.grid, pressure, contour, corner, outline.radius)
+    contour = contour[first_images(np.arange(angles), angles, mirrored)]
     fold = rotational_symmetry(indenter)
     if angles % fold == 0:
         # cells lie differently in each sector
