@@ -5,11 +5,11 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem import Grid
+from flatpunch.bem.conjugate import remove_gap
 from flatpunch.bem.levels import Levels, solve_depth, solve_force
 from flatpunch.bem.operator import build_operator
 from flatpunch.bem.prolongation import beyond_the_rim
 from flatpunch.bem.smooth import precondition, smooth_modes
-from flatpunch.bem.solver import remove_gap
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
@@ -76,8 +76,8 @@ def test_a_polynomial_pressure_is_given_back(name):
 def test_fewer_iterations_than_without(name):
     operator, contact, modes = on_a_disc(CASES[name][0])
     gap = np.exp(operator.grid.x - 0.5 * operator.grid.y[:, None]) * contact
-    p, plain = remove_gap(operator, contact, gap, 1e-8, 500)
-    q, taken = remove_gap(operator, contact, gap, 1e-8, 500, modes)
+    p, plain, _ = remove_gap(operator, contact, gap, 1e-8, 500)
+    q, taken, _ = remove_gap(operator, contact, gap, 1e-8, 500, modes)
     # measured 10 -> 7, 9 -> 8, 14 -> 9, 17 -> 10, 24 -> 11, 30 -> 11
     assert taken < (0.65 if "film" in name else 0.95) * plain
     # both close the gap to 1e-8

@@ -43,14 +43,15 @@ def beyond_the_rim(squared: Array) -> Array:
     """p^2 continued to the cells next to the contact, where it is negative: else the contact grows by half a cell.
 
     Only half of the linear continuation is taken: a start too wide is corrected more easily than one too narrow, and
-    the rim of the coarse grid is itself known to a fraction of a cell only.
+    the rim of the coarse grid is itself known to a fraction of a cell only. Beside a single cell, of which no slope is known,
+    the rim is taken to lie on the cell's own: tongues two cells wide would else become half as wide again.
     """
     ny, nx = squared.shape
     padded, empty = np.pad(squared, 2), squared == 0
     total, sides = np.zeros_like(squared), np.zeros_like(squared)
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         first, second = (padded[2 + n * dy : 2 + n * dy + ny, 2 + n * dx : 2 + n * dx + nx] for n in (1, 2))
-        known = empty & (first > 0) & (second > 0)
-        total += np.where(known, np.minimum(2 * first - second, 0.0), 0.0)
+        known = empty & (first > 0)
+        total += np.where(known, np.where(second > 0, np.minimum(2 * first - second, 0.0), -first), 0.0)
         sides += known
     return np.asarray(squared + 0.5 * total / np.maximum(sides, 1.0))

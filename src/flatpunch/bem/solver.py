@@ -7,7 +7,8 @@ began with: conjugacy survives the many small changes of the contact that stop t
 Keer 1999) under stiff films, and since it yields a correction only, single precision suffices there whatever the tolerance.
 The outer loop works in the operator's own precision, and the residual it reports is that of the pressure it returns. Its
 full steps are those of a semismooth Newton method, which could cycle; when the error stops falling, only steps that lower
-the energy sum p (u/2 + f - d) are taken.
+the energy sum p (u/2 + f - d) are taken, and there is one as long as any error is left. Contacts of few cells are solved
+directly (removal.py says when).
 
 Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are those of the whole contact.
 """
@@ -19,8 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch.bem.conjugate import dot
 from flatpunch.bem.operator import Operator
-from flatpunch.bem.smooth import SmoothModes, precondition, smooth_modes
+from flatpunch.bem.removal import Removal
 
 DROP = 0.03
 """Reduction asked of the inner loop: best or equal over half-spaces, soft layers and films up to 1000 times stiffer."""
@@ -28,22 +30,14 @@ DROP = 0.03
 _PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken."""
 
-_HALVINGS = 6
+_HALVINGS = 12
+"""Most halvings of a step: under films 50 times stiffer pyramids need more than 6 when all steps are such."""
 
 _FARTHEST = 0.1
 """Largest change of depth in one step towards a force, relative."""
 
 _ASTRAY = 10.0
 """Gap error over the least so far that shows a change of depth to have led astray."""
-
-_SLOW = 40
-"""Inner iterations in one step that show the smooth part to do harm; half as many are the most it takes where it helps."""
-
-_HARD = 8
-"""Inner iterations in one step from which on the smooth part is worth its price, some tens of them on small grids."""
-
-_STALE = 0.02
-"""Change of the contact's area from which on the smooth part of the approximate inverse is made anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +152,8 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
-    modes: SmoothModes | None = None
-    known, first_depth, least = 0, depth, np.inf
+    removal = Removal(operator, inner, guide, eager)
+    first_depth, least = depth, np.inf
     while True:
         if aim is not None:
             least = min(least, now.gap_error)
@@ -173,21 +167,13 @@ def solve_contact(
         if iterations >= limit or max(error, missing) <= tolerance:
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
-        contact = (now.pressure > 0) | (now.gap < 0)
+        careful, contact = waited >= _PATIENCE, now.pressure > 0
+        if not careful or now.penetration > now.gap_error:
+            contact = contact | (now.gap < 0)
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        if guide is not None and eager:
-            cells = int(xp.count_nonzero(contact))
-            if abs(cells - known) > _STALE * known:
-                modes, known = smooth_modes(guide, inner, contact), cells
         drop = max(DROP, 0.3 * tolerance / error)
-        change, count = remove_gap(inner, contact, gap, drop, limit - iterations, modes)
-        if modes is not None and (count == 0 or count > _SLOW):
-            # polynomials do not suit every contact: needles and crosses under stiff films leave them to rounding
-            guide = modes = None
-            if count == 0:
-                change, count = remove_gap(inner, contact, gap, drop, limit - iterations)
-        eager = eager or count > _HARD
-        now, tried = _advance(operator, height, depth, now, change, waited >= _PATIENCE)
+        change, count = removal(contact, gap, drop, limit - iterations)
+        now, tried = _advance(operator, height, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
         pressure=now.pressure,
@@ -214,9 +200,29 @@ def _advance(
     for tried in range(_HALVINGS if careful else 1):
         p = now.pressure + 0.5**tried * change
         later = _trial(operator, height, depth, xp.where(p > 0, p, xp.zeros_like(p)))
-        if later.energy <= now.energy + rounding:
-            break
-    return later, tried + 1
+        better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
+        if not careful or later.energy < now.energy - rounding or (later.energy <= now.energy + rounding and better):
+            return later, tried + 1
+    return _descended(operator, height, depth, now, change), _HALVINGS + 1
+
+
+def _descended(operator: Operator, height: Any, depth: float, now: _Trial, change: Any) -> _Trial:
+    """A step that is sure to lower the energy, as projecting part of a Newton step is not.
+
+    In cells that overlap the pressure may grow without bound, so that they are loaded by what overlaps, as much as lowers the
+    energy most. Where cells in contact are worse, `change` is of those alone and taken until the first of them is unloaded.
+    """
+    xp = operator.xp
+    zero = xp.zeros_like(now.gap)
+    if now.penetration > now.gap_error:
+        change = -xp.where((now.pressure == 0) & (now.gap < 0), now.gap, zero)
+        length = dot(xp, change, change) / dot(xp, change, operator.apply(change))
+    else:
+        falling = change < 0
+        steepness = xp.where(falling, -change, xp.ones_like(zero))
+        length = min(1.0, float(xp.min(xp.where(falling, now.pressure / steepness, xp.full_like(zero, xp.inf)))))
+    p = now.pressure + length * change
+    return _trial(operator, height, depth, xp.where(p > 0, p, zero))
 
 
 def _foreseen(operator: Operator, aim: Aim, now: _Trial) -> float:
@@ -252,58 +258,6 @@ def _judged(xp: Any, height: Any, depth: float, pressure: Any, u: Any) -> _Trial
     return _Trial(pressure, u, gap, energy, gap_error, penetration)
 
 
-def remove_gap(
-    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, modes: SmoothModes | None = None
-) -> tuple[Any, int]:
-    """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
-
-    Parameters
-    ----------
-    operator : Operator
-        Displacement from pressure, of any precision.
-    contact : array of bool, shape (ny, nx)
-        Cells that take part.
-    gap : array, shape (ny, nx)
-        Gap to be closed [cells]; zero outside `contact`.
-    drop : float
-        Wanted reduction of the largest gap.
-    limit : int
-        Largest number of iterations.
-    modes : SmoothModes, optional
-        Smooth part of the approximate inverse for about this contact.
-
-    Returns
-    -------
-    pressure : array, shape (ny, nx)
-        Change of pressure [E*], in the operator's precision.
-    iterations : int
-        Iterations taken.
-    """
-    xp, dtype = operator.xp, operator.spectrum.dtype
-    scale = float(xp.max(xp.abs(gap)))
-    if scale == 0.0:
-        return xp.astype(gap, dtype), 0
-    mask = xp.astype(contact, dtype)
-    r = xp.astype(gap / scale, dtype)
-    p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
-    for n in range(limit):
-        z = precondition(operator, modes, mask, r)
-        rz = dot(xp, r, z)
-        t *= rz / rz_old
-        t += z
-        q = operator.apply(t)
-        curvature = dot(xp, t, q)
-        if not (rz > 0 and curvature > 0):
-            return p * scale, n
-        step = rz / curvature
-        p -= step * t
-        r -= step * (q * mask)
-        rz_old = rz
-        if float(xp.max(xp.abs(r))) <= drop:
-            return p * scale, n + 1
-    return p * scale, limit
-
-
 def punch_stiffness(
     operator: Operator, contact: Any, tolerance: float = 1e-2, limit: int = 400
 ) -> tuple[Any, float, float, int]:
@@ -334,9 +288,9 @@ def punch_stiffness(
     xp, dtype = operator.xp, operator.spectrum.dtype
     one = xp.astype(contact, dtype)
     p, error, iterations = xp.zeros_like(one), 1.0, 0
-    gap, inner = -one, operator.single()
+    gap, removal = -one, Removal(operator, operator.single())
     while error > tolerance and iterations < limit:
-        change, count = remove_gap(inner, contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
         p = p + xp.astype(change, dtype)
         gap = operator.apply(p) * one - one
         latest = float(xp.max(xp.abs(gap)))
@@ -345,8 +299,3 @@ def punch_stiffness(
             break
         error = latest
     return p, _force(operator, p), error, iterations
-
-
-def dot(xp: Any, a: Any, b: Any) -> float:
-    """Sum of a b over the grid."""
-    return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))

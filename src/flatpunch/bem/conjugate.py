@@ -1,0 +1,69 @@
+"""Removing the gap on a given contact by preconditioned conjugate gradients, a linear problem."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flatpunch.bem.operator import Operator
+from flatpunch.bem.smooth import SmoothModes, precondition
+
+
+def remove_gap(
+    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, modes: SmoothModes | None = None
+) -> tuple[Any, int, bool]:
+    """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure, of any precision.
+    contact : array of bool, shape (ny, nx)
+        Cells that take part.
+    gap : array, shape (ny, nx)
+        Gap to be closed [cells]; zero outside `contact`.
+    drop : float
+        Wanted reduction of the largest gap.
+    limit : int
+        Largest number of iterations.
+    modes : SmoothModes, optional
+        Smooth part of the approximate inverse for about this contact.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        Change of pressure [E*], in the operator's precision.
+    iterations : int
+        Iterations taken.
+    reached : bool
+        Whether the gap was reduced as wanted; if not, by rounding or by the limit.
+    """
+    xp, dtype = operator.xp, operator.spectrum.dtype
+    scale = float(xp.max(xp.abs(gap)))
+    if scale == 0.0:
+        return xp.astype(gap, dtype), 0, True
+    mask = xp.astype(contact, dtype)
+    r = xp.astype(gap / scale, dtype)
+    p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
+    for n in range(limit):
+        z = precondition(operator, modes, mask, r)
+        rz = dot(xp, r, z)
+        t *= rz / rz_old
+        t += z
+        q = operator.apply(t)
+        curvature = dot(xp, t, q)
+        if not (rz > 0 and curvature > 0):
+            return p * scale, n, False
+        step = rz / curvature
+        p -= step * t
+        r -= step * (q * mask)
+        rz_old = rz
+        if float(xp.max(xp.abs(r))) <= drop:
+            return p * scale, n + 1, True
+    return p * scale, limit, False
+
+
+def dot(xp: Any, a: Any, b: Any) -> float:
+    """Sum of a b over the grid."""
+    return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))

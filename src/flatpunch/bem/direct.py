@@ -1,0 +1,101 @@
+"""Contacts of few cells, solved directly: the gap on them is removed by a Cholesky factor of their influence matrix.
+
+Narrow contacts (the tongues under the edges of a pyramid on a stiff film, rings, needles) are where dividing by the symbol
+knows least and polynomials fit worst, and where there are few cells. Their influence coefficients are the cosine transform of
+the operator's spectrum; on a folded grid those of the mirror images are added. NumPy only, in double precision: stiff films
+have condition numbers beyond single precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from flatpunch._validation import Array
+from flatpunch.bem.grid import Mask
+from flatpunch.bem.operator import Operator
+
+Places = NDArray[np.intp]
+
+MOST = 2500
+"""Most cells of a matrix: 50 MB, and a tenth of a second."""
+
+_AFFORDABLE = 50.0
+"""Square of the cells in contact over those of the grid up to which a direct step costs no more than some ten iterations."""
+
+_AFFORDABLE_WHERE_SLOW = 150.0
+"""The same where a step turned out to take tens of iterations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Influence:
+    """Influence matrix of some cells of a grid.
+
+    Attributes
+    ----------
+    place : ndarray of int, shape (ny nx,)
+        Row of the matrix that belongs to a cell; -1 for cells that are not in it.
+    matrix : ndarray, shape (n, n)
+        Displacement [cells] of one cell and of its mirror images under unit pressure [E*] on another and its images.
+    """
+
+    place: Places
+    matrix: Array
+
+    def covers(self, contact: Mask) -> bool:
+        """Whether all cells of a contact are in it."""
+        return bool((self.place[np.flatnonzero(contact)] >= 0).all())
+
+    def remove_gap(self, contact: Mask, gap: Array) -> Array | None:
+        """Pressure [E*] on `contact` that removes the gap [cells] there, shape (ny, nx); None if rounding forbids it."""
+        cells = np.flatnonzero(contact)
+        rows = self.place[cells]
+        part = self.matrix if rows.size == self.matrix.shape[0] else self.matrix[np.ix_(rows, rows)]
+        try:
+            factor = scipy.linalg.cho_factor(part, check_finite=False)
+        except np.linalg.LinAlgError:
+            return None
+        change = np.zeros(gap.size)
+        change[cells] = -scipy.linalg.cho_solve(factor, gap.ravel()[cells].astype(float), check_finite=False)
+        return change.reshape(gap.shape)
+
+
+def affordable(operator: Operator, cells: int, slow: bool) -> bool:
+    """Whether a contact of so many cells is better solved directly; `slow` if iterations were seen to be many."""
+    share = _AFFORDABLE_WHERE_SLOW if slow else _AFFORDABLE
+    size = operator.grid.nx * operator.grid.ny
+    return operator.xp is np and cells <= MOST and cells**2 <= share * size
+
+
+def influence(operator: Operator, contact: Mask) -> Influence:
+    """Influence matrix of a contact and, where that is affordable, of the cells next to it, which may join it."""
+    wider = binary_dilation(contact)
+    if np.count_nonzero(wider) <= 1.3 * np.count_nonzero(contact):
+        contact = wider
+    i, j = np.nonzero(contact)
+    matrix = _between(operator, i, j)
+    place = np.full(contact.size, -1, dtype=np.intp)
+    place[np.flatnonzero(contact)] = np.arange(i.size)
+    return Influence(place, matrix)
+
+
+def _between(operator: Operator, i: Places, j: Places) -> Array:
+    """Influence of cells (i, j) on each other, mirror images included, shape (n, n)."""
+    (ny, nx), (along_x, along_y) = operator.grid.shape, operator.grid.mirrored
+    far_y, far_x = ny * (1 + along_y), nx * (1 + along_x)
+    quarter = scipy.fft.idctn(operator.spectrum.astype(float), type=1)[:far_y, :far_x]
+    # even in both offsets: with negative ones in the table too, the place in it is a difference of two numbers
+    upper = np.concatenate([quarter[:, :0:-1], quarter], axis=1)
+    table = np.concatenate([upper[:0:-1], upper]).ravel()
+    width = 2 * far_x - 1
+    here = ((i + far_y - 1) * width + j + far_x - 1)[:, None]
+    matrix = np.zeros((i.size, i.size))
+    for image_y in (i, -1 - i)[: 1 + along_y]:
+        for image_x in (j, -1 - j)[: 1 + along_x]:
+            matrix += table[here - (image_y * width + image_x)]
+    return matrix
