@@ -28,6 +28,7 @@ from flatpunch.bem.operator import to_numpy
 from flatpunch.bem.shape import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
 from flatpunch.bem.solution import Solution, check_tolerance, solution_of
 from flatpunch.bem.solver import State
+from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
@@ -104,23 +105,25 @@ def solve(
     levels: Levels | None = None
     before: Levels | None = None
     state: State | None = None
-    for i, target in enumerate(targets):
-        prescribed = {"depth": float(target)} if by_depth else {"force": float(target)}
-        if isinstance(grid, Grid):
-            levels = levels or announced(Levels(kernel, grid, xp, single), 1)
-        else:
-            first = hints[i] or _first_extent(kernel, indenter, **prescribed)
-            extent = find_extent(kernel, height, first, **prescribed)
-            if levels is None or not extent.fits(levels.grid):
-                levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
-        start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
-        levels, state, effort = _solve_inside(
-            levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
-        )
-        before = levels
-        solutions.append(solution_of(levels, height, state, effort, tolerance, angles, stiffness))
-        if progress is not None:
-            progress(i + 1, targets.size)
+    cells = grid.nx * grid.ny if isinstance(grid, Grid) else (grid or DEFAULT_CELLS) ** 2
+    with fitting_threads(cells):
+        for i, target in enumerate(targets):
+            prescribed = {"depth": float(target)} if by_depth else {"force": float(target)}
+            if isinstance(grid, Grid):
+                levels = levels or announced(Levels(kernel, grid, xp, single), 1)
+            else:
+                first = hints[i] or _first_extent(kernel, indenter, **prescribed)
+                extent = find_extent(kernel, height, first, **prescribed)
+                if levels is None or not extent.fits(levels.grid):
+                    levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
+            start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
+            levels, state, effort = _solve_inside(
+                levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
+            )
+            before = levels
+            solutions.append(solution_of(levels, height, state, effort, tolerance, angles, stiffness))
+            if progress is not None:
+                progress(i + 1, targets.size)
     return solutions
 
 

@@ -34,7 +34,7 @@ BYTES_PER_CELL = 200
 _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 """Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
 
-_THREADED = 500**2
+THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
 
 _MANY = 400**2
@@ -203,7 +203,7 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Ar
         Those of `coefficients_for`, where they are known already.
     """
     ny, nx = grid.shape
-    threads = workers() if nx * ny >= _THREADED else 1
+    threads = workers() if nx * ny >= THREADED else 1
     my, mx = padded_shape(grid)
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing
