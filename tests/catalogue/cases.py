@@ -1,7 +1,7 @@
 """Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed.
 
-The constants of the error estimates and of the fourth order's guard were read off the first `FITTED` cases. Those after them are
-of other tips, media and sizes, drawn later: they test what was read off.
+The constants of the error estimates and of the fourth order's guard were read off the first `FITTED` cases, those of
+`refined` off the first `LATEST`. Those after them are of other tips, media and sizes, drawn later: they test what was read off.
 """
 
 from __future__ import annotations
@@ -82,6 +82,15 @@ FRESH_TIPS: dict[str, Callable[[], Any]] = {
 }
 FRESH_PER_TIP = 7
 
+_EXPONENTS = (1.0, 1.5, 2.0, 3.0)
+ASPERITIES: dict[str, Callable[[], Any]] = {
+    f"asperity-{seed}": lambda seed=seed: fp.PowerLaw(
+        _EXPONENTS[seed % 4], FourierOutline(seed, 0.05 + 0.15 * (seed % 7) / 6)
+    )
+    for seed in range(100, 156)
+}
+"""Random rough outlines of 5 to 20 % amplitude."""
+
 
 def _on(young: float, poisson: float = 0.3) -> Callable[[], Any]:
     return lambda: fp.Medium([fp.Layer(young, poisson, 1.0)], base=fp.HalfSpace(1.0, 0.3))
@@ -118,6 +127,8 @@ FRESH_MEDIA: dict[str, Callable[[], Any]] = {
     "film-2-sliding": lambda: fp.Medium([fp.Layer(2.0, 0.4, 1.0, bonded=False)], base=fp.HalfSpace(1.0, 0.3)),
 }
 FITTED = PER_TIP * len(TIPS)
+"""Number of the first case that the series' estimates were not read off."""
+LATEST = FITTED + FRESH_PER_TIP * len(FRESH_TIPS)
 """Number of the first case that nothing was read off."""
 
 
@@ -148,18 +159,19 @@ def _medium(name: str) -> Any:
 
 @lru_cache
 def _tip(name: str, fresh: bool) -> Any:
-    return (FRESH_TIPS if fresh else TIPS)[name]()
+    return (FRESH_TIPS | ASPERITIES if fresh else TIPS)[name]()
 
 
 def cases() -> list[Case]:
-    """The whole catalogue: every tip on nine media, each medium and size as often as any other, and the fresh cases."""
+    """The whole catalogue: every tip on nine media, each medium and size as often as any other, and two lots of fresh cases."""
     rng = np.random.default_rng(20230511)
     media, sizes = list(MEDIA), list(SIZES)
     total = FITTED
     names = np.concatenate([rng.permutation(media) for _ in range(total // len(media) + 1)])
     radii = np.concatenate([rng.permutation(sizes) for _ in range(total // len(sizes) + 1)])
     tips = [tip for tip in TIPS for _ in range(PER_TIP)]
-    return [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)] + _fresh(FITTED)
+    first = [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]
+    return first + _fresh(FITTED) + _rough(LATEST)
 
 
 def _fresh(first: int) -> list[Case]:
@@ -171,3 +183,12 @@ def _fresh(first: int) -> list[Case]:
     radii = np.round(np.exp(rng.uniform(np.log(0.03), np.log(8.0), total)), 3)
     tips = [tip for tip in FRESH_TIPS for _ in range(FRESH_PER_TIP)]
     return [Case(first + i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]
+
+
+def _rough(first: int) -> list[Case]:
+    """Random rough asperities, one each, on all media in turn, sizes anywhere between 0.02 and 10."""
+    rng = np.random.default_rng(20261122)
+    media = list(MEDIA | FRESH_MEDIA)
+    names = np.concatenate([rng.permutation(media) for _ in range(len(ASPERITIES) // len(media) + 1)])
+    radii = np.round(np.exp(rng.uniform(np.log(0.02), np.log(10.0), len(ASPERITIES))), 3)
+    return [Case(first + i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(ASPERITIES)]

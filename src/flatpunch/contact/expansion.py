@@ -37,6 +37,9 @@ Order = Literal["second", "fourth"]
 _LARGEST_TERM = 2.0
 """|ln(F/F_base)| beyond which a series is cut; tips of three sides reach 0.2."""
 
+_FARTHEST = 1.5
+"""|ln(abar/a)| beyond which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
+
 _TINY = 1e-300
 
 _SMALLEST = 1e-3
@@ -229,18 +232,20 @@ def power_expansion(kernel: Kernel, indenter: Indenter, order: Order) -> PowerEx
 def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Array) -> Array:
     """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
 
-    Where there is none (stiffness not positive, beyond a turning point) it is the guess.
+    Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
+    would be anything, it ends at `_FARTHEST` from the guess.
     """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()
-    most = float(np.log(resolved_radius(kernel)))
+    low = np.log(guess[live]) - _FARTHEST
+    high = np.minimum(low + 2 * _FARTHEST, np.log(resolved_radius(kernel)))
     x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -_LARGEST_TERM, _LARGEST_TERM)
     for _ in range(20):
         answers = punch_family(kernel).at(np.exp(x) / kernel.length)
         flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]
         # dln K/dln a = pi e^2/c_0, positive for every medium (Krein)
         step = (wanted - x - np.log(2 * np.pi * kernel.modulus * flat)) * flat / (np.pi * edge**2)
-        x = np.minimum(x + np.clip(step, -1, 1), most)
+        x = np.clip(x + np.clip(step, -1, 1), low, high)
         if not step.size or np.abs(step).max() < 1e-9:
             break
     radius[live] = np.exp(x)

@@ -114,8 +114,10 @@ class PowerPerturbation:
         self.kernel, self.exponent, self.fourth = kernel, indenter.exponent, fourth
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
+        # edge functionals are smooth where the outline has poles, and dear
+        self._edges = Panels(kernel, self._edge_columns)
         self._outlines: dict[bytes, Panels] = {}
-        self._known: dict[bytes, tuple[Array, Edges | PowerLawEdges | KnownEdges, Base]] = {}
+        self._known: dict[bytes, tuple[Array, Array, Base]] = {}
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
@@ -146,20 +148,27 @@ class PowerPerturbation:
             w[live] = self._outlines[key].at(np.log(beta[live]))
         return w
 
-    def _response(self, beta: Array) -> tuple[Array, Edges | PowerLawEdges | KnownEdges, Base]:
-        """R_m at radii beta for the orders of the outline, shape (nb, orders), and what it came from."""
+    def _response(self, beta: Array) -> tuple[Array, Array, Base]:
+        """R_m and k_m at radii beta for the orders of the outline, shape (nb, orders), and the round base."""
         key = beta.tobytes()
         if key not in self._known:
             base = round_base(self.kernel, self.exponent, beta)
-            orders = self.angles.orders
-            edges = known_edges(self.kernel, beta, orders, self.exponent) or edges_of(self.kernel, beta, orders)
-            self._known[key] = (edges.power_edge(self.exponent, orders) / (base.edge * base.slope), edges, base)
+            if beta.all():
+                power, stiffening = np.hsplit(self._edges.at(np.log(beta)), 2)
+            else:
+                power, stiffening = np.hsplit(self._edge_columns(beta), 2)
+            self._known[key] = (power / (base.edge * base.slope), stiffening, base)
         return self._known[key]
 
+    def _edge_columns(self, beta: Array) -> Array:
+        """S[A_m^-1 b[r^n]] and k_m for the orders of the outline side by side, shape (nb, 2 orders)."""
+        orders = self.angles.orders
+        edges = known_edges(self.kernel, beta, orders, self.exponent) or edges_of(self.kernel, beta, orders)
+        return np.hstack([edges.power_edge(self.exponent, orders), edges.stiffening(orders)])
+
     def _columns(self, beta: Array) -> Array:
-        response, edges, base = self._response(beta)
+        response, stiffening, base = self._response(beta)
         derivative = log_derivative(beta) if beta.all() else np.zeros((1, 1))
-        stiffening = edges.stiffening(self.angles.orders)
         w = -act(response, self.angles.u)
         # sum of eta_m h_m^2, eta_m = (1/2)(dlnK/dlna)(1 + k_m) with dlnK/dlna = pi e^2/c_0
         gain = np.pi * (base.edge**2 / base.flat)[:, 0] * np.mean(w * (w + act(stiffening, w)), axis=1)
