@@ -29,6 +29,9 @@ _WINDOW, _WIDTH = 80.0, 12.0
 
 _X_HIGH = 160.0
 
+_ANGULAR = ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24))
+"""Nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; the remainder has died before or r >> h filters it."""
+
 _BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is asked at a time."""
 
@@ -41,6 +44,11 @@ def _rule(low: int) -> tuple[Array, Array]:
     w = _STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
     w[0] += x[0] / np.expm1(_STEP) * _STEP
     return x, w
+
+
+@lru_cache(maxsize=8)
+def _gauss(nodes: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(nodes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,10 +166,11 @@ def isotropic_cell_factor(q: Array) -> Array:
     """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: what averaging over a square does to J0(kr)."""
     # mean of J0(q r) over the unit square; the next term is 5e-12 at q = 0.1
     result = 1 - q**2 / 24 + q**4 * (7 / 11520)
-    large = q > 0.1
-    # 24 nodes over an eighth of the circle resolve |q| up to 60; the remainder has died before or r >> h filters it
-    t, v = np.polynomial.legendre.leggauss(24)
-    angle = np.pi / 8 * (t + 1)
-    half = q[large, None] / (2 * np.pi)
-    result[large] = (np.sinc(half * np.cos(angle)) * np.sinc(half * np.sin(angle))) @ (v / 2)
+    for low, high, nodes in _ANGULAR:
+        chosen = np.flatnonzero((q > low) & (q <= high))
+        if chosen.size:
+            t, v = _gauss(nodes)
+            angle = np.pi / 8 * (t + 1)
+            x, y = (q[chosen, None] / 2 * trig(angle) for trig in (np.cos, np.sin))
+            result[chosen] = (np.sin(x) * np.sin(y) / (x * y)) @ (v / 2)
     return result

@@ -22,7 +22,8 @@ from flatpunch.contact.axisymmetric import RoundContact, SampledProfile, edge_st
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, radius_of_stiffness
 from flatpunch.contact.log_table import LogTable
 from flatpunch.contact.perturbation import PowerLawEdges, edges_of
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.angular_mean import GeometricMean, angular_mean
+from flatpunch.indenters.profile import Indenter, height_and_slope
 from flatpunch.indenters.symmetry import rotational_symmetry, sample_radii
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.family import SMALLEST
@@ -64,7 +65,8 @@ class GeneralExpansion:
         if len(indenter.corners) == fold:
             self._weights, self._jump, self._aliased = _one_kink()
         self._logarithmic = self._is_regular()
-        self.base = SampledProfile(self._base_height, self._base_slope, indenter.rings)
+        mean = GeometricMean(indenter, self._phi, self._weights) if self._logarithmic else angular_mean(indenter)
+        self.base = SampledProfile(mean.height, mean.slope, indenter.rings)
         self._table = LogTable(self._columns, indenter.reach, kinked=bool(indenter.rings))
 
     def descent(self, radius: Array) -> PathPoint:
@@ -182,8 +184,8 @@ class GeneralExpansion:
         nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
         rho, weight = self._rule(radius, nodes)
         r = (radius[:, None] * rho)[..., None]
-        f = np.asarray(self.indenter.height(r, self._phi))
-        q = r * np.asarray(self.indenter.slope(r, self._phi))
+        f, slope = height_and_slope(self.indenter, r, self._phi)
+        q = r * slope
         if self._logarithmic:
             g = np.log(f)
             mean = self._mean(g)[..., None]
@@ -227,21 +229,6 @@ class GeneralExpansion:
                 pressure = _pressure(vector, int(order), rho, weight)
                 strength[:, column] += np.sum(pressure * value[..., column], axis=1)
         return np.asarray(strength)
-
-    def _base_height(self, r: Array) -> Array:
-        f = np.asarray(self.indenter.height(r[..., None], self._phi))
-        if not self._logarithmic:
-            return self._mean(f)
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.exp(self._mean(np.log(f))))
-
-    def _base_slope(self, r: Array) -> Array:
-        slope = np.asarray(self.indenter.slope(r[..., None], self._phi))
-        if not self._logarithmic:
-            return self._mean(slope)
-        f = np.asarray(self.indenter.height(r[..., None], self._phi))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.exp(self._mean(np.log(f))) * self._mean(slope / f))
 
     def _mean(self, field: Array) -> Array:
         """Mean over the angle, the last axis."""

@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 from flatpunch._validation import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.angles import angular_rule
-from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
 from flatpunch.indenters.symmetry import rotational_symmetry
 
 _PER_DECADE = 3
@@ -35,8 +35,12 @@ class AngularMean:
     def __init__(self, indenter: Indenter) -> None:
         self._indenter = indenter
         self._cuts = sorted({*indenter.rings, *getattr(indenter, "scales", ())})
-        self._phi, self._weights = _one_period(indenter)
+        self._phi, self._weights = self._angles()
         self._panels: dict[tuple[float, float], Array] = {}
+
+    def _angles(self) -> tuple[Array, Array]:
+        """Angles and weights of the mean."""
+        return _one_period(self._indenter)
 
     def height(self, r: Array) -> Array:
         """f0 [m] at radii r [m] of any shape."""
@@ -90,9 +94,36 @@ class AngularMean:
         step = max(1, _CHUNK // self._phi.size)
         for start in range(0, r.size, step):
             radius = r[start : start + step, None]
-            f, slope = self._indenter.height(radius, self._phi), self._indenter.slope(radius, self._phi)
-            parts.append(np.column_stack([f @ self._weights, slope @ self._weights]))
+            parts.append(np.column_stack(self._means(*height_and_slope(self._indenter, radius, self._phi))))
         return np.vstack(parts)
+
+    def _means(self, f: Array, slope: Array) -> tuple[Array, Array]:
+        """Means of height and slope, given at all angles, shape (n, angles)."""
+        return f @ self._weights, slope @ self._weights
+
+
+class GeometricMean(AngularMean):
+    """exp of the mean of ln f over the polar angle, and its slope.
+
+    Parameters
+    ----------
+    indenter : Indenter
+        Any indenter with f > 0 away from the apex.
+    phi, weights : ndarray, shape (angles,)
+        Angles [rad] and weights of the mean.
+    """
+
+    def __init__(self, indenter: Indenter, phi: Array, weights: Array) -> None:
+        self._given = phi, weights
+        super().__init__(indenter)
+
+    def _angles(self) -> tuple[Array, Array]:
+        return self._given
+
+    def _means(self, f: Array, slope: Array) -> tuple[Array, Array]:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = np.exp(np.log(f) @ self._weights)
+            return mean, mean * ((slope / f) @ self._weights)
 
 
 @lru_cache(maxsize=64)

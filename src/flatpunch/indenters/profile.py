@@ -13,11 +13,15 @@ A shape with kinks that lie neither along rays nor on circles about the apex (th
 of an edge) may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles
 are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
 gives the smallest and the largest distance of such a line from the axis.
+
+A shape whose height and slope come from one calculation may offer both at once, `height_and_slope(r, phi)`.
 """
 
 from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
+
+import numpy as np
 
 from flatpunch._validation import Array
 
@@ -54,6 +58,15 @@ class Indenter(Protocol):
 
     def __hash__(self) -> int:
         """Equal indenters share what has been computed for them."""
+
+
+def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, Array]:
+    """Gap [m] and its radial derivative [-], broadcast together."""
+    both = getattr(indenter, "height_and_slope", None)
+    if both is None:
+        return np.asarray(indenter.height(r, phi)), np.asarray(indenter.slope(r, phi))
+    f, slope = both(r, phi)
+    return np.asarray(f), np.asarray(slope)
 
 
 def split_angles(indenter: Indenter) -> list[float]:

@@ -112,15 +112,18 @@ class Rounded(Shape):
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        if self._gradients is None:
-            return spread(self._cone(np.asarray(r, dtype=float))[0], phi)
-        return self._evaluate(r, phi)[0]
+        return self.height_and_slope(r, phi)[0]
 
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
+        return self.height_and_slope(r, phi)[1]
+
+    def height_and_slope(self, r: Array, phi: Array) -> tuple[Array, Array]:
+        """Both at once, which costs no more than one of them."""
         if self._gradients is None:
-            return spread(self._cone(np.asarray(r, dtype=float))[1], phi)
-        return self._evaluate(r, phi)[1]
+            height, slope = self._cone(np.asarray(r, dtype=float))
+            return spread(height, phi), spread(slope, phi)
+        return self._evaluate(r, phi)
 
     @property
     def _cone_slope(self) -> float:
