@@ -30,6 +30,7 @@ from flatpunch.contact.node_spline import (
     left_out_of_hermite,
     settled_slopes,
     spline_through,
+    steadied,
 )
 from flatpunch.contact.perturbed import Series
 from flatpunch.contact.ridges import traced
@@ -51,7 +52,7 @@ _SLOPE_NOISE = 0.25
 _CAUTION = 2.0
 """What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
-"""Error of the force over the difference between the two best curves: few solutions may please one of them by chance."""
+"""Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
 _SHAPE_TOLERANCE = 6e-3
 """Interpolation error of the outline that is accepted, over its radius."""
 _CROSS = 4.0
@@ -101,7 +102,7 @@ class ForceCurve:
         if self.other is None:
             return np.zeros_like(x)
         one, two = (part.curve(x) + theory[:, part.form] for part in (self, self.other))
-        return np.asarray(_DISPUTE * np.abs(one - two))
+        return np.asarray(_DISPUTE * min(1.0, _FEWEST / self.error.size) * np.abs(one - two))
 
 
 class Correction:
@@ -205,7 +206,8 @@ class Correction:
             return True, lambda x, _=0: np.repeat(ratios, x.size, axis=0), np.zeros(1)
         errors = [left_out(nodes, table)[:, 2:].max(axis=1) for table in (rows, ratios)]
         relative = bool(np.median(errors[1]) <= np.median(errors[0])) and not self.theory.folded(theory.radius)
-        return relative, spline_through(nodes, ratios if relative else rows), errors[1] if relative else errors[0]
+        table = steadied(nodes, ratios if relative else rows, _RIM_ERROR / self.cells)
+        return relative, spline_through(nodes, table), errors[1] if relative else errors[0]
 
     @property
     def _self_similar(self) -> bool:

@@ -26,14 +26,15 @@ from flatpunch.contact.outline import outline
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
-_OUTLINE, _EDGES, _BLUNT = 0.6, 0.4, 0.2
+_OUTLINE, _EDGES, _BLUNT = 0.7, 0.4, 0.2
 """Error of an outline per swing^2 for all tips, and per swing for tips with edges and for blunted ones."""
 _OUTLINE_FLOOR = 1e-3
 _LAST, _SKEW, _SQUARE = 0.2, 1.5, 1.5
 """Second order: share of x4 added to |x3 + x4|; for general profiles, per measure of x3 and per x2^2."""
 _SPREAD = 0.7
 """Fourth order: share of |x4| swing^2, of the size of the sixth order."""
-_LAYERS = 1.8
+_LAYERS, _LAYERS_OUTLINE = 1.8, 2.5
+"""First order: what layers make of its error on a half-space, in force and outline."""
 _FLOOR, _SAMPLED_FLOOR = 1e-5, 4e-5
 """Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-5."""
 _LOST = 3.0
@@ -105,7 +106,7 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
         live = radius[radius > 0]
         places = [live.max(), 0.3 * live.max()] if live.size else [1.0]
         force, contour = np.max([_half_space_difference(indenter, float(a)) for a in places], axis=0)
-    return np.full_like(radius, _LAYERS * force + _FLOOR), np.full_like(radius, _LAYERS * contour + 1e-3)
+    return np.full_like(radius, _LAYERS * force + _FLOOR), np.full_like(radius, _LAYERS_OUTLINE * contour + 1e-3)
 
 
 @lru_cache(maxsize=256)
