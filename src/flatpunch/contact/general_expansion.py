@@ -67,7 +67,7 @@ class GeneralExpansion:
         self._logarithmic = self._is_regular()
         mean = GeometricMean(indenter, self._phi, self._weights) if self._logarithmic else angular_mean(indenter)
         self.base = SampledProfile(mean.height, mean.slope, indenter.rings)
-        self._table = LogTable(self._columns, indenter.reach, kinked=bool(indenter.rings))
+        self._table = LogTable(self._columns, indenter.reach, kinks=indenter.rings)
 
     def descent(self, radius: Array) -> PathPoint:
         """Depth and its derivative at base radii of shape (n,); here no cheaper than `loading`."""

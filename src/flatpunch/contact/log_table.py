@@ -14,7 +14,10 @@ _SPANS = 3
 """Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
 _SMOOTH = (12, 7)
 _KINKED = (54, 3)
-"""Nodes per span and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached."""
+"""Nodes per span and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached.
+
+Beside means within half a span of it; beyond, the function is smooth again.
+"""
 _OVERLAP = 6
 """Nodes that a spline has beyond either end of its span, which the next one has as well."""
 
@@ -29,15 +32,15 @@ class LogTable:
         Radii, shape (n,) [m] -> values, shape (n, outputs).
     reach : float
         Largest radius [m].
-    kinked : bool
-        Whether the function has kinks, so that splines of high degree would ring.
+    kinks : tuple of float
+        Radii [m] at which the function has kinks, so that splines of high degree would ring.
     """
 
     sample: Callable[[Array], Array]
     reach: float = float("inf")
-    kinked: bool = False
+    kinks: tuple[float, ...] = ()
     _spans: dict[int, BSpline] = field(default_factory=dict)
-    _nodes: dict[int, Array] = field(default_factory=dict)
+    _nodes: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Values and derivatives by ln a at radii > 0, shapes (n, outputs)."""
@@ -52,7 +55,7 @@ class LogTable:
 
     def _spline(self, index: int) -> BSpline:
         if index not in self._spans:
-            count, degree = _KINKED if self.kinked else _SMOOTH
+            count, degree = _KINKED if self._kinked(index) else _SMOOTH
             step, end = np.log(10) / (_SPANS * count), np.log(self.reach)
             last = (index + 1) * count + _OVERLAP
             if end < (last + 0.5) * step:
@@ -61,9 +64,15 @@ class LogTable:
             numbers = np.arange(first, last + 1)
             # the node next to the reach is moved there
             x = np.where(np.abs(numbers * step - end) <= step / 2, end, numbers * step)
-            new = [i for i, n in enumerate(numbers.tolist()) if n not in self._nodes]
+            keys = [(count, n) for n in numbers.tolist()]
+            new = [i for i, key in enumerate(keys) if key not in self._nodes]
             if new:
-                self._nodes.update(zip(numbers[new].tolist(), self.sample(np.exp(x[new])), strict=True))
-            values = np.array([self._nodes[n] for n in numbers.tolist()])
-            self._spans[index] = make_interp_spline(x, values, k=degree)
+                self._nodes.update(zip([keys[i] for i in new], self.sample(np.exp(x[new])), strict=True))
+            self._spans[index] = make_interp_spline(x, np.array([self._nodes[key] for key in keys]), k=degree)
         return self._spans[index]
+
+    def _kinked(self, index: int) -> bool:
+        """Whether a kink lies on a span or where its spline, were it a smooth one, would look beyond it."""
+        beside = _OVERLAP / _SMOOTH[0]
+        spans = _SPANS * np.log10(self.kinks) if self.kinks else np.empty(0)
+        return bool(np.any((spans > index - beside) & (spans < index + 1 + beside)))

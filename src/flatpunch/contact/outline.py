@@ -122,7 +122,7 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
 def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> LogTable:
     """The terms over ln a: far fewer radii than a long curve has."""
     phi = np.frombuffer(angles)
-    return LogTable(lambda a: _terms(kernel, indenter, a, phi), indenter.reach, kinked=bool(indenter.rings))
+    return LogTable(lambda a: _terms(kernel, indenter, a, phi), indenter.reach, kinks=indenter.rings)
 
 
 def _terms(kernel: Kernel, indenter: Indenter, radius: Array, phi: Array) -> Array:
