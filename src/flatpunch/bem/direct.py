@@ -25,6 +25,9 @@ Places = NDArray[np.intp]
 MOST = 2500
 """Most cells of a matrix: 50 MB, and a tenth of a second."""
 
+_BYTES = 32
+"""Bytes per element while the matrix is gathered or factored (30 measured)."""
+
 _AFFORDABLE = 50.0
 """Square of the cells in contact over those of the grid up to which a direct step costs no more than some ten iterations."""
 
@@ -70,6 +73,11 @@ def affordable(operator: Operator, cells: int, slow: bool) -> bool:
     share = _AFFORDABLE_WHERE_SLOW if slow else _AFFORDABLE
     size = operator.grid.nx * operator.grid.ny
     return operator.xp is np and cells <= MOST and cells**2 <= share * size
+
+
+def most_bytes(cells: int) -> int:
+    """Upper bound of the memory that direct steps take on a grid of so many cells [bytes]."""
+    return int(_BYTES * min(MOST**2, _AFFORDABLE_WHERE_SLOW * cells))
 
 
 def influence(operator: Operator, contact: Mask) -> Influence:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 
+from flatpunch.bem.direct import most_bytes
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.levels import Levels
 from flatpunch.bem.operator import BYTES_PER_CELL
@@ -13,7 +14,8 @@ logger = logging.getLogger("flatpunch.bem")
 
 def required_bytes(grid: Grid, *, single: bool = False) -> int:
     """Upper bound of the memory that a solve on `grid` takes [bytes]."""
-    return grid.nx * grid.ny * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL)
+    cells = grid.nx * grid.ny
+    return cells * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL) + most_bytes(cells)
 
 
 def announced(levels: Levels, steps: int) -> Levels:
