@@ -1,0 +1,149 @@
+"""What carries the refined method from one boundary element solution to the next."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+from threadpoolctl import threadpool_info
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.bem.threads import fitting_threads
+from flatpunch.compliance import compliance
+from flatpunch.contact.mean import mean_profile
+from flatpunch.contact.node_positions import Spacing
+from flatpunch.contact.node_spline import left_out_of_hermite, settled_slopes, steadied
+from flatpunch.contact.second_order import expansion_of
+from flatpunch.indenters import Rounded, Truncated
+from flatpunch.indenters.angular_mean import GeometricMean
+
+NODES = np.array([-2.0, -1.3, -0.7, 0.1, 0.8, 1.5])
+
+
+def _bend(x: np.ndarray) -> np.ndarray:
+    """A slope that goes from one to two over unit length, as force over depth does."""
+    return np.log(np.exp(x) + np.exp(2 * x))
+
+
+def _rate(x: np.ndarray) -> np.ndarray:
+    return 1 + 1 / (1 + np.exp(-x))
+
+
+def test_estimate_covers_the_error_of_curves_through_values_and_slopes() -> None:
+    values, slopes = _bend(NODES), _rate(NODES)
+    wrong = left_out_of_hermite(NODES, values, slopes, np.zeros(NODES.size))
+    x = np.linspace(NODES[0], NODES[-1], 500)
+    true = np.abs(CubicHermiteSpline(NODES, values, slopes)(x) - _bend(x))
+    upper = np.clip(np.searchsorted(NODES, x), 1, NODES.size - 1)
+    told = 2 * np.maximum(wrong[upper - 1], wrong[upper])
+    assert np.all(true <= told)
+    assert told.max() < 20 * true.max()
+
+
+def test_two_solutions_tell_nothing() -> None:
+    assert np.all(np.isinf(left_out_of_hermite(NODES[:2], NODES[:2], np.ones(2), np.zeros(2))))
+
+
+@pytest.mark.parametrize("noise", [1e-5, 1e-3, 1e-1])
+def test_slopes_count_by_how_well_they_are_known(noise: float) -> None:
+    given = _rate(NODES) + noise * np.array([1, -1, 1, -1, 1, -1])
+    settled, doubt = settled_slopes(NODES, _bend(NODES), given, noise)
+    off = np.abs(settled - _rate(NODES))
+    # no worse than the given ones, and far better where the values alone tell more
+    assert off.max() <= 1.001 * noise
+    assert np.all(doubt <= noise)
+    if noise == 1e-1:
+        assert off.max() < 0.3 * noise
+
+
+def test_scatter_is_evened_out_and_steps_are_not() -> None:
+    nodes, rng = np.linspace(0, 6, 25), np.random.default_rng(3)
+    smooth = np.sin(nodes)[:, None] * np.ones(200)
+    scatter = smooth + 0.004 * rng.standard_normal(smooth.shape)
+    evened = steadied(nodes, scatter, 0.006)
+    assert np.std((evened - smooth)[2:-2]) < 0.95 * np.std((scatter - smooth)[2:-2])
+    step = np.where(nodes < 3, 0.0, 1.0)[:, None]
+    np.testing.assert_allclose(steadied(nodes, step, 0.006), step, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "tip",
+    [
+        fp.Pyramid(4, 0.3),
+        fp.EllipticParaboloid(0.4, 1.0),
+        Rounded(fp.Pyramid(3, 0.4), 0.3),
+        Truncated(fp.Pyramid(4, 0.4), 0.1),
+    ],
+    ids=["pyramid", "ellipse", "rounded", "truncated"],
+)
+def test_no_gap_is_wider_than_the_spacing(tip: object) -> None:
+    kernel = compliance(fp.Medium([fp.Layer(1.0, 0.45, 1.0)], base=fp.RigidBase()))
+    spacing = Spacing(kernel, tip, mean_profile(tip))
+    first = spacing.missing(np.empty(0), -4.0, 1.0)
+    assert (first[0], first[-1]) == (-4.0, 1.0)
+    assert np.all(spacing.between(first) < 1.01)
+    # nothing is wanted twice, nor between neighbours
+    assert spacing.missing(first, -4.0, 1.0).size == 0
+    inside = (first[0] + first[1]) / 2
+    assert spacing.missing(first, inside, inside).size == 0
+    wider = np.union1d(first, spacing.missing(first, -4.0, 2.0))
+    assert set(first) < set(wider)
+    assert np.all(spacing.between(wider) < 1.01)
+
+
+def test_a_single_step_takes_a_single_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    solved, solve = [], bem.solve
+
+    def counted(*args: object, **options: object) -> list[bem.Solution]:
+        solved.append(np.size(options["depths"]))
+        return solve(*args, **options)
+
+    monkeypatch.setattr("flatpunch.contact.correction.bem.solve", counted)
+    medium, tip = fp.Medium([fp.Layer(3.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.31)
+    one = fp.indent(medium, tip, depth=0.2, method="refined", cells=128)
+    assert sum(solved) == 1
+    around = fp.indent(medium, tip, depth=0.2 * np.exp([-1e-3, 1e-3]), method="bem", grid=128)
+    slope = float(np.diff(around.force)[0] / np.diff(around.depth)[0])
+    # the stiffness is known to a quarter over the number of cells, both grids scatter by 1e-5 of the force
+    assert float(one.stiffness[0]) == pytest.approx(slope, rel=0.01)
+
+
+def test_where_the_round_base_turns_back() -> None:
+    """Under a film a hundred times stiffer than its base one depth belongs to several round contacts; the force has no jump."""
+    film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)
+    assert expansion_of(compliance(film), tip).descent(np.geomspace(0.3, 3.0, 200)).depth_slope.min() < 0
+    depth = np.geomspace(1.2, 5.0, 30)
+    curve = fp.indent(film, tip, depth=depth, method="refined", cells=128)
+    growth = np.diff(np.log(curve.force.values)) / np.diff(np.log(depth))
+    assert growth.min() > 1.0
+    assert growth.max() < 1.9
+    assert np.abs(np.diff(growth)).max() < 0.15
+    for step in (8, 17):
+        truth = fp.indent(film, tip, depth=depth[step], method="bem", grid=256)
+        # tongues are a few of 128 cells wide
+        assert abs(float(curve.force[step]) / float(truth.force[0]) - 1) < 2e-3
+
+
+def test_small_grids_take_one_thread_of_linear_algebra() -> None:
+    def threads() -> list[int]:
+        return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
+
+    before = threads()
+    with fitting_threads(256**2):
+        assert set(threads()) <= {1}
+    with fitting_threads(1024**2):
+        assert threads() == before
+    assert threads() == before
+
+
+def test_geometric_mean_of_a_rounded_pyramid() -> None:
+    tip = Rounded(fp.Pyramid(3, 0.5), 0.2)
+    phi = 2 * np.pi * np.arange(256) / 256 / 3
+    mean = GeometricMean(tip, phi, np.full(256, 1 / 256))
+    r = np.array([1e-3, 0.05, 0.1, 0.2, 0.7, 5.0])
+    f, slope = tip.height(r[:, None], phi), tip.slope(r[:, None], phi)
+    direct = np.exp(np.log(f).mean(axis=1))
+    # curvature jumps where edges and cap meet the faces
+    np.testing.assert_allclose(mean.height(r), direct, rtol=1e-6)
+    np.testing.assert_allclose(mean.slope(r), direct * (slope / f).mean(axis=1), rtol=1e-4)
