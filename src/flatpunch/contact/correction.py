@@ -111,7 +111,7 @@ class Correction:
     Parameters
     ----------
     kernel, indenter, series
-        Medium, indenter, and their second-order series.
+        Medium, indenter, and the series that stands beside their solutions.
     angles : int
         Polar angles of the outline.
     cells : int
@@ -186,7 +186,7 @@ class Correction:
             slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
             return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1))
         found = []
-        for form in (NOTHING,) if self.theory.folded(theory.radius) else (SERIES, BASE, NOTHING):
+        for form in self._forms(theory):
             values, slopes = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
             if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
                 continue
@@ -195,6 +195,13 @@ class Correction:
             found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong))
         found.sort(key=lambda curve: float(curve.error.sum()))
         return replace(found[0], other=found[1]) if found[1:] else found[0]
+
+    def _forms(self, theory: Theory) -> tuple[int, ...]:
+        """What forces may be compared with."""
+        if self.theory.folded(theory.radius):
+            return (NOTHING,)
+        round_only = np.array_equal(theory.force[:, SERIES], theory.force[:, BASE])
+        return (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING)
 
     def _shape_curve(self, nodes: Array) -> tuple[bool, Callable[..., Array], Array]:
         """Whether shapes are compared with the series, the curve of the difference, and its estimated error at the nodes."""

@@ -17,6 +17,8 @@ _STEEPEST = 4.0
 """Most that ln d counts for over ln r: beginning on a flat end, the radius hardly moves."""
 _QUIET, _SPARE = 0.1, 2.0
 """r over the layer's thickness below which ratios move like it for power-law tips, and how much wider spacings are there."""
+_UNAIDED = 1.4
+"""How much closer solutions lie for tips that are no power law: only the round contact stands beside them."""
 _RADII = np.geomspace(1e-15, 1e6, 320)
 _SAMPLES = 600
 _SAME = 1e-9
@@ -36,7 +38,9 @@ class Spacing:
         depth = np.maximum.accumulate(profile.height(radius))
         rising = (depth > 0) & (np.diff(depth, prepend=0.0) > 0)
         self._x, self._y = np.log(depth[rising]), np.log(radius[rising])
-        self._quiet = np.log(_QUIET * kernel.length) if indenter.exponent is not None else -np.inf
+        power_law = indenter.exponent is not None
+        self._quiet = np.log(_QUIET * kernel.length) if power_law else -np.inf
+        self._width = _SPACING if power_law else _SPACING / _UNAIDED
 
     def depth_of(self, radius: float) -> float:
         """ln d of the tip whose mean profile is as high at a radius [m]."""
@@ -47,7 +51,7 @@ class Spacing:
         fine = np.linspace(x[0], x[-1], _SAMPLES)
         # beyond the tip's reach like a paraboloid
         y = np.interp(fine, self._x, self._y) + np.maximum(fine - self._x[-1], 0.0) / 2
-        steps = np.maximum(np.diff(y), np.diff(fine) / _STEEPEST) / _SPACING
+        steps = np.maximum(np.diff(y), np.diff(fine) / _STEEPEST) / self._width
         steps = np.where(y[1:] < self._quiet, steps / _SPARE, steps)
         return np.diff(np.interp(x, fine, np.concatenate([[0.0], np.cumsum(steps)])))
 

@@ -1,4 +1,7 @@
-"""The second-order theory corrected by a few boundary element solutions: their accuracy at its speed (T9.3)."""
+"""A fast theory corrected by a few boundary element solutions: their accuracy at its speed (T9.3).
+
+The theory is the second-order series of power-law shapes, and of all others the round contact of their mean profile.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbed import Series, controlled, superpose_expansion
+from flatpunch.contact.round_series import round_series
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
@@ -30,7 +34,7 @@ _PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
 
 
 class RefinedExpansion:
-    """Refined contacts over the base radius of the second-order series, with the interface of a series.
+    """Refined contacts over the base radius of a series, with the interface of a series.
 
     Parameters
     ----------
@@ -55,7 +59,9 @@ class RefinedExpansion:
         folder: str | None = None,
         tables: bool = True,
     ) -> None:
-        self.series: Series = expansion_of(kernel, indenter)
+        # the series of shapes that are no power law costs more than the solutions it would save
+        power_law = indenter.exponent is not None
+        self.series: Series = expansion_of(kernel, indenter) if power_law else round_series(kernel, indenter)
         self.base, self.rtol = self.series.base, rtol
         self.table = tabulated_rows(kernel, indenter) if tables and rtol >= TABLE_ERROR else None
         self.correction = correction(kernel, indenter, self.series, ANGLES, cells, folder)

@@ -1,4 +1,4 @@
-"""What boundary elements are compared with over a loading path: the second-order series, its round base, or nothing.
+"""What boundary elements are compared with over a loading path: a series, its round base, or nothing.
 
 Ratios to the series hardly move where it holds. Under stiff films it has poles and its base radius jumps, while force and
 outline themselves remain smooth in the depth: there the logarithms of the solutions are interpolated as they are.
@@ -51,7 +51,7 @@ class TheoryAt:
     Parameters
     ----------
     kernel, indenter, series
-        Medium, indenter, and their second-order series.
+        Medium, indenter, and the series that stands beside their solutions.
     phi : ndarray, shape (angles,)
         Polar angles of the outlines [rad].
     """
