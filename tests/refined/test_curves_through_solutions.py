@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from threadpoolctl import threadpool_info
 
@@ -123,6 +124,17 @@ def test_where_the_round_base_turns_back() -> None:
         truth = fp.indent(film, tip, depth=depth[step], method="bem", grid=256)
         # tongues are a few of 128 cells wide
         assert abs(float(curve.force[step]) / float(truth.force[0]) - 1) < 2e-3
+
+
+def test_pressure_of_a_star() -> None:
+    """Where the round contacts are far off, superposed punches would be off by many orders; the pressure is a solution's."""
+    film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)
+    curve = fp.indent(film, tip, depth=4.0, method="refined", cells=128)
+    r, phi = np.meshgrid(np.linspace(1e-3, 12.0, 1200), np.linspace(0, np.pi / 2, 721))
+    p = fp.pressure(film, tip, r * np.cos(phi), r * np.sin(phi), depth=4.0, method="refined", cells=128)
+    force = 4 * trapezoid(trapezoid(p * r, r[0], axis=1), phi[:, 0])
+    # tongues are a cell or two wide, between whose centres the pressure is linear
+    assert force == pytest.approx(float(curve.force[0]), rel=0.02)
 
 
 def test_small_grids_take_one_thread_of_linear_algebra() -> None:

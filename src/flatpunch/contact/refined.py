@@ -12,7 +12,7 @@ import numpy as np
 
 from flatpunch._validation import Array, Flags, positive
 from flatpunch.compliance import Kernel
-from flatpunch.contact import first_order
+from flatpunch.contact import boundary_elements, first_order
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.control import Loading
 from flatpunch.contact.correction import Refined, correction, end_error
@@ -30,6 +30,10 @@ from flatpunch.indenters.profile import Indenter
 _CELLS = 256
 _EDGE_ERROR = 0.5
 """Force error of the grid times the cells per side where the pressure is still nearly singular at the edge of a flat end."""
+_ASTRAY = 0.5
+"""|ln(mean radius/base radius)| beyond which round contacts tell nothing of the pressure; sharp tips on soft bodies reach 0.2."""
+_HISTORY = 3.0
+"""Logarithm of the radii that a contact is looked at back to."""
 _PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
 
 
@@ -219,11 +223,24 @@ def pressure(
     cache: str | Path | None = None,
     tables: bool = True,
 ) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa].
+
+    Punches are superposed where contacts grow with the round ones; elsewhere it is that of a boundary element solution.
+    """
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
     expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
+    contact = controlled(kernel, indenter, expansion, control)
+    if contact.depth[0] > 0 and _astray(expansion, contact):
+        return boundary_elements.pressure(kernel, indenter, Control("depth", contact.depth), r, phi, grid=cells)
     return superpose_expansion(kernel, indenter, expansion, control, r, phi)
+
+
+def _astray(expansion: RefinedExpansion, contact: PerturbedContact) -> bool:
+    """Whether a contact, or those before it, are far from the round ones of equal depth: stars under stiff films."""
+    path = expansion.series.descent(contact.radius * np.exp(np.linspace(-_HISTORY, 0, 200)))
+    off = np.abs(np.log(contact.mean_radius / contact.radius))
+    return bool(off.max() > _ASTRAY or path.depth_slope.min() < 0)
 
 
 def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
