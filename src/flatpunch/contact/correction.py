@@ -133,13 +133,15 @@ class Correction:
 
     def loading(self, contact: PathPoint | PerturbedContact, rtol: float) -> tuple[Array, Array, Array]:
         """Force [N], dF/dd [N/m] and estimated relative error of the force where the series has `contact`, shape (n,) each."""
-        x = np.log(contact.depth)
-        at = self._clipped(x)
-        nodes = self._nodes(at, rtol)
+        at = self._clipped(np.log(contact.depth))
+        return self._loading(contact, at, self._nodes(at, rtol))
+
+    def _loading(self, contact: PathPoint | PerturbedContact, at: Array, nodes: Array) -> tuple[Array, Array, Array]:
+        """The same at known positions, shape (n,), from known solutions."""
         curve = self._force_curve(nodes)
         theory, rates = forces(self.series, contact)
         logarithm, slope = curve.curve(at) + theory[:, curve.form], curve.curve(at, 1) + rates[:, curve.form]
-        frozen = at != x
+        frozen = at != np.log(contact.depth)
         if frozen.any():
             # ratios to the series stand still there, whatever is interpolated elsewhere
             still = self._theory_at(at[frozen]).force
@@ -155,10 +157,10 @@ class Correction:
 
         The first call over a range costs one boundary element solution per half decade and as many more as it takes.
         """
-        force, stiffness, error = self.loading(contact, rtol)
         x = np.log(contact.depth)
         at = self._clipped(x)
         nodes = self._nodes(at, rtol)
+        force, stiffness, error = self._loading(contact, at, nodes)
         relative, curve, wrong = self._shape_curve(nodes)
         shape, frozen = curve(at), at != x
         if relative:

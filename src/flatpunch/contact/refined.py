@@ -231,7 +231,7 @@ def pressure(
         return first_order.pressure(kernel, indenter, control, r, phi)
     expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
     contact = controlled(kernel, indenter, expansion, control)
-    if contact.depth[0] > 0 and _astray(expansion, contact):
+    if contact.depth[0] > 0 and (_astray(expansion, contact) or not expansion.refined(contact).traced.all()):
         return boundary_elements.pressure(kernel, indenter, Control("depth", contact.depth), r, phi, grid=cells)
     return superpose_expansion(kernel, indenter, expansion, control, r, phi)
 
