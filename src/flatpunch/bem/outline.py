@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, label, map_coordinates
+from scipy.ndimage import gaussian_filter, gaussian_filter1d, label, map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
@@ -22,10 +22,16 @@ from flatpunch.bem.grid import Grid, Mask
 _DEPTHS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Distances from the rim, in cells, at which the pressure is read."""
 
+_MOST_ASLANT = 4.0
+"""Longest way along a ray over the distance to the rim that is made up for."""
+
+_SLOPE_CELLS = 2.0
+"""Cells over which the direction of the rim is averaged."""
+
 _RESOLVED = 12.0
 """Cells in the length over which the pressure is root-like, from which on the fit is trusted."""
 
-_BLUR = 2.0
+_BLURS = 2.0, 1.4
 
 _FEWEST = 6.0
 """Cells from the centre to the rim below which no line is fitted."""
@@ -94,24 +100,40 @@ def trace_outline(
     note = _why_none(grid, contact)
     if note:
         return Outline(phi, np.full(angles, np.nan), float("nan"), cells, (float("nan"),) * 2, float("nan"), note)
-    # rays that are mirror images of others follow from those
-    different, of_ray = np.unique(first_images(np.arange(angles), angles, mirrors(grid, pressure)), return_inverse=True)
-    rays = phi[different]
-    contour = _cell_outline(grid, contact.astype(float), rays)
-    if contour.min() < _FEWEST * grid.spacing:
+    contour, narrowest = rim_along(grid, pressure, angles, rim, length, sharp)
+    if narrowest < _FEWEST:
         note = (
-            f"the contact is only {2 * contour.min() / grid.spacing:.0f} cells across at its narrowest: its outline is good "
+            f"the contact is only {2 * narrowest:.0f} cells across at its narrowest: its outline is good "
             "to about a cell. Use more cells."
         )
-    elif not sharp and length < _RESOLVED * grid.spacing:
-        contour = _cell_outline(grid, gaussian_filter(contact.astype(float), _BLUR), rays)
-    elif not sharp:
-        contour = _follow_to_zero(grid, pressure, rays, contour, rim)
-    contour = contour[of_ray]
     axes = _half_axes(phi, contour)
     eccentricity = float(np.sqrt(max(0.0, 1 - (axes[1] / axes[0]) ** 2)))
     area = cells if sharp else float(np.pi * np.mean(contour**2))
     return Outline(phi, contour, float(contour.mean()), area, axes, eccentricity, note)
+
+
+def rim_along(
+    grid: Grid, pressure: Array, angles: int, rim: float, length: float, sharp: bool = False
+) -> tuple[Array, float]:
+    """Radii where the contact ends along rays from the point of first touch, and the least of them in cells.
+
+    The parameters are those of `trace_outline`.
+    """
+    phi = 2 * np.pi * np.arange(angles) / angles
+    # rays that are mirror images of others follow from those
+    different, of_ray = np.unique(first_images(np.arange(angles), angles, mirrors(grid, pressure)), return_inverse=True)
+    rays, contact = phi[different], (pressure > 0).astype(float)
+    contour = _cell_outline(grid, contact, rays)
+    narrowest = float(contour.min() / grid.spacing)
+    if narrowest >= _FEWEST and not sharp:
+        if length < _RESOLVED * grid.spacing:
+            # what blurring takes off the points of an outline grows like the square of its width
+            wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays) for width in _BLURS)
+            contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
+        else:
+            slope = _smooth_slope(contour[of_ray], grid.spacing)[different]
+            contour = _follow_to_zero(grid, pressure, rays, contour, slope, rim)
+    return contour[of_ray], narrowest
 
 
 def mirrors(grid: Grid, values: Array) -> tuple[bool, bool]:
@@ -154,18 +176,22 @@ def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
     h, step = grid.spacing, 0.25
     rows, columns = np.nonzero(indicator)
     radii = np.arange(0.0, np.hypot(grid.x[columns], grid.y[rows]).max() / h + 3, step)
-    values = _sample(grid, indicator, phi[:, None], h * radii[None, :], order=1)
+    values = _read(grid, indicator, *(h * radii * trig(phi)[:, None] for trig in (np.cos, np.sin)))
     last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
     ray = np.arange(phi.size)
     inner, outer = values[ray, last], values[ray, last + 1]
     return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer)))
 
 
-def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, rim: float) -> Array:
-    """Zero of a parabola through p^(1/rim) just inside the rough outline."""
+def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, slope: Array, rim: float) -> Array:
+    """Zero of a parabola through p^(1/rim) just inside the rough outline, of which d ln a/d phi is `slope`."""
     h = grid.spacing
-    r = rough[:, None] - h * _DEPTHS[None, :]
-    values = _sample(grid, pressure ** (1 / rim), phi[:, None], r, order=1)
+    # the pressure is read across the rim, which rays may meet aslant
+    aslant = np.hypot(1.0, slope)
+    inwards = _DEPTHS * h / aslant[:, None]
+    x = (rough[:, None] - inwards) * np.cos(phi)[:, None] - (slope[:, None] * inwards) * np.sin(phi)[:, None]
+    y = (rough[:, None] - inwards) * np.sin(phi)[:, None] + (slope[:, None] * inwards) * np.cos(phi)[:, None]
+    values = _read(grid, pressure ** (1 / rim), x, y)
     # p^(1/rim) = c0 + c1 s + c2 s^2, s in cells from the rough rim inwards
     basis = np.vander(_DEPTHS, 3, increasing=True)
     c0, c1, c2 = np.linalg.lstsq(basis, values.T, rcond=None)[0]
@@ -174,13 +200,20 @@ def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, rim: 
         s = -2 * c0 / (c1 + root)
     # at corners of the outline the fit may fail; the cells themselves know it to about one cell
     s = np.where(np.isfinite(s) & (np.abs(s) < 2), s, 0.0)
-    return np.asarray(rough - h * s)
+    return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT))
 
 
-def _sample(grid: Grid, values: Array, phi: Array, r: Array, order: int) -> Array:
-    x = (r * np.cos(phi) - grid.x[0]) / grid.spacing
-    y = (r * np.sin(phi) - grid.y[0]) / grid.spacing
-    return np.asarray(map_coordinates(values, [y, x], order=order, mode="constant"))
+def _smooth_slope(contour: Array, h: float) -> Array:
+    """d ln a/d phi of an outline at equal angles over the full turn, without what cells of width h do to it."""
+    step = 2 * np.pi / contour.size
+    blurred = gaussian_filter1d(np.log(contour), _SLOPE_CELLS * h / (contour.mean() * step), mode="wrap")
+    return np.asarray((np.roll(blurred, -1) - np.roll(blurred, 1)) / (2 * step))
+
+
+def _read(grid: Grid, values: Array, x: Array, y: Array) -> Array:
+    """Values on a grid at points [m], zero beyond it."""
+    places = [(y - grid.y[0]) / grid.spacing, (x - grid.x[0]) / grid.spacing]
+    return np.asarray(map_coordinates(values, places, order=1, mode="constant"))
 
 
 def _half_axes(phi: Array, contour: Array) -> tuple[float, float]:

@@ -26,7 +26,10 @@ class IndenterHeight:
 
     def __call__(self, grid: Grid) -> Array:
         """Heights at the cell centres, shape (ny, nx)."""
-        r, phi = grid.polar
+        return self.at(*grid.polar)
+
+    def at(self, r: Array, phi: Array) -> Array:
+        """Heights at polar coordinates (r, phi) of equal shape."""
         reach = self.indenter.reach
         height = np.array(self.indenter.height(np.minimum(r, reach), phi), dtype=float)
         height[r > reach] = np.inf

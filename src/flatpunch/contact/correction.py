@@ -26,6 +26,7 @@ from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     between_good,
+    continued,
     left_out,
     left_out_of_hermite,
     settled_slopes,
@@ -37,7 +38,7 @@ from flatpunch.contact.ridges import traced
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
-_FINEST, _FINEST_SHAPE = 0.25, 0.5
+_FINEST, _FINEST_SHAPE = 0.25, 0.25
 """Finest gaps, in spacings, for force and outline: outlines of needles and crosses differ from grid to grid."""
 _FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
@@ -55,8 +56,10 @@ _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
 _SHAPE_TOLERANCE = 6e-3
 """Interpolation error of the outline that is accepted, over its radius."""
-_CROSS = 4.0
-"""Farthest point over mean radius beyond which the contact follows the edges alone: more solutions would not tell more."""
+_CHOICE = 4
+"""Power of the ratio of errors with which the better of two curves is preferred."""
+_CORNER_SCATTER = 0.4
+"""Scatter of outlines of tips with edges over the mean radius, times the cells per side."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
 _RIM_ERROR = 1.5
@@ -103,6 +106,24 @@ class ForceCurve:
             return np.zeros_like(x)
         one, two = (part.curve(x) + theory[:, part.form] for part in (self, self.other))
         return np.asarray(_DISPUTE * min(1.0, _FEWEST / self.error.size) * np.abs(one - two))
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeCurve:
+    """Logarithms of shapes over x = ln d: curves through them and through their ratios to the series, one value per column.
+
+    `weight` is that of the latter at the nodes and `error` the estimated error there over the mean radius, shape (nodes,).
+    """
+
+    nodes: Array
+    absolute: Callable[[Array], Array]
+    relative: Callable[[Array], Array]
+    weight: Array
+    error: Array
+
+    def share(self, x: Array) -> Array:
+        """Weight of the ratios at x, shape (n,)."""
+        return np.asarray(np.interp(x, self.nodes, self.weight))
 
 
 class Correction:
@@ -161,12 +182,17 @@ class Correction:
         at = self._clipped(x)
         nodes = self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
-        relative, curve, wrong = self._shape_curve(nodes)
-        shape, frozen = curve(at), at != x
-        if relative:
-            shape += shapes(self.series, contact, self.phi)
-        elif frozen.any():
-            shape[frozen] += shapes(self.series, contact, self.phi)[frozen] - self._theory_at(at[frozen]).shape
+        curve = self._shape_curve(nodes)
+        shape, wrong, frozen = curve.absolute(at), curve.error, at != x
+        share = curve.share(at)[:, None]
+        if share.any() or frozen.any():
+            theory = shapes(self.series, contact, self.phi)
+            still = np.array(theory)
+            if frozen.any():
+                still[frozen] = self._theory_at(at[frozen]).shape
+            shape += share * (curve.relative(at) + still - shape)
+            # where ratios to the series stand still it carries on
+            shape += theory - still
         rim = 0.0 if self.indenter.corners else _RIM_ERROR / self.cells
         outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
         return Refined(
@@ -205,18 +231,23 @@ class Correction:
         round_only = np.array_equal(theory.force[:, SERIES], theory.force[:, BASE])
         return (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING)
 
-    def _shape_curve(self, nodes: Array) -> tuple[bool, Callable[..., Array], Array]:
-        """Whether shapes are compared with the series, the curve of the difference, and its estimated error at the nodes."""
+    def _shape_curve(self, nodes: Array) -> ShapeCurve:
+        """Curves through the shapes and their ratios to the series, each trusted where leaving solutions out changes it least."""
         rows, theory = np.array([self.known[node][RADIUS:] for node in nodes]), self.theory.at(nodes)
-        lost = np.isnan(rows[:, -1])
-        rows[lost, 2:] = rows[lost, :1]
-        ratios = rows - theory.shape
+        rows = continued(nodes, rows, np.isfinite(rows[:, -1]))
+        tables = (rows, rows - theory.shape)
         if nodes.size == 1:
-            return True, lambda x, _=0: np.repeat(ratios, x.size, axis=0), np.zeros(1)
-        errors = [left_out(nodes, table)[:, 2:].max(axis=1) for table in (rows, ratios)]
-        relative = bool(np.median(errors[1]) <= np.median(errors[0])) and not self.theory.folded(theory.radius)
-        table = steadied(nodes, ratios if relative else rows, _RIM_ERROR / self.cells)
-        return relative, spline_through(nodes, table), errors[1] if relative else errors[0]
+            absolute, relative = (_standing(table) for table in tables)
+            return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
+        # errors of logarithms, over the mean radius
+        reach = np.exp(rows[:, 2:] - rows[:, :1])
+        errors = [(left_out(nodes, table)[:, 2:] * reach).max(axis=1) for table in tables]
+        share = np.zeros(nodes.size)
+        if not self.theory.folded(theory.radius):
+            share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
+        noise = (_CORNER_SCATTER if self.indenter.corners else _RIM_ERROR) / self.cells
+        absolute, relative = (spline_through(nodes, steadied(nodes, table, noise)) for table in tables)
+        return ShapeCurve(nodes, absolute, relative, share, errors[0] + share * (errors[1] - errors[0]))
 
     @property
     def _self_similar(self) -> bool:
@@ -242,22 +273,30 @@ class Correction:
             nodes = every[first : last + 1]
             if nodes.size == 1:
                 return nodes
-            gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
+            if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
+                # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
+                around = every[max(first - 1, 0) : last + 2]
+                if not self._rough(around, rtol)[np.searchsorted(around, nodes[0])]:
+                    return around
+                self._solve(np.unique([low, high]))
+                continue
+            middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
             if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FINEST_SHAPE):
                 self._solve(middles[[np.argmax(gaps)]])
                 continue
-            curve, shape = self._force_curve(nodes), np.where(self._cross(nodes), 0.0, self._shape_curve(nodes)[2])
-            dispute = curve.dispute(middles, self.theory.at(middles).force)
-            split = (np.maximum(np.maximum(curve.error[1:], curve.error[:-1]), dispute) > rtol) & (gaps > 1.5 * _FINEST)
-            split |= (np.maximum(shape[1:], shape[:-1]) > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
+            split = self._rough(nodes, rtol)
             if not split.any():
                 return nodes
             self._solve(middles[split])
 
-    def _cross(self, nodes: Array) -> Flags:
-        """Where the contact follows the edges alone."""
-        rows = np.array([self.known[node] for node in nodes])
-        return np.asarray(rows[:, OUTLINE:].max(axis=1) - rows[:, RADIUS] > np.log(_CROSS))
+    def _rough(self, nodes: Array, rtol: float) -> Flags:
+        """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
+        gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
+        curve, shape = self._force_curve(nodes), self._shape_curve(nodes).error
+        dispute = curve.dispute(middles, self.theory.at(middles).force)
+        rough = (np.maximum(np.maximum(curve.error[1:], curve.error[:-1]), dispute) > rtol) & (gaps > 1.5 * _FINEST)
+        rough |= (np.maximum(shape[1:], shape[:-1]) > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
+        return np.asarray(rough)
 
     def _solve(self, positions: Array) -> None:
         """Boundary element solutions at new positions ln d."""
@@ -311,6 +350,11 @@ class Correction:
 def _constant(value: float, slope: float) -> Callable[..., Array]:
     """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
     return lambda x, nu=0: np.full_like(x, slope if nu else value)
+
+
+def _standing(table: Array) -> Callable[[Array], Array]:
+    """Curve through one row."""
+    return lambda x: np.repeat(table, x.size, axis=0)
 
 
 def _between(nodes: Array, error: Array, x: Array) -> Array:

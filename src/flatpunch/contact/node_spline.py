@@ -95,6 +95,20 @@ def _lagrange_weights(nodes: Array, at: float) -> Array:
     return np.asarray(np.prod(away / distance, axis=1))
 
 
+def continued(nodes: Array, table: Array, good: Flags) -> Array:
+    """The table with what is missing from its third column on beside nodes that are not good carried on from the others."""
+    if good.all():
+        return table
+    filled = np.array(table)
+    if good.sum() < 2:
+        filled[~good, 2:] = table[good, 2:] if good.any() else table[:, :1]
+        return filled
+    curve = spline_through(nodes[good], table[good, 2:])
+    near = np.clip(nodes[~good], nodes[good][0], nodes[good][-1])
+    filled[~good, 2:] = curve(near) + curve(near, 1) * (nodes[~good] - near)[:, None]
+    return filled
+
+
 def between_good(nodes: Array, good: Flags, x: Array) -> Flags:
     """Whether both nodes around each point are good, or the one node it coincides with."""
     if nodes.size == 1:

@@ -1,10 +1,11 @@
 """Contact outline beside the edges of a tip, to a fraction of a cell.
 
 An edge draws the contact out into a tongue that ends in a point, narrower than a cell long before its end; the cells lose
-the last two or three of it, or break it up. The load per length q(x) along the edge knows it better: beside its end the
-tongue is a wedge pressed in, and a wedge's half-width b is proportional to q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where
-the tongue is wide enough to be measured, each side of the edge by itself, and q gives the rest. Towards the end b falls like
-(x_end - x)^1.25 (read off solutions on 1024 squared, half-space and layers alike), which tells x_end.
+the last two or three of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, once or
+twice (bem/closeup.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
+per length q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where the tongue is wide enough to be measured, each side of the edge by
+itself, and q gives the rest. A line load sinks in by q ln(1/q), while what it has to follow is straight there: so the end is
+where x = x_end + c_1 q + c_2 q ln q says.
 """
 
 from __future__ import annotations
@@ -12,31 +13,48 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import label, map_coordinates
+from scipy.ndimage import label, uniform_filter1d
 
 from flatpunch import bem
 from flatpunch._validation import Array
-from flatpunch.bem.outline import Outline, first_images, mirrors, trace_outline
+from flatpunch.bem.closeup import Patch, look_closer
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.outline import Outline, rim_along, trace_outline
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
-from flatpunch.indenters.symmetry import rotational_symmetry
+from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
-_STEP, _LATERAL = 0.5, 0.25
-"""Spacing of the samples along and across a ridge, in cells."""
-_WIDTH, _CELLS = 0.22, 8.0
+_WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
+_FINER = 4
+"""Cells of a closer look per cell."""
+_FINE = 6e-3
+"""Cells over the mean radius down to which looks are taken."""
+_NEXT = 6.0
+"""Half-width in cells from which on the next look is taken."""
+_COARSE, _CORE = 0.02, 1.3
+"""Cells over the mean radius from which on the core of a star is looked at too, and its half-width over that radius."""
+_SMOOTHED = 15
+"""Cells over which the difference between measured and fitted half-widths is averaged."""
+_ROOT = 3.0
+"""Cells that a look takes in before what it is taken for."""
+_RIM, _BEYOND, _LONGER = 2.0, 6.0, 0.15
+"""What a look takes in besides: cells on either side, and beyond the last cell in contact, with a share of the tongue."""
 _MEASURED = 2.0
 """Half-width in cells from which on it is measured by the cells themselves."""
 _EXCESS = 0.07
 """By how much these are too many on each side, in cells: those covered in part count (0.04 to 0.11 found)."""
-_TAIL = (0.7, 4.0)
+_TAIL = (0.7, 6.0)
 """Half-widths in cells from which the end is extrapolated."""
-_TAIL_LENGTH = 8.0
 _LOST = 4.0
-"""Cells over which the end is extrapolated, and how far it may lie beyond the last of them."""
-_POWER = 1.25
+"""How far it may lie beyond the last cell in contact, in cells."""
 _FEWEST = 5
-_SAME_RAY = 1e-6
+_NEAREST, _BESIDE_CORE = 0.3, 0.9
+"""Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
+_ROUNDING = 1e-9
+
+Side = tuple[Array, Array]
+"""Points (x, b) [m] of one side of a tongue: along its edge and across, up to the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,100 +77,158 @@ class Trace:
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
     """Outline of a boundary element solution, its points along the edges of the tip restored."""
     outline = solution.outline
-    pressure = solution.pressure
     if indenter.corners and not np.isfinite(outline.contour[0]):
-        outline, pressure = _without_crumbs(kernel, indenter, solution, angles)
+        outline = _without_crumbs(kernel, indenter, solution, angles)
     contour = np.array(outline.contour)
     if not np.isfinite(contour[0]):
         return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
-    if not indenter.corners:
-        return Trace(contour, outline.radius, outline.area)
-    mirrored = mirrors(solution.grid, pressure)
-    for corner in indenter.corners:
-        ray = np.mod(corner / (2 * np.pi), 1) * angles
-        if ray <= float(first_images(ray, angles, mirrored)) + _SAME_RAY:
-            _restore(solution.grid, pressure, contour, corner, outline.radius)
-    contour = contour[first_images(np.arange(angles), angles, mirrored)]
+    whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
+    star = solution.grid.spacing > _COARSE * outline.radius
+    if star:
+        _refine_core(kernel, indenter, solution.depth, whole, contour, outline.radius)
     fold = rotational_symmetry(indenter)
     if angles % fold == 0:
         # cells lie differently in each sector
         contour = np.tile(contour.reshape(fold, -1).mean(axis=0), fold)
+    for corner in indenter.corners:
+        # one of those that turning the tip carries into each other
+        if corner >= 2 * np.pi / fold - 1e-9:
+            continue
+        nearest = (_BESIDE_CORE if star else _NEAREST) * outline.radius
+        sides = _tongue(kernel, indenter, solution.depth, whole, corner, nearest, outline.radius)
+        if sides is not None:
+            for turn in range(fold):
+                _restore(contour, sides, corner + 2 * np.pi * turn / fold)
     return Trace(contour, float(contour.mean()), float(np.pi * np.mean(contour**2)))
 
 
-def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> tuple[Outline, Array]:
-    """Outline and pressure without cells along the edges that the grid has cut off a tongue."""
+def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
+    """Outline without cells along the edges that the grid has cut off a tongue."""
     grid = solution.grid
     contact = solution.pressure > 0
     parts, count = label(contact, np.ones((3, 3)))
     if count < 2:
-        return solution.outline, solution.pressure
+        return solution.outline
     main = parts == 1 + np.argmax(np.bincount(parts.ravel())[1:])
     rows, columns = np.nonzero(contact & ~main)
     x, y = grid.x[columns], grid.y[rows]
     beside = np.zeros(x.size, dtype=bool)
     for corner in indenter.corners:
-        along, across = np.cos(corner) * x + np.sin(corner) * y, np.cos(corner) * y - np.sin(corner) * x
+        along, across = _along(x, y, corner)
         beside |= (along > 0) & (np.abs(across) < 1.5 * grid.spacing)
     if not beside.all():
-        return solution.outline, solution.pressure
+        return solution.outline
     pressure = np.where(main, solution.pressure, 0.0)
-    rim = (1 + kernel.exponent) / 2
-    return trace_outline(grid, pressure, angles=angles, rim=rim, length=kernel.length), solution.pressure
+    return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.length)
 
 
-def _restore(grid: bem.Grid, pressure: Array, contour: Array, corner: float, mean: float) -> None:
-    """Replace a(phi) on the rays that meet the tongue along one edge."""
-    h = grid.spacing
-    widest = max(_WIDTH * mean, _CELLS * h)
-    x = np.arange(0.3 * mean, 1.05 * contour.max() + 3 * h, _STEP * h)
-    y = np.arange(_LATERAL / 2 * h, 1.5 * widest + 2 * h, _LATERAL * h)
-    turn = np.mod(2 * np.pi * np.arange(contour.size) / contour.size - corner + np.pi, 2 * np.pi) - np.pi
-    tongues = []
-    for side in (1.0, -1.0):
-        east = x[:, None] * np.cos(corner) - side * y * np.sin(corner)
-        north = x[:, None] * np.sin(corner) + side * y * np.cos(corner)
-        places = [(north - grid.y[0]) / h, (east - grid.x[0]) / h]
-        width, load = (
-            map_coordinates(field, places, order=1, mode="constant").sum(axis=1) * (_LATERAL * h)
-            for field in ((pressure > 0).astype(float), pressure)
-        )
-        tongue = _tongue(x, width, load, widest, h)
-        if tongue is None:
-            return
-        tongues.append(tongue)
+def _tongue(
+    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, corner: float, nearest: float, mean: float
+) -> tuple[Side, Side] | None:
+    """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
+    even = mirrored_about(indenter, corner)
+    patch, widest = whole, max(_WIDTH * mean, _CELLS * whole.grid.spacing)
+    looks: list[list[Side]] = []
+    while not looks or patch.grid.spacing > _FINE * mean:
+        grid = _window(patch, corner, widest, nearest)
+        # beside its beginning the finer cells still feel that the others stand still
+        start = grid.x[0] + _ROOT * patch.grid.spacing
+        patch = look_closer(kernel, indenter, depth, patch, grid, corner, even=even)
+        sides = [_side(patch, start, left) for left in ((True,) if even else (True, False))]
+        if None in sides:
+            break
+        looks.append([side for side in sides if side is not None])
+        widest = _NEXT * patch.grid.spacing
+    if not looks:
+        return None
+    left, right = (_joined([look[side] for look in looks]) for side in (0, -1))
     # both sides end at one point
-    end = (tongues[0][0][-1] + tongues[1][0][-1]) / 2
-    for side, (along, half) in zip((1.0, -1.0), tongues, strict=True):
-        along[-1] = max(end, along[-2] + 1e-6 * h)
-        angle = np.arctan2(half, along)
-        order = np.argsort(angle)
-        on_side = (side * turn >= 0) & (np.abs(turn) < angle.max())
-        contour[on_side] = np.interp(np.abs(turn[on_side]), angle[order], np.hypot(along, half)[order])
+    end = (left[0][-1] + right[0][-1]) / 2
+    for along, _ in (left, right):
+        along[-1] = max(end, along[-2] + _ROUNDING * end)
+    return left, right
 
 
-def _tongue(x: Array, width: Array, load: Array, widest: float, h: float) -> tuple[Array, Array] | None:
-    """Points (x, b) of one side of a tongue from where it is `widest` to its end; None where there is no tongue."""
-    wide = np.flatnonzero(width > widest)
-    first = int(wide[-1]) + 1 if wide.size else 0
-    x, width, load = x[first:], width[first:], load[first:]
+def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
+    """Replace a(phi) between the tongues of a star, whose core has few cells."""
+    fine = whole.grid.spacing / _FINER
+    cells = 2 * int(_CORE * mean / fine)
+    grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
+    core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
+    closer, _ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.length)
+    inside = closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing
+    contour[inside] = closer[inside]
+
+
+def _along(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
+    """Coordinates along a ray and to its left."""
+    return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+
+
+def _window(patch: Patch, corner: float, widest: float, nearest: float) -> Grid:
+    """Finer cells around the tongue from where its half-width is `widest`."""
+    h, turn = patch.grid.spacing, corner - patch.angle
+    rows, columns = np.nonzero(patch.pressure > 0)
+    along, across = _along(patch.grid.x[columns], patch.grid.y[rows], turn)
+    near = (along > 0) & (np.abs(across) < 1.5 * widest + 2 * h)
+    half = np.zeros(int(along.max() / h) + 1)
+    np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
+    wide = np.flatnonzero(half > widest)
+    start = max(nearest, h * (wide[-1] + 1) if wide.size else 0.0) - _ROOT * h
+    last = along[near & (np.abs(across) < 1.5 * h)].max(initial=start)
+    # the ray leaves the patch
+    (x0, x1), (y0, y1) = ((v[0] - h / 2, v[-1] + h / 2) for v in (patch.grid.x, patch.grid.y))
+    with np.errstate(divide="ignore"):
+        leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
+    end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
+    fine = h / _FINER
+    nx, ny = max(8, round((end - start) / fine)), 2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine)
+    return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
+
+
+def _side(patch: Patch, start: float, left: bool) -> Side | None:
+    """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
+    h, rows, columns = patch.grid.spacing, patch.grid.y > 0 if left else patch.grid.y < 0, patch.grid.x > start
+    x, pressure = patch.grid.x[columns], patch.pressure[rows][:, columns]
+    width, load = h * np.count_nonzero(pressure > 0, axis=0), pressure.sum(axis=0)
     measured = width > _MEASURED * h
-    if measured.sum() < _FEWEST or load.max() <= 0:
+    if measured.sum() < _FEWEST:
         return None
     q = load / load.max()
     design = np.column_stack([q, q**2, q**3])[measured]
     c = np.linalg.lstsq(design, width[measured] - _EXCESS * h, rcond=None)[0]
     half = np.maximum(q * (c[0] + q * (c[1] + q * c[2])), 0.0)
+    # what the fit misses where the tongue is wide
+    missed = np.where(measured, width - _EXCESS * h - half, 0.0)
+    half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED, mode="nearest"), 0.0)
     low, high = (limit * h for limit in _TAIL)
-    last = x[half > low][-1] if (half > low).any() else 0.0
-    tail = (half > low) & (half < high) & (x > last - _TAIL_LENGTH * h)
-    if tail.sum() < 3:
+    seen, wide = np.flatnonzero(half > low), np.flatnonzero(half > high)
+    if not seen.size:
         return None
-    slope, start = np.polyfit(x[tail], half[tail] ** (1 / _POWER), 1)
-    if slope >= 0:
+    tail = slice(wide[-1] + 1 if wide.size else 0, seen[-1] + 1)
+    far, beside = q[tail][q[tail] > 0], x[tail][q[tail] > 0]
+    if far.size < _FEWEST:
         return None
-    end = min(-start / slope, last + _LOST * h)
+    last = x[np.flatnonzero(width)[-1]] + h / 2
+    end = np.linalg.lstsq(np.column_stack([np.ones_like(far), far, far * np.log(far)]), beside, rcond=None)[0][0]
+    end = min(max(end, last), last + _LOST * h)
     keep = (half > low) & (x < end)
-    # a ray meets the tongue once: b/x falls
-    along, half = x[keep], half[keep]
-    return np.append(along, end), np.append(half, 0.0)
+    return np.append(x[keep], end), np.append(half[keep], 0.0)
+
+
+def _joined(looks: list[Side]) -> Side:
+    """One side of a tongue from looks closer and closer, each of which has the rest of it."""
+    starts = [along[0] for along, _ in looks[1:]] + [np.inf]
+    parts = [(along[along < start], half[along < start]) for (along, half), start in zip(looks, starts, strict=True)]
+    along, half = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return along, half
+
+
+def _restore(contour: Array, sides: tuple[Side, Side], corner: float) -> None:
+    """Replace a(phi) on the rays that meet the tongue along one edge."""
+    turn = np.mod(2 * np.pi * np.arange(contour.size) / contour.size - corner + np.pi, 2 * np.pi) - np.pi
+    for sign, (along, half) in zip((1.0, -1.0), sides, strict=True):
+        angle = np.arctan2(half, along)
+        order = np.argsort(angle)
+        on_side = (sign * turn >= 0) & (np.abs(turn) < angle.max())
+        contour[on_side] = np.interp(np.abs(turn[on_side]), angle[order], np.hypot(along, half)[order])

@@ -1,4 +1,4 @@
-"""Rotational symmetry of an indenter, found by looking."""
+"""Symmetries of an indenter, found by looking."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from flatpunch._validation import Array
 from flatpunch.indenters.profile import Indenter
 
 _MOST = 24
+_PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
 
 def sample_radii(indenter: Indenter, count: int) -> Array:
@@ -19,11 +20,19 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
 
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    phi = 0.1234 + 2 * np.pi * np.arange(97) / 97
-    r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 12))[:, None]
-    f = np.asarray(indenter.height(r, phi))
     for fold in range(_MOST, 1, -1):
-        turned = np.asarray(indenter.height(r, phi + 2 * np.pi / fold))
-        if np.all(np.abs(turned - f) <= 1e-12 * f.max(axis=1, keepdims=True)):
+        if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1
+
+
+def mirrored_about(indenter: Indenter, angle: float) -> bool:
+    """Whether the indenter is its own mirror image about the ray at a polar angle [rad]."""
+    return _same(indenter, angle + _PHI, angle - _PHI)
+
+
+def _same(indenter: Indenter, phi: Array, other: Array) -> bool:
+    """Whether heights at all radii are the same at pairs of polar angles, shape (n,) each."""
+    r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 12))[:, None]
+    f, g = (np.asarray(indenter.height(r, np.mod(at, 2 * np.pi))) for at in (phi, other))
+    return bool(np.all(np.abs(f - g) <= 1e-12 * f.max(axis=1, keepdims=True)))
