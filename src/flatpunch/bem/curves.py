@@ -49,6 +49,7 @@ def solve(
     forces: Any = None,
     grid: Grid | int | None = None,
     half_widths: Any = None,
+    search: bool = True,
     tolerance: float = 1e-8,
     limit: int = 1000,
     stiffness: bool | float = False,
@@ -72,6 +73,9 @@ def solve(
     half_widths : sequence of (float, float), optional
         Expected half-widths of each contact along x and y [m], for example from a fast method; else they are looked for
         from the indenter's shape on. Only a start: the box is found on a coarse grid.
+    search : bool
+        Whether to look for the box on a coarse grid; else `half_widths` are taken for it, and only a contact that touches the
+        edge of its grid makes that grow.
     tolerance : float
         Largest gap error in contact and penetration outside, relative to depth; for forces also the relative error of force.
     limit : int
@@ -113,7 +117,7 @@ def solve(
                 levels = levels or announced(Levels(kernel, grid, xp, single), 1)
             else:
                 first = hints[i] or _first_extent(kernel, indenter, **prescribed)
-                extent = find_extent(kernel, height, first, **prescribed)
+                extent = find_extent(kernel, height, first, **prescribed) if search or not hints[i] else first
                 if levels is None or not extent.fits(levels.grid):
                     levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
             start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None

@@ -12,6 +12,7 @@ G ~ r^-(1 + exponent) throughout and take the same two roads.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,8 +90,14 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
     add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
     if near > 0:
-        table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
-        add_near(g, factor, table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
+        add_block(g, factor * near_block(kernel, spacing, near))
+
+
+@lru_cache(maxsize=64)
+def near_block(kernel: Kernel, spacing: float, near: float) -> Array:
+    """Cell averages of the medium's L - 1 up to `near` cells, kept: windows and closer looks share the cells of a grid."""
+    table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
+    return near_averages(table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
 
 
 def near_cells(kernel: Kernel, spacing: float) -> float:
@@ -117,8 +124,8 @@ def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float
         g[stop:, first:stop] += values[:, stop - first : rows - first].T
 
 
-def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: float, smooth: float) -> None:
-    """Add cell averages by quadrature up to `near` cells.
+def near_averages(radial: Radial, spacing: float, near: float, smooth: float) -> Array:
+    """Cell averages by quadrature up to `near` cells, zero beyond; shape (near + 1, near + 1).
 
     `smooth` [m] is the scale below which the function is analytic; zero for a singular one.
     """
@@ -128,8 +135,7 @@ def add_near(g: Array, factor: float, radial: Radial, spacing: float, near: floa
     row, column = row[close], column[close]
     block = np.zeros((size, size))
     block[row, column] = block[column, row] = cell_averages(radial, spacing, row, column, smooth)
-    rows, columns = min(size, g.shape[0]), min(size, g.shape[1])
-    g[:rows, :columns] += factor * block[:rows, :columns]
+    return block
 
 
 def cell_averages(radial: Radial, spacing: float, row: Indices, column: Indices, smooth: float) -> Array:
@@ -187,10 +193,23 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
         return np.asarray(r ** -(1 + e) * (1 + second / (24 * r**2) + fourth * (1 / 2560 + 1 / 4608) / r**4))
 
     add_far(g, 1.0, averaged, 1.0, _NEAR)
-    add_near(g, 1.0, lambda r: np.asarray(r ** -(1 + e)), 1.0, _NEAR, 0.0)
+    add_block(g, power_block(e))
+    g *= amplitude * spacing ** (1 - e)
+    return g
+
+
+@lru_cache(maxsize=16)
+def power_block(exponent: float) -> Array:
+    """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
+    block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0, _NEAR, 0.0)
     # the central cell in polar coordinates: eight triangles
     t, v = np.polynomial.legendre.leggauss(24)
     angle = np.pi / 8 * (t + 1)
-    g[0, 0] = 8 / (1 - e) * float(v @ (0.5 / np.cos(angle)) ** (1 - e)) * np.pi / 8
-    g *= amplitude * spacing ** (1 - e)
-    return g
+    block[0, 0] = 8 / (1 - exponent) * float(v @ (0.5 / np.cos(angle)) ** (1 - exponent)) * np.pi / 8
+    return block
+
+
+def add_block(g: Array, block: Array) -> None:
+    """Add coefficients of the cells nearest to the origin, in place."""
+    rows, columns = (min(block.shape[0], cells) for cells in g.shape)
+    g[:rows, :columns] += block[:rows, :columns]

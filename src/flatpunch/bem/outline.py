@@ -199,7 +199,7 @@ def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, slope
         root = np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))
         s = -2 * c0 / (c1 + root)
     # at corners of the outline the fit may fail; the cells themselves know it to about one cell
-    s = np.where(np.isfinite(s) & (np.abs(s) < 2), s, 0.0)
+    s = np.where(np.isfinite(s) & (np.abs(s) < 1), s, 0.0)
     return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT))
 
 

@@ -38,8 +38,8 @@ from flatpunch.contact.ridges import traced
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
-_FINEST, _FINEST_SHAPE = 0.25, 0.25
-"""Finest gaps, in spacings, for force and outline: outlines of needles and crosses differ from grid to grid."""
+_FINEST, _FINEST_SHAPE = 0.25, 0.5
+"""Finest gaps, in spacings, for force and for outlines without points; points grow out faster."""
 _FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
 _THINNEST = 0.01
@@ -54,18 +54,20 @@ _CAUTION = 2.0
 """What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
-_SHAPE_TOLERANCE = 6e-3
+_WORSE = 3.0
+"""How much worse than accepted outlines without points must be for the finest gaps."""
+_SHAPE_TOLERANCE = 8e-3
 """Interpolation error of the outline that is accepted, over its radius."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
-_CORNER_SCATTER = 0.4
-"""Scatter of outlines of tips with edges over the mean radius, times the cells per side."""
+_SCATTER, _CORNER_SCATTER = 1.5, 0.4
+"""Scatter of outlines over the mean radius, times the cells per side, of smooth tips and of those with edges."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
-_RIM_ERROR = 1.5
-"""Error of the traced outline over the mean radius, times the cells per side: half a cell."""
-_CORNER_ERROR, _END_ERROR = 1.5, 3.0
-"""The same of tips with edges, and what their ends add per (farthest point/mean radius - 1)^2."""
+_RIM_ERROR = 1.0
+"""Error of the traced outline over the mean radius, times the cells per side: a third of a cell."""
+_CORNER_ERROR, _END_ERROR = 0.8, 1.2
+"""The same of tips with edges, and what their ends add per farthest point/mean radius - 1."""
 _ROUNDING = 1e-9
 
 FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
@@ -245,7 +247,7 @@ class Correction:
         share = np.zeros(nodes.size)
         if not self.theory.folded(theory.radius):
             share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
-        noise = (_CORNER_SCATTER if self.indenter.corners else _RIM_ERROR) / self.cells
+        noise = (_CORNER_SCATTER if self.indenter.corners else _SCATTER) / self.cells
         absolute, relative = (spline_through(nodes, steadied(nodes, table, noise)) for table in tables)
         return ShapeCurve(nodes, absolute, relative, share, errors[0] + share * (errors[1] - errors[0]))
 
@@ -295,7 +297,10 @@ class Correction:
         curve, shape = self._force_curve(nodes), self._shape_curve(nodes).error
         dispute = curve.dispute(middles, self.theory.at(middles).force)
         rough = (np.maximum(np.maximum(curve.error[1:], curve.error[:-1]), dispute) > rtol) & (gaps > 1.5 * _FINEST)
-        rough |= (np.maximum(shape[1:], shape[:-1]) > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
+        wrong = np.maximum(shape[1:], shape[:-1])
+        limit = _SHAPE_TOLERANCE if self.indenter.corners else _WORSE * _SHAPE_TOLERANCE
+        rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
+        rough |= (wrong > limit) & (gaps > 1.5 * _FINEST)
         return np.asarray(rough)
 
     def _solve(self, positions: Array) -> None:
@@ -309,7 +314,7 @@ class Correction:
     def solutions(self, positions: Array) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
         depths = np.exp(positions)
-        found = self._boundary_elements(depths, self._half_widths(positions))
+        found = self._boundary_elements(depths, *self._half_widths(positions))
         self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
         traces = [traced(self.kernel, self.indenter, solution, self.phi.size) for solution in found]
         force = np.array([solution.force for solution in found])
@@ -320,19 +325,25 @@ class Correction:
         logarithms = np.log(np.column_stack([force / self.kernel.modulus, radius, size, outlines]))
         return np.insert(logarithms, GROWTH, growth, axis=1)
 
-    def _half_widths(self, positions: Array) -> Array:
-        """Expected half-widths of the contacts at ln d, shape (n, 2): from solutions on both sides, or from the theory."""
+    def _half_widths(self, positions: Array) -> tuple[Array, bool]:
+        """Expected half-widths of the contacts at ln d, shape (n, 2), and whether all of them are well known.
+
+        They are from solutions on both sides, or from the theory.
+        """
         every, logarithms = np.array(sorted(self.known)), self.theory.at(positions).shape[:, 2:]
+        sure = np.zeros(positions.size, dtype=bool)
         for row, x in enumerate(positions):
             upper = int(np.searchsorted(every, x))
             if 0 < upper < every.size:
                 low, high = (self.known[node][OUTLINE:] for node in every[upper - 1 : upper + 1])
                 between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
+                sure[row] = np.isfinite(between).all()
                 logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
         outlines = np.exp(logarithms)
-        return np.column_stack([np.abs(outlines * trig(self.phi)).max(axis=1) for trig in (np.cos, np.sin)])
+        boxes = np.column_stack([np.abs(outlines * trig(self.phi)).max(axis=1) for trig in (np.cos, np.sin)])
+        return boxes, bool(sure.all())
 
-    def _boundary_elements(self, depths: Array, half_widths: Array) -> list[bem.Solution]:
+    def _boundary_elements(self, depths: Array, half_widths: Array, sure: bool) -> list[bem.Solution]:
         options: dict[str, Any] = {
             "grid": self.cells,
             "tolerance": _TOLERANCE,
@@ -340,7 +351,9 @@ class Correction:
             "angles": self.phi.size,
         }
         try:
-            return bem.solve(self.kernel, self.indenter, depths=depths, half_widths=half_widths, **options)
+            return bem.solve(
+                self.kernel, self.indenter, depths=depths, half_widths=half_widths, search=not sure, **options
+            )
         except bem.ContactTouchesEdge:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
@@ -372,7 +385,7 @@ def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> 
         return np.zeros_like(radius)
     with np.errstate(invalid="ignore", divide="ignore"):
         far = np.max(contour, axis=1) / radius - 1
-    return np.asarray((_CORNER_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0) ** 2) / cells)
+    return np.asarray((_CORNER_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0)) / cells)
 
 
 @lru_cache(maxsize=32)

@@ -26,11 +26,11 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINER = 4
-"""Cells of a closer look per cell."""
-_FINE = 6e-3
+_FINER, _FINER_STAR = 2, 4
+"""Cells of a closer look per cell, and the same along the needles of a star."""
+_FINE = 4.5e-3
 """Cells over the mean radius down to which looks are taken."""
-_NEXT = 6.0
+_NEXT = 3.0
 """Half-width in cells from which on the next look is taken."""
 _COARSE, _CORE = 0.02, 1.3
 """Cells over the mean radius from which on the core of a star is looked at too, and its half-width over that radius."""
@@ -128,9 +128,10 @@ def _tongue(
     """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
     even = mirrored_about(indenter, corner)
     patch, widest = whole, max(_WIDTH * mean, _CELLS * whole.grid.spacing)
+    finer = _FINER_STAR if nearest > mean / 2 else _FINER
     looks: list[list[Side]] = []
     while not looks or patch.grid.spacing > _FINE * mean:
-        grid = _window(patch, corner, widest, nearest)
+        grid = _window(patch, corner, widest, nearest, finer)
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + _ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, corner, even=even)
@@ -151,7 +152,7 @@ def _tongue(
 
 def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
     """Replace a(phi) between the tongues of a star, whose core has few cells."""
-    fine = whole.grid.spacing / _FINER
+    fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_COARSE * mean))
     cells = 2 * int(_CORE * mean / fine)
     grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
@@ -165,7 +166,7 @@ def _along(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
-def _window(patch: Patch, corner: float, widest: float, nearest: float) -> Grid:
+def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: int) -> Grid:
     """Finer cells around the tongue from where its half-width is `widest`."""
     h, turn = patch.grid.spacing, corner - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
@@ -181,7 +182,7 @@ def _window(patch: Patch, corner: float, widest: float, nearest: float) -> Grid:
     with np.errstate(divide="ignore"):
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
     end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
-    fine = h / _FINER
+    fine = h / finer
     nx, ny = max(8, round((end - start) / fine)), 2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine)
     return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
 
