@@ -14,7 +14,7 @@ from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import compliance
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
-from flatpunch.contact.node_spline import left_out_of_hermite, settled_slopes, steadied
+from flatpunch.contact.node_spline import continued, left_out_of_hermite, settled_slopes, steadied
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.indenters import Rounded, Truncated
 from flatpunch.indenters.angular_mean import GeometricMean
@@ -159,3 +159,30 @@ def test_geometric_mean_of_a_rounded_pyramid() -> None:
     # curvature jumps where edges and cap meet the faces
     np.testing.assert_allclose(mean.height(r), direct, rtol=1e-6)
     np.testing.assert_allclose(mean.slope(r), direct * (slope / f).mean(axis=1), rtol=1e-4)
+
+
+def test_a_step_within_a_known_gap_costs_one_solution_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    tip, film = fp.Pyramid(3, 0.31), fp.Medium([fp.Layer(7.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    options = {"method": "refined", "tables": False, "cells": 64}
+    fp.indent(film, tip, depth=np.geomspace(0.01, 1.0, 30), **options)
+    solved = []
+    whole = bem.solve
+    monkeypatch.setattr(bem, "solve", lambda *a, **k: solved.extend(np.atleast_1d(k["depths"])) or whole(*a, **k))
+    step = fp.indent(film, tip, depth=0.0771, **options)
+    assert len(solved) <= 1
+    close = fp.indent(film, tip, depth=[0.0771, 0.0772, 0.0773], **options)
+    assert len(solved) <= 3
+    assert float(close.force[0]) == pytest.approx(float(step.force[-1]), rel=2e-3)
+
+
+def test_missing_outlines_are_carried_on_smoothly() -> None:
+    nodes = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    table = np.column_stack([nodes, nodes, nodes**2, 1 - nodes])
+    good = np.array([True, True, False, True, False])
+    holes = np.where(good[:, None] | (np.arange(4) < 2), table, np.nan)
+    filled = continued(nodes, holes, good)
+    # three good ones tell the parabola between them, and the tangent at the last of them beyond
+    np.testing.assert_allclose(filled[2], table[2])
+    np.testing.assert_allclose(filled[4, 2:], [9 + 6, -3], rtol=1e-12)
+    np.testing.assert_array_equal(filled[:, :2], table[:, :2])
+    assert np.isfinite(continued(nodes, holes, np.array([True, False, False, False, False]))).all()

@@ -1,4 +1,4 @@
-"""A fast theory corrected by a few boundary element solutions: their accuracy at its speed (T9.3).
+"""A fast theory corrected by a few boundary element solutions: their accuracy at its speed (T9.4).
 
 The theory is the second-order series of power-law shapes, and of all others the round contact of their mean profile.
 """

@@ -1,0 +1,66 @@
+"""Outlines that edges draw out into points: to a per cent of the mean radius from 256 cells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.ridges import Trace, traced
+from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
+
+
+def _film(ratio: float) -> fp.Medium:
+    return fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+
+
+def _traced(medium: fp.Medium, tip: fp.Pyramid, depth: float, cells: int) -> Trace:
+    kernel = compliance(medium)
+    return traced(kernel, tip, bem.solve(kernel, tip, depths=depth, grid=cells, tolerance=1e-6)[0], 360)
+
+
+@pytest.mark.parametrize(
+    ("medium", "sides", "depth", "reach"),
+    [
+        # farthest points over the mean radius, from 2048 cells a side: there the last cells in contact are as far to 0.3 %
+        (fp.HalfSpace(1.0, 0.3), 3, 0.3, 2.229),
+        (_film(10.0), 4, 0.5, 1.819),
+        (_film(20.0), 3, 0.5, 3.029),
+        (_film(50.0), 4, 1.2, 2.5535),
+        (fp.PowerLawHalfSpace(1.0, 1.0, -0.3, 0.3), 3, 0.5, 2.735),
+    ],
+)
+def test_points_from_few_cells(medium: fp.Medium, sides: int, depth: float, reach: float) -> None:
+    tip = fp.Pyramid(sides, 0.3)
+    coarse, fine = (_traced(medium, tip, depth, cells) for cells in (192, 640))
+    assert coarse.contour.max() / coarse.radius == pytest.approx(reach, abs=0.01)
+    off = np.abs(coarse.contour - fine.contour)[::5] / fine.radius
+    assert off.max() < 0.01
+    assert coarse.radius == pytest.approx(fine.radius, rel=5e-3)
+
+
+def test_outline_is_as_symmetric_as_the_tip() -> None:
+    for sides in (3, 4, 5):
+        contour = _traced(_film(20.0), fp.Pyramid(sides, 0.3), 0.5, 128).contour
+        np.testing.assert_allclose(contour, np.roll(contour, 360 // sides), rtol=1e-9)
+
+
+def test_edges_of_a_tip_without_symmetry_are_followed_too() -> None:
+    leaning, upright = (fp.Tilted(fp.Pyramid(3, 0.3), angle) for angle in (0.02, 1e-6))
+    contours = [_traced(_film(20.0), tip, 0.4, 192).contour for tip in (leaning, upright)]
+    far = [np.sort(contour[[60, 180, 300]]) for contour in contours]
+    assert np.ptp(far[1]) < 0.02 * far[1].mean()
+    # it leans to one side, and the point there reaches farther
+    assert np.ptp(far[0]) > 0.03 * far[0].mean()
+
+
+def test_mirror_images_of_indenters() -> None:
+    knoop = fp.Knoop()
+    assert mirrored_about(knoop, 0.0)
+    assert mirrored_about(knoop, np.pi / 2)
+    assert not mirrored_about(knoop, 0.3)
+    assert mirrored_about(fp.Pyramid(3, 0.3), np.pi / 3)
+    assert not mirrored_about(fp.Pyramid(3, 0.3), np.pi / 2)
+    assert rotational_symmetry(knoop) == 2
