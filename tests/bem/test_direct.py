@@ -6,7 +6,7 @@ import pytest
 from flatpunch import indenters, media
 from flatpunch._validation import FlatpunchWarning
 from flatpunch.bem import Grid, direct, removal, solve, solver
-from flatpunch.bem.direct import affordable, influence
+from flatpunch.bem.direct import affordable, influence, offsets
 from flatpunch.bem.operator import build_operator
 from flatpunch.compliance import compliance
 
@@ -24,7 +24,7 @@ def test_matrix_is_the_operator(mirrored):
     contact = rng.random(grid.shape) < 0.3
     pressure = rng.standard_normal(grid.shape) * contact
     displacement = operator.apply(pressure)
-    held = influence(operator, contact)
+    held = influence(operator, contact, offsets(operator))
     assert held.covers(contact)
     # both are sums of some hundred numbers of order one
     np.testing.assert_allclose(held.matrix @ pressure[contact], displacement[contact], atol=1e-12)
@@ -36,13 +36,15 @@ def test_matrix_is_the_operator(mirrored):
 def test_matrix_serves_smaller_contacts():
     grid = Grid(40, 40, 0.1)
     operator = build_operator(FILM, grid)
-    held = influence(operator, grid.polar[0] < 1.2)
+    held = influence(operator, grid.polar[0] < 1.2, offsets(operator))
     smaller, larger = grid.polar[0] < 0.9, grid.polar[0] < 1.5
     assert held.covers(smaller)
     assert not held.covers(larger)
     gap = np.where(smaller, grid.x, 0.0)
     np.testing.assert_allclose(
-        held.remove_gap(smaller, gap), influence(operator, smaller).remove_gap(smaller, gap), atol=1e-12
+        held.remove_gap(smaller, gap),
+        influence(operator, smaller, offsets(operator)).remove_gap(smaller, gap),
+        atol=1e-12,
     )
 
 
@@ -103,7 +105,7 @@ def test_a_step_that_lowers_the_energy_is_found_whatever_is_proposed():
         # upwards in energy: the gap with the wrong sign
         change = np.where(start > 0, now.gap, 0.0) if start.any() else np.zeros(grid.shape)
         if start.any():
-            held = influence(operator, start > 0)
+            held = influence(operator, start > 0, offsets(operator))
             change = held.remove_gap(start > 0, np.where(start > 0, now.gap, 0.0))
         later = solver._descended(operator, height, depth, now, change)
         assert later.energy < now.energy

@@ -49,6 +49,7 @@ def solve(
     forces: Any = None,
     grid: Grid | int | None = None,
     half_widths: Any = None,
+    centers: Any = None,
     search: bool = True,
     tolerance: float = 1e-8,
     limit: int = 1000,
@@ -73,6 +74,8 @@ def solve(
     half_widths : sequence of (float, float), optional
         Expected half-widths of each contact along x and y [m], for example from a fast method; else they are looked for
         from the indenter's shape on. Only a start: the box is found on a coarse grid.
+    centers : sequence of (float, float), optional
+        Centres of these boxes [m]; the point of first touch by default.
     search : bool
         Whether to look for the box on a coarse grid; else `half_widths` are taken for it, and only a contact that touches the
         edge of its grid makes that grow.
@@ -104,7 +107,7 @@ def solve(
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
     height = IndenterHeight(indenter)
-    hints = _hints(half_widths, targets.size)
+    hints = _hints(half_widths, centers, targets.size)
     solutions: list[Solution] = []
     levels: Levels | None = None
     before: Levels | None = None
@@ -139,11 +142,17 @@ def _targets(depths: Any, forces: Any) -> tuple[Array, bool]:
     return values("forces", forces, strict=True), False
 
 
-def _hints(half_widths: Any, steps: int) -> list[Extent | None]:
+def _hints(half_widths: Any, centers: Any, steps: int) -> list[Extent | None]:
     if half_widths is None:
         return [None] * steps
-    boxes = np.broadcast_to(np.asarray(half_widths, dtype=float), (steps, 2))
-    return [Extent((float(wx), float(wy)), (0.0, 0.0)) if wx > 0 and wy > 0 else None for wx, wy in boxes]
+    boxes, middles = (
+        np.broadcast_to(np.asarray(pairs, dtype=float), (steps, 2))
+        for pairs in (half_widths, (0.0, 0.0) if centers is None else centers)
+    )
+    return [
+        Extent((float(wx), float(wy)), (float(cx), float(cy))) if wx > 0 and wy > 0 else None
+        for (wx, wy), (cx, cy) in zip(boxes, middles, strict=True)
+    ]
 
 
 def _first_extent(

@@ -80,26 +80,33 @@ def most_bytes(cells: int) -> int:
     return int(_BYTES * min(MOST**2, _AFFORDABLE_WHERE_SLOW * cells))
 
 
-def influence(operator: Operator, contact: Mask) -> Influence:
-    """Influence matrix of a contact and, where that is affordable, of the cells next to it, which may join it."""
+def influence(operator: Operator, contact: Mask, table: Array) -> Influence:
+    """Influence matrix of a contact and, where that is affordable, of the cells next to it, which may join it.
+
+    `table` is the operator's, from `offsets`.
+    """
     wider = binary_dilation(contact)
     if np.count_nonzero(wider) <= 1.3 * np.count_nonzero(contact):
         contact = wider
     i, j = np.nonzero(contact)
-    matrix = _between(operator, i, j)
+    matrix = _between(operator, table, i, j)
     place = np.full(contact.size, -1, dtype=np.intp)
     place[np.flatnonzero(contact)] = np.arange(i.size)
     return Influence(place, matrix)
 
 
-def _between(operator: Operator, i: Places, j: Places) -> Array:
-    """Influence of cells (i, j) on each other, mirror images included, shape (n, n)."""
-    (ny, nx), (along_x, along_y) = operator.grid.shape, operator.grid.mirrored
-    far_y, far_x = ny * (1 + along_y), nx * (1 + along_x)
+def offsets(operator: Operator) -> Array:
+    """Influence coefficients at all offsets between two cells of the whole grid, negative ones too; in one row."""
+    far_y, far_x = operator.grid.unfolded.shape
     quarter = scipy.fft.idctn(operator.spectrum.astype(float), type=1)[:far_y, :far_x]
     # even in both offsets: with negative ones in the table too, the place in it is a difference of two numbers
     upper = np.concatenate([quarter[:, :0:-1], quarter], axis=1)
-    table = np.concatenate([upper[:0:-1], upper]).ravel()
+    return np.asarray(np.concatenate([upper[:0:-1], upper]).ravel())
+
+
+def _between(operator: Operator, table: Array, i: Places, j: Places) -> Array:
+    """Influence of cells (i, j) on each other, mirror images included, shape (n, n)."""
+    (far_y, far_x), (along_x, along_y) = operator.grid.unfolded.shape, operator.grid.mirrored
     width = 2 * far_x - 1
     here = ((i + far_y - 1) * width + j + far_x - 1)[:, None]
     matrix = np.zeros((i.size, i.size))

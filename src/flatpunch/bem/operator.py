@@ -104,6 +104,8 @@ class Operator:
     def _apply_numpy(self, pressure: Array) -> Array:
         (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
         along_x, along_y = self.grid.mirrored
+        if along_y and not along_x and threads == 1:
+            return self._apply_even_columns(pressure)
         if along_x:
             rows = scipy.fft.dct(pressure, n=mx // 2, axis=-1, workers=threads)
         else:
@@ -139,6 +141,18 @@ class Operator:
         else:
             u = scipy.fft.irfft(rows, mx, axis=-1, workers=threads, overwrite_x=True)
         return np.asarray(u[..., :nx])
+
+    def _apply_even_columns(self, pressure: Array) -> Array:
+        """The same where columns alone are even: they go first, while they are real, then the rows in blocks."""
+        (my, mx), (ny, nx) = self.padded, self.grid.shape
+        columns = scipy.fft.dct(pressure, n=my // 2, axis=-2)
+        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
+        for first in range(0, my // 2, count):
+            rows = slice(first, min(first + count, my // 2))
+            block = scipy.fft.rfft(columns[..., rows, :], mx, axis=-1)
+            block *= self.spectrum[rows]
+            columns[..., rows, :] = scipy.fft.irfft(block, mx, axis=-1, overwrite_x=True)[..., :nx]
+        return np.asarray(scipy.fft.idct(columns, axis=-2, overwrite_x=True)[..., :ny, :])
 
     def _precondition_numpy(self, gap: Array) -> Array:
         (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from flatpunch._validation import Array
 from flatpunch.bem.conjugate import remove_gap
-from flatpunch.bem.direct import Influence, affordable, influence
+from flatpunch.bem.direct import Influence, affordable, influence, offsets
 from flatpunch.bem.operator import Operator
 from flatpunch.bem.smooth import SmoothModes, smooth_modes
 
@@ -56,6 +57,7 @@ class Removal:
     _trying: bool = False
     _compared: bool = False
     _influence: Influence | None = None
+    _table: Array | None = None
     _slow: bool = False
 
     def __call__(self, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
@@ -93,7 +95,8 @@ class Removal:
 
     def _directly(self, contact: Any, gap: Any) -> Any:
         if self._influence is None or not self._influence.covers(contact):
-            self._influence = influence(self.operator, contact)
+            self._table = offsets(self.operator) if self._table is None else self._table
+            self._influence = influence(self.operator, contact, self._table)
         return self._influence.remove_gap(contact, gap)
 
     def _modes_for(self, contact: Any, cells: int) -> SmoothModes | None:

@@ -68,7 +68,7 @@ _RIM_ERROR = 1.0
 """Error of the traced outline over the mean radius, times the cells per side: a third of a cell."""
 _CORNER_ERROR, _END_ERROR = 0.8, 1.2
 """The same of tips with edges, and what their ends add per farthest point/mean radius - 1."""
-_ROUNDING = 1e-9
+_ROUNDING, _CENTRED = 1e-9, 0.02
 
 FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
 """Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
@@ -314,7 +314,7 @@ class Correction:
     def solutions(self, positions: Array) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
         depths = np.exp(positions)
-        found = self._boundary_elements(depths, *self._half_widths(positions))
+        found = self._boundary_elements(depths, *self._boxes(positions))
         self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
         traces = [traced(self.kernel, self.indenter, solution, self.phi.size) for solution in found]
         force = np.array([solution.force for solution in found])
@@ -325,8 +325,8 @@ class Correction:
         logarithms = np.log(np.column_stack([force / self.kernel.modulus, radius, size, outlines]))
         return np.insert(logarithms, GROWTH, growth, axis=1)
 
-    def _half_widths(self, positions: Array) -> tuple[Array, bool]:
-        """Expected half-widths of the contacts at ln d, shape (n, 2), and whether all of them are well known.
+    def _boxes(self, positions: Array) -> tuple[Array, Array, bool]:
+        """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and whether all are well known.
 
         They are from solutions on both sides, or from the theory.
         """
@@ -340,10 +340,14 @@ class Correction:
                 sure[row] = np.isfinite(between).all()
                 logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
         outlines = np.exp(logarithms)
-        boxes = np.column_stack([np.abs(outlines * trig(self.phi)).max(axis=1) for trig in (np.cos, np.sin)])
-        return boxes, bool(sure.all())
+        sides = [outlines * trig(self.phi) for trig in (np.cos, np.sin)]
+        half_widths = np.column_stack([np.ptp(side, axis=1) / 2 for side in sides])
+        centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
+        # contacts that are their own mirror images are told by their centre
+        centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
+        return half_widths, centers, bool(sure.all())
 
-    def _boundary_elements(self, depths: Array, half_widths: Array, sure: bool) -> list[bem.Solution]:
+    def _boundary_elements(self, depths: Array, half_widths: Array, centers: Array, sure: bool) -> list[bem.Solution]:
         options: dict[str, Any] = {
             "grid": self.cells,
             "tolerance": _TOLERANCE,
@@ -351,9 +355,8 @@ class Correction:
             "angles": self.phi.size,
         }
         try:
-            return bem.solve(
-                self.kernel, self.indenter, depths=depths, half_widths=half_widths, search=not sure, **options
-            )
+            boxes: dict[str, Any] = {"half_widths": half_widths, "centers": centers, "search": not sure}
+            return bem.solve(self.kernel, self.indenter, depths=depths, **boxes, **options)
         except bem.ContactTouchesEdge:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
