@@ -23,8 +23,8 @@ from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-4
 _LIMIT = 400
-_MARGIN = 3
-"""Cells around the window from which displacements are interpolated."""
+_MARGIN, _FEWEST = 3, 8
+"""Cells around the window from which displacements are interpolated, and the fewest of them along an axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +39,15 @@ class Patch:
         Polar angle of the ray [rad].
     pressure, displacement : ndarray, shape (ny, nx)
         Pressure [Pa] and inward displacement of the surface [m].
+    converged : bool
+        Whether the contact was found.
     """
 
     grid: Grid
     angle: float
     pressure: Array
     displacement: Array
+    converged: bool = True
 
 
 def look_closer(
@@ -99,7 +102,7 @@ def look_closer(
     pressure, displacement = state.pressure * kernel.modulus, state.displacement * grid.spacing + elsewhere
     if even:
         pressure, displacement = (np.concatenate([field[::-1], field]) for field in (pressure, displacement))
-    return Patch(grid, angle, pressure, displacement)
+    return Patch(grid, angle, pressure, displacement, state.converged)
 
 
 def _turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
@@ -114,7 +117,8 @@ def _ends(cells: int, grid: Grid) -> Array:
 def _within(centres: Array, span: Array, spacing: float) -> slice:
     """Cells along one axis that a span covers, and some around them."""
     low, high = np.searchsorted(centres, [span.min() - spacing / 2, span.max() + spacing / 2])
-    return slice(max(0, int(low) - _MARGIN), min(centres.size, int(high) + _MARGIN))
+    first = max(0, min(int(low) - _MARGIN, centres.size - _FEWEST))
+    return slice(first, min(centres.size, max(int(high) + _MARGIN, first + _FEWEST)))
 
 
 def _between(values: Array, centres: Array, spacing: float) -> Mask:

@@ -132,11 +132,13 @@ def _tongue(
     looks: list[list[Side]] = []
     while not looks or patch.grid.spacing > _FINE * mean:
         grid = _window(patch, corner, widest, nearest, finer)
+        if grid is None:
+            break
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + _ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, corner, even=even)
         sides = [_side(patch, start, left) for left in ((True,) if even else (True, False))]
-        if None in sides:
+        if None in sides or not patch.converged:
             break
         looks.append([side for side in sides if side is not None])
         widest = _NEXT * patch.grid.spacing
@@ -156,6 +158,8 @@ def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch,
     cells = 2 * int(_CORE * mean / fine)
     grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
+    if not core.converged:
+        return
     closer, _ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.length)
     inside = closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing
     contour[inside] = closer[inside]
@@ -166,8 +170,8 @@ def _along(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
-def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: int) -> Grid:
-    """Finer cells around the tongue from where its half-width is `widest`."""
+def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: int) -> Grid | None:
+    """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
     h, turn = patch.grid.spacing, corner - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
     along, across = _along(patch.grid.x[columns], patch.grid.y[rows], turn)
@@ -176,14 +180,19 @@ def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: i
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
     wide = np.flatnonzero(half > widest)
     start = max(nearest, h * (wide[-1] + 1) if wide.size else 0.0) - _ROOT * h
-    last = along[near & (np.abs(across) < 1.5 * h)].max(initial=start)
+    last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
+    if last <= start + _ROOT * h:
+        return None
     # the ray leaves the patch
     (x0, x1), (y0, y1) = ((v[0] - h / 2, v[-1] + h / 2) for v in (patch.grid.x, patch.grid.y))
     with np.errstate(divide="ignore"):
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
     end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
     fine = h / finer
-    nx, ny = max(8, round((end - start) / fine)), 2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine)
+    nx, ny = (
+        max(8, round((end - start) / fine)),
+        2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine),
+    )
     return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
 
 
