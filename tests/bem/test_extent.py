@@ -114,3 +114,14 @@ def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
     assert step.grid.ny == small.grid(64).ny
     # 64 cells on a narrow ellipse: 2e-4
     assert step.force == pytest.approx(right.force, rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "depth", "force"), [(60.0, 1.430679, 17.0399), (100.0, 1.23353, 14.152), (100.0, 0.9, 8.464)]
+)
+def test_box_of_a_needle_one_cell_wide_is_found(ratio, depth, force):
+    """Its width jumps between one and two cells, however close the grid comes; forces of 512 cells, extrapolated."""
+    kernel = compliance(media.Medium([media.Layer(ratio, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))
+    step = solve(kernel, indenters.Knoop(), depths=depth, grid=96, tolerance=1e-5)[0]
+    assert step.converged
+    assert step.force == pytest.approx(force, rel=2e-3)

@@ -90,7 +90,7 @@ def find_extent(
             extent = Extent((wx, wy), extent.center)
             continue
         before, extent = extent, _recentred(box, grid)
-        if _filled(box, grid) or _settled(before, extent):
+        if _filled(box, grid) or _settled(before, extent, grid.spacing):
             return extent
     raise ContactTouchesEdge(
         f"No bounding box of the contact was found in {_ATTEMPTS} attempts; the last one was {extent.half_widths[0]:.3g} m x "
@@ -114,9 +114,9 @@ def _filled(box: Extent, grid: Grid) -> bool:
     )
 
 
-def _settled(before: Extent, now: Extent) -> bool:
-    """Whether looking closer has stopped to change the box: contacts of needle shape never fill a grid across."""
-    return all(abs(w / v - 1) < _SETTLED for v, w in zip(before.half_widths, now.half_widths, strict=True))
+def _settled(before: Extent, now: Extent, spacing: float) -> bool:
+    """Whether looking closer has stopped to change the box by more than cells do: needles never fill a grid across."""
+    return all(abs(w - v) < max(_SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True))
 
 
 def _recentred(box: Extent, grid: Grid) -> Extent:
