@@ -41,6 +41,16 @@ def test_points_from_few_cells(medium: fp.Medium, sides: int, depth: float, reac
     assert coarse.radius == pytest.approx(fine.radius, rel=5e-3)
 
 
+def test_neighbouring_points_are_told_apart() -> None:
+    """Few cells and many points: what lies beyond the middle between two edges belongs to the other."""
+    coarse, fine = (_traced(_film(15.0), fp.Pyramid(8, 0.3), 2.48, cells) for cells in (64, 256))
+    assert coarse.radius == pytest.approx(fine.radius, rel=0.02)
+    off = np.abs(coarse.contour - fine.contour)[::5] / fine.radius
+    # 64 cells; 0.8 at worst before
+    assert np.median(off) < 0.01
+    assert off.max() < 0.1
+
+
 def test_outline_is_as_symmetric_as_the_tip() -> None:
     for sides in (3, 4, 5):
         contour = _traced(_film(20.0), fp.Pyramid(sides, 0.3), 0.5, 128).contour

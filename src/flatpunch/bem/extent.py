@@ -116,7 +116,9 @@ def _filled(box: Extent, grid: Grid) -> bool:
 
 def _settled(before: Extent, now: Extent, spacing: float) -> bool:
     """Whether looking closer has stopped to change the box by more than cells do: needles never fill a grid across."""
-    return all(abs(w - v) < max(_SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True))
+    return all(
+        abs(w - v) < max(_SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True)
+    )
 
 
 def _recentred(box: Extent, grid: Grid) -> Extent:

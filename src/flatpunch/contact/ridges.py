@@ -51,6 +51,7 @@ _LOST = 4.0
 _FEWEST = 5
 _NEAREST, _BESIDE_CORE = 0.3, 0.9
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
+_WIDEST_WEDGE, _FILLED = 1.5, 0.7
 _ROUNDING = 1e-9
 
 Side = tuple[Array, Array]
@@ -74,6 +75,31 @@ class Trace:
     area: float
 
 
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Where a tongue is looked for.
+
+    Attributes
+    ----------
+    angle : float
+        Polar angle of the edge [rad].
+    wedge : float
+        Tangent of half the angle to the next edge: beyond that the contact is another tongue's.
+    nearest : float
+        Distance from the point of first touch at which it may begin [m].
+    mean : float
+        Mean radius of the contact [m].
+    finer : int
+        Cells of a closer look per cell.
+    """
+
+    angle: float
+    wedge: float
+    nearest: float
+    mean: float
+    finer: int
+
+
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
     """Outline of a boundary element solution, its points along the edges of the tip restored."""
     outline = solution.outline
@@ -90,15 +116,14 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     if angles % fold == 0:
         # cells lie differently in each sector
         contour = np.tile(contour.reshape(fold, -1).mean(axis=0), fold)
-    for corner in indenter.corners:
+    for edge in _edges(indenter, outline.radius, star):
         # one of those that turning the tip carries into each other
-        if corner >= 2 * np.pi / fold - 1e-9:
+        if edge.angle >= 2 * np.pi / fold - _ROUNDING:
             continue
-        nearest = (_BESIDE_CORE if star else _NEAREST) * outline.radius
-        sides = _tongue(kernel, indenter, solution.depth, whole, corner, nearest, outline.radius)
+        sides = _tongue(kernel, indenter, solution.depth, whole, edge)
         if sides is not None:
             for turn in range(fold):
-                _restore(contour, sides, corner + 2 * np.pi * turn / fold)
+                _restore(contour, sides, edge.angle + 2 * np.pi * turn / fold)
     return Trace(contour, float(contour.mean()), float(np.pi * np.mean(contour**2)))
 
 
@@ -122,22 +147,27 @@ def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, 
     return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.length)
 
 
-def _tongue(
-    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, corner: float, nearest: float, mean: float
-) -> tuple[Side, Side] | None:
+def _edges(indenter: Indenter, mean: float, star: bool) -> list[Edge]:
+    angles = np.array(indenter.corners)
+    gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
+    nearest, finer = (_BESIDE_CORE * mean, _FINER_STAR) if star else (_NEAREST * mean, _FINER)
+    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
+    return [Edge(float(angle), float(np.tan(h)), nearest, mean, finer) for angle, h in zip(angles, half, strict=True)]
+
+
+def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Side, Side] | None:
     """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
-    even = mirrored_about(indenter, corner)
-    patch, widest = whole, max(_WIDTH * mean, _CELLS * whole.grid.spacing)
-    finer = _FINER_STAR if nearest > mean / 2 else _FINER
+    even = mirrored_about(indenter, edge.angle)
+    patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
     looks: list[list[Side]] = []
-    while not looks or patch.grid.spacing > _FINE * mean:
-        grid = _window(patch, corner, widest, nearest, finer)
+    while not looks or patch.grid.spacing > _FINE * edge.mean:
+        grid = _window(patch, edge, widest)
         if grid is None:
             break
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + _ROOT * patch.grid.spacing
-        patch = look_closer(kernel, indenter, depth, patch, grid, corner, even=even)
-        sides = [_side(patch, start, left) for left in ((True,) if even else (True, False))]
+        patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, even=even)
+        sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
         if None in sides or not patch.converged:
             break
         looks.append([side for side in sides if side is not None])
@@ -170,16 +200,17 @@ def _along(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
-def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: int) -> Grid | None:
+def _window(patch: Patch, edge: Edge, widest: float) -> Grid | None:
     """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
-    h, turn = patch.grid.spacing, corner - patch.angle
+    h, turn = patch.grid.spacing, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
     along, across = _along(patch.grid.x[columns], patch.grid.y[rows], turn)
-    near = (along > 0) & (np.abs(across) < 1.5 * widest + 2 * h)
+    near = (along > 0) & (np.abs(across) < np.minimum(1.5 * widest + 2 * h, edge.wedge * along + h))
     half = np.zeros(int(along.max() / h) + 1)
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
-    wide = np.flatnonzero(half > widest)
-    start = max(nearest, h * (wide[-1] + 1) if wide.size else 0.0) - _ROOT * h
+    # as wide as a tongue may be, or nearly filling what lies between two neighbours
+    wide = np.flatnonzero(half > np.minimum(widest, _FILLED * edge.wedge * h * np.arange(half.size)))
+    start = max(edge.nearest, h * (wide[-1] + 1) if wide.size else 0.0) - _ROOT * h
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
     if last <= start + _ROOT * h:
         return None
@@ -188,7 +219,7 @@ def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: i
     with np.errstate(divide="ignore"):
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
     end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
-    fine = h / finer
+    fine = h / edge.finer
     nx, ny = (
         max(8, round((end - start) / fine)),
         2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine),
@@ -196,10 +227,11 @@ def _window(patch: Patch, corner: float, widest: float, nearest: float, finer: i
     return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
 
 
-def _side(patch: Patch, start: float, left: bool) -> Side | None:
+def _side(patch: Patch, edge: Edge, start: float, left: bool) -> Side | None:
     """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
     h, rows, columns = patch.grid.spacing, patch.grid.y > 0 if left else patch.grid.y < 0, patch.grid.x > start
-    x, pressure = patch.grid.x[columns], patch.pressure[rows][:, columns]
+    x, across = patch.grid.x[columns], np.abs(patch.grid.y[rows])
+    pressure = np.where(across[:, None] < edge.wedge * x, patch.pressure[rows][:, columns], 0.0)
     width, load = h * np.count_nonzero(pressure > 0, axis=0), pressure.sum(axis=0)
     measured = width > _MEASURED * h
     if measured.sum() < _FEWEST:
