@@ -125,3 +125,26 @@ def test_box_of_a_needle_one_cell_wide_is_found(ratio, depth, force):
     step = solve(kernel, indenters.Knoop(), depths=depth, grid=128, tolerance=1e-5)[0]
     assert step.converged
     assert step.force == pytest.approx(force, rel=2e-3)
+
+
+def test_a_known_box_is_taken_as_it_is(monkeypatch):
+    from flatpunch.bem import curves
+
+    tip = indenters.Pyramid(3, 0.3)
+    found = solve(HALF_SPACE, tip, depths=1e-6, grid=96)[0]
+    x, y = (places[found.contact.any(axis=axis)] for places, axis in ((found.grid.x, 0), (found.grid.y, 1)))
+    box = {"half_widths": (np.ptp(x) / 2, np.ptp(y) / 2), "centers": ((x[0] + x[-1]) / 2, 0.0)}
+
+    def refuse(*_, **__):
+        raise AssertionError("the box was looked for")
+
+    monkeypatch.setattr(curves, "find_extent", refuse)
+    step = solve(HALF_SPACE, tip, depths=1e-6, grid=96, search=False, **box)[0]
+    assert step.force == pytest.approx(found.force, rel=1e-3)
+    # a contact of three points reaches farther to one side
+    assert step.grid.center[0] < -0.2 * step.radius
+    # too small a box makes the grid grow
+    box["half_widths"] = (0.7 * box["half_widths"][0], box["half_widths"][1])
+    grown = solve(HALF_SPACE, tip, depths=1e-6, grid=96, search=False, **box)[0]
+    assert not grown.contact[:, [0, -1]].any()
+    assert grown.force == pytest.approx(found.force, rel=1e-3)

@@ -54,10 +54,10 @@ def test_stiffness_is_the_derivative_of_the_force() -> None:
 def test_force_and_radius_control_return_the_depth() -> None:
     depth = np.array([0.1, 0.3])
     first = fp.indent(SOFT, TRIANGLE, depth=depth, method="refined", **TABLE_OFF)
-    for control in ("force", "radius"):
+    # other nodes may carry the curve, so the interpolation's error enters twice; radii of 128 cells scatter by a thousandth
+    for control, error in (("force", float(first.force_error.max())), ("radius", 1e-3)):
         again = fp.indent(SOFT, TRIANGLE, method="refined", **{control: first[control].values}, **TABLE_OFF)
-        # other nodes may carry the curve, so the interpolation's error enters twice
-        np.testing.assert_allclose(again.depth, depth, rtol=2 * float(first.force_error.max()))
+        np.testing.assert_allclose(again.depth, depth, rtol=2 * error, err_msg=control)
 
 
 def test_pressure_integrates_to_the_force() -> None:
