@@ -77,19 +77,19 @@ def look_closer(
     """
     turn, wide = angle - patch.angle, patch.grid
     inner = grid.folded((False, True)) if even else grid
-    along, across = _turned(inner.x[None, :], inner.y[:, None], turn)
+    along, across = turned(inner.x[None, :], inner.y[:, None], turn)
     # the part of the patch around the new cells, and of that the cells they take the place of
-    corners = _turned(*np.meshgrid(grid.center[0] + _ends(grid.nx, grid), grid.center[1] + _ends(grid.ny, grid)), turn)
+    corners = turned(*np.meshgrid(grid.center[0] + _ends(grid.nx, grid), grid.center[1] + _ends(grid.ny, grid)), turn)
     columns, rows = _within(wide.x, corners[0], wide.spacing), _within(wide.y, corners[1], wide.spacing)
     part = wide.part(rows, columns)
-    back = _turned(part.x[None, :], part.y[:, None], -turn)
+    back = turned(part.x[None, :], part.y[:, None], -turn)
     replaced = _between(back[0], grid.x, grid.spacing) & _between(back[1], grid.y, grid.spacing)
     own = np.where(replaced, patch.pressure[rows, columns], 0.0) / kernel.modulus
     imposed = patch.displacement[rows, columns] - build_operator(kernel, part).apply(own) * part.spacing
     places = [(across - part.y[0]) / part.spacing, (along - part.x[0]) / part.spacing]
     elsewhere = map_coordinates(imposed, places, order=3, mode="nearest")
     start = np.maximum(map_coordinates(own, places, order=1, mode="nearest"), 0.0)
-    x, y = _turned(inner.x[None, :], inner.y[:, None], angle)
+    x, y = turned(inner.x[None, :], inner.y[:, None], angle)
     height = IndenterHeight(indenter).at(np.hypot(x, y), np.mod(np.arctan2(y, x), 2 * np.pi))
     state = solve_contact(
         build_operator(kernel, inner),
@@ -105,8 +105,8 @@ def look_closer(
     return Patch(grid, angle, pressure, displacement, state.converged)
 
 
-def _turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
-    """Coordinates in axes that lie at -angle to those of (x, y)."""
+def turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
+    """Points (x, y) turned about the origin: from axes at a polar angle to the usual ones, and with its negative back."""
     return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
 
 

@@ -17,7 +17,7 @@ from scipy.ndimage import label, uniform_filter1d
 
 from flatpunch import bem
 from flatpunch._validation import Array
-from flatpunch.bem.closeup import Patch, look_closer
+from flatpunch.bem.closeup import Patch, look_closer, turned
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.outline import Outline, rim_along, trace_outline
 from flatpunch.compliance import Kernel
@@ -139,7 +139,7 @@ def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, 
     x, y = grid.x[columns], grid.y[rows]
     beside = np.zeros(x.size, dtype=bool)
     for corner in indenter.corners:
-        along, across = _along(x, y, corner)
+        along, across = turned(x, y, -corner)
         beside |= (along > 0) & (np.abs(across) < 1.5 * grid.spacing)
     if not beside.all():
         return solution.outline
@@ -168,9 +168,10 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         start = grid.x[0] + _ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, even=even)
         sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
-        if None in sides or not patch.converged:
+        found = [side for side in sides if side is not None]
+        if len(found) < len(sides) or not patch.converged:
             break
-        looks.append([side for side in sides if side is not None])
+        looks.append(found)
         widest = _NEXT * patch.grid.spacing
     if not looks:
         return None
@@ -195,16 +196,11 @@ def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch,
     contour[inside] = closer[inside]
 
 
-def _along(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
-    """Coordinates along a ray and to its left."""
-    return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
-
-
 def _window(patch: Patch, edge: Edge, widest: float) -> Grid | None:
     """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
     h, turn = patch.grid.spacing, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
-    along, across = _along(patch.grid.x[columns], patch.grid.y[rows], turn)
+    along, across = turned(patch.grid.x[columns], patch.grid.y[rows], -turn)
     near = (along > 0) & (np.abs(across) < np.minimum(1.5 * widest + 2 * h, edge.wedge * along + h))
     half = np.zeros(int(along.max() / h) + 1)
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
