@@ -85,7 +85,7 @@ def look_closer(
     back = turned(part.x[None, :], part.y[:, None], -turn)
     replaced = _between(back[0], grid.x, grid.spacing) & _between(back[1], grid.y, grid.spacing)
     own = np.where(replaced, patch.pressure[rows, columns], 0.0) / kernel.modulus
-    imposed = patch.displacement[rows, columns] - build_operator(kernel, part).apply(own) * part.spacing
+    imposed = patch.displacement[rows, columns] - build_operator(kernel, part, solving=False).apply(own) * part.spacing
     places = [(across - part.y[0]) / part.spacing, (along - part.x[0]) / part.spacing]
     elsewhere = map_coordinates(imposed, places, order=3, mode="nearest")
     start = np.maximum(map_coordinates(own, places, order=1, mode="nearest"), 0.0)

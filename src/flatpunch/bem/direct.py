@@ -109,8 +109,11 @@ def _between(operator: Operator, table: Array, i: Places, j: Places) -> Array:
     (far_y, far_x), (along_x, along_y) = operator.grid.unfolded.shape, operator.grid.mirrored
     width = 2 * far_x - 1
     here = ((i + far_y - 1) * width + j + far_x - 1)[:, None]
-    matrix = np.zeros((i.size, i.size))
+    shape = (i.size, i.size)
+    matrix, part, offset = np.zeros(shape), np.empty(shape), np.empty(shape, dtype=np.intp)
     for image_y in (i, -1 - i)[: 1 + along_y]:
         for image_x in (j, -1 - j)[: 1 + along_x]:
-            matrix += table[here - (image_y * width + image_x)]
+            np.subtract(here, image_y * width + image_x, out=offset)
+            # all offsets lie inside the table, and clipping is faster than making sure
+            matrix += np.take(table, offset, out=part, mode="clip")
     return matrix

@@ -5,13 +5,14 @@
 The half-space part 1/(pi E* r) has Love's closed form. The rest R of G is a smooth function of distance on the scale of the
 layers: far from the origin its cell average is a function of r too, up to (h/r)^5 cos 4 phi, and is read from a table that
 contains the averaging; near it, and where cells are wider than the layer, it is integrated cell by cell, the cell split
-towards the origin until every part is small against its distance or the layer. Power-law half-spaces have
+towards the origin until every part is small against its distance. Power-law half-spaces have
 G ~ r^-(1 + exponent) throughout and take the same two roads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -25,7 +26,8 @@ from flatpunch.compliance import Kernel
 _NEAR = 24.0
 """Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
 
-_NODES = 8
+_NODES, _FEW_NODES, _FAR = 8, 4, 6.0
+"""Gauss points along a part of a cell, and along those farther from the origin than so many of their sides."""
 
 _ROWS = 32
 """Rows of coefficients made at a time."""
@@ -90,14 +92,13 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
     add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
     if near > 0:
-        add_block(g, factor * near_block(kernel, spacing, near))
+        add_block(g, factor * near_block(kernel, spacing))
 
 
 @lru_cache(maxsize=64)
-def near_block(kernel: Kernel, spacing: float, near: float) -> Array:
-    """Cell averages of the medium's L - 1 up to `near` cells, kept: windows and closer looks share the cells of a grid."""
-    table = remainder_table(kernel, 1e-5 * spacing, 2 * near * spacing)
-    return near_averages(table, spacing, near, kernel.length if kernel.tail == 0.0 else 0.0)
+def near_block(kernel: Kernel, spacing: float) -> Array:
+    """Cell averages of the medium's L - 1 near the origin, kept: windows and closer looks share the cells of a grid."""
+    return near_averages(remainder_table(kernel, 1e-5 * spacing, 2 * _NEAR * spacing), spacing)
 
 
 def near_cells(kernel: Kernel, spacing: float) -> float:
@@ -124,59 +125,62 @@ def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float
         g[stop:, first:stop] += values[:, stop - first : rows - first].T
 
 
-def near_averages(radial: Radial, spacing: float, near: float, smooth: float) -> Array:
-    """Cell averages by quadrature up to `near` cells, zero beyond; shape (near + 1, near + 1).
-
-    `smooth` [m] is the scale below which the function is analytic; zero for a singular one.
-    """
-    size = int(near) + 1
-    row, column = np.triu_indices(size)
-    close = np.hypot(row, column) <= near
-    row, column = row[close], column[close]
-    block = np.zeros((size, size))
-    block[row, column] = block[column, row] = cell_averages(radial, spacing, row, column, smooth)
+def near_averages(radial: Radial, spacing: float) -> Array:
+    """Cell averages of a function of r [m] by quadrature up to _NEAR cells, zero beyond; shape (n, n)."""
+    rule = near_rule()
+    averages = np.bincount(rule.owner, rule.weight * radial(spacing * rule.radius))
+    block = np.zeros((int(_NEAR) + 1, int(_NEAR) + 1))
+    block[rule.row, rule.column] = block[rule.column, rule.row] = averages
     return block
 
 
-def cell_averages(radial: Radial, spacing: float, row: Indices, column: Indices, smooth: float) -> Array:
-    """Averages of a radial function over cells, each split towards the origin until it is small against its distance.
+@dataclass(frozen=True, slots=True)
+class NearRule:
+    """Quadrature over cells near the origin, for functions of the distance that are singular there at most.
 
-    Parameters
+    Attributes
     ----------
-    radial : callable
-        Function of r [m].
-    spacing : float
-        Side of a cell [m].
     row, column : ndarray of int, shape (n,)
-        Cells.
-    smooth : float
-        Scale [m] below which the function is analytic everywhere.
-
-    Returns
-    -------
-    ndarray, shape (n,)
+        The cells, row <= column.
+    radius, weight, owner : ndarray, shape (k,)
+        Distances from the origin [cells], weights of the averages, and which cell they belong to.
     """
-    t, v = np.polynomial.legendre.leggauss(_NODES)
-    node, weight = (t + 1) / 2, v / 2
+
+    row: Indices
+    column: Indices
+    radius: Array
+    weight: Array
+    owner: Indices
+
+
+@lru_cache(maxsize=1)
+def near_rule() -> NearRule:
+    """The rule up to _NEAR cells: each cell is split towards the origin until its parts are small against their distance."""
+    row, column = np.triu_indices(int(_NEAR) + 1)
+    close = np.hypot(row, column) <= _NEAR
+    row, column = row[close], column[close]
     # by symmetry the central cell is known from one of its quarters
     central = (row == 0) & (column == 0)
     x, y = np.where(central, 0.0, column - 0.5), np.where(central, 0.0, row - 0.5)
     share, owner = np.ones(row.size), np.arange(row.size)
     side = np.where(central, 0.5, 1.0)
-    result = np.zeros(row.size)
+    parts: list[tuple[Array, Array, Indices]] = []
     while x.size:
         distance = np.hypot(np.maximum(x, 0.0), np.maximum(np.maximum(y, -y - side), 0.0))
-        split = (side > np.maximum(distance, smooth / spacing)) & (side > _FINEST)
-        done = ~split
-        px = x[done, None] + side[done, None] * node
-        py = y[done, None] + side[done, None] * node
-        sampled = radial(spacing * np.hypot(px[:, None, :], py[:, :, None]))
-        np.add.at(result, owner[done], share[done] * np.einsum("nyx,y,x->n", sampled, weight, weight))
+        split = (side > distance) & (side > _FINEST)
+        for few, nodes in ((distance > _FAR * side, _FEW_NODES), (distance <= _FAR * side, _NODES)):
+            done = few & ~split
+            t, v = np.polynomial.legendre.leggauss(nodes)
+            px, py = (start[done, None] + side[done, None] * (t + 1) / 2 for start in (x, y))
+            weight = share[done, None, None] * (v[:, None] * v / 4)
+            radius = np.hypot(px[:, None, :], py[:, :, None])
+            parts.append((radius.ravel(), weight.ravel(), np.repeat(owner[done], nodes**2)))
         half = side[split] / 2
         x = np.concatenate([x[split] + a * half for a in (0, 1) for _ in (0, 1)])
         y = np.concatenate([y[split] + b * half for _ in (0, 1) for b in (0, 1)])
         side, owner, share = np.tile(half, 4), np.tile(owner[split], 4), np.tile(share[split] / 4, 4)
-    return result
+    radius, weight, owner = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return NearRule(row, column, radius, weight, owner)
 
 
 def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shape: tuple[int, int]) -> Array:
@@ -201,7 +205,7 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
 @lru_cache(maxsize=16)
 def power_block(exponent: float) -> Array:
     """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
-    block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0, _NEAR, 0.0)
+    block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0)
     # the central cell in polar coordinates: eight triangles
     t, v = np.polynomial.legendre.leggauss(24)
     angle = np.pi / 8 * (t + 1)

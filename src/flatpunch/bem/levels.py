@@ -18,7 +18,7 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import Operator, build_operator, coefficients_for, padded_shape, to_numpy
+from flatpunch.bem.operator import SINGLE_FLOOR, Operator, build_operator, coefficients_for, padded_shape, to_numpy
 from flatpunch.bem.prolongation import prolong, sampled
 from flatpunch.bem.solver import Aim, State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
@@ -256,7 +256,8 @@ def solve_force(
 def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
     """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
     folded = levels.folded(mirror_axes(levels, to_numpy(contact).astype(float)))
-    stiffness = punch_stiffness(folded.operator, folded.kept(contact), tolerance)[1]
+    operator = folded.inner if tolerance >= SINGLE_FLOOR else folded.operator
+    stiffness = punch_stiffness(operator, folded.kept(contact), tolerance)[1]
     return stiffness * levels.kernel.modulus * levels.grid.spacing
 
 

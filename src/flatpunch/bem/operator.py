@@ -34,6 +34,9 @@ BYTES_PER_CELL = 200
 _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 """Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
 
+SINGLE_FLOOR = 1e-5
+"""Smallest relative error that single precision is asked for."""
+
 THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
 
@@ -202,7 +205,9 @@ def _even_columns(columns: Array, factor: Array, threads: int) -> Array:
     return np.ascontiguousarray(convolved).view(columns.dtype) if complex_valued else convolved
 
 
-def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Array | None = None) -> Operator:
+def build_operator(
+    kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Array | None = None, solving: bool = True
+) -> Operator:
     """Transform of the influence coefficients and of the approximate inverse on a grid.
 
     Parameters
@@ -215,6 +220,8 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Ar
         Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
     coefficients : ndarray, optional
         Those of `coefficients_for`, where they are known already.
+    solving : bool
+        Whether the operator is to solve with: else it has no approximate inverse.
     """
     ny, nx = grid.shape
     threads = workers() if nx * ny >= THREADED else 1
@@ -223,8 +230,7 @@ def build_operator(kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Ar
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
     spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
-    inverse = inverse_symbol(kernel, grid.spacing, periodic)
-    inverse /= unit
+    inverse = inverse_symbol(kernel, grid.spacing, periodic) / unit if solving else np.empty((0, 0))
     if xp is not np:
         spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
     return Operator(grid, spectrum, inverse, (my, mx), periodic, xp, threads)

@@ -133,7 +133,9 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     offsets = np.arange(low - last, low + x.size - first)
     m = _remainder(kernel, int(offsets[0]), int(offsets[-1]) + 1)
     if cell > 0:
-        m *= isotropic_cell_factor(np.exp(offsets * _STEP) * cell)
+        # beyond the cutoff there is nothing left to average
+        live = m != 0
+        m[live] *= isotropic_cell_factor(np.exp(offsets[live] * _STEP) * cell)
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
     values = np.correlate(m, w, "valid")[::-1]
     r = np.exp(np.arange(first, last + 1) * _STEP)

@@ -11,13 +11,10 @@ import numpy as np
 from flatpunch._validation import Array, FlatpunchWarning, positive
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.levels import Effort, Levels, solve_stiffness
-from flatpunch.bem.operator import to_numpy
+from flatpunch.bem.operator import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.shape import Height
 from flatpunch.bem.solver import State
-
-SINGLE_FLOOR = 1e-5
-"""Smallest tolerance that single precision can reach."""
 
 _STIFFNESS_TOLERANCE = 1e-5
 

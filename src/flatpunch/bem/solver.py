@@ -169,7 +169,10 @@ def solve_contact(
         best, waited = (error, 0) if error < best else (best, waited + 1)
         careful, contact = waited >= _PATIENCE, now.pressure > 0
         if not careful or now.penetration > now.gap_error:
-            contact = contact | (now.gap < 0)
+            overlapping = ~contact & (now.gap < 0)
+            # a start knows its contact better than its load, and by a load too small far more overlaps than will touch
+            if iterations or not 0 < xp.count_nonzero(contact) < xp.count_nonzero(overlapping):
+                contact = contact | overlapping
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
         drop = max(DROP, 0.3 * tolerance / error)
         change, count = removal(contact, gap, drop, limit - iterations)
