@@ -23,7 +23,8 @@ from flatpunch.bem.prolongation import prolong, sampled
 from flatpunch.bem.solver import Aim, State, punch_stiffness, solve_contact
 from flatpunch.compliance import Kernel
 
-_COARSEST = 32
+_COARSEST, _NARROWEST = 32, 16
+"""Square root of the cells of the coarsest grid, and the fewest along an axis."""
 _COARSE_TOLERANCE = 1e-4
 _NEWTON_STEPS = 40
 
@@ -73,7 +74,8 @@ class Levels:
     @cached_property
     def coarser(self) -> Levels | None:
         """The next coarser level; None on the coarsest."""
-        if min(self.grid.unfolded.shape) < 2 * _COARSEST:
+        whole = self.grid.unfolded
+        if min(whole.shape) < 2 * _NARROWEST or whole.nx * whole.ny < (2 * _COARSEST) ** 2:
             return None
         coarse = self.grid.coarser()
         return None if coarse is None else replace(self, grid=coarse)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from flatpunch._validation import Array
@@ -18,6 +20,7 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
     return np.geomspace(1e-10, 1e3, 2 * count)
 
 
+@lru_cache(maxsize=64)
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
     for fold in range(_MOST, 1, -1):
