@@ -29,6 +29,7 @@ from flatpunch.contact.node_spline import (
     continued,
     left_out,
     left_out_of_hermite,
+    off_smoother,
     settled_slopes,
     spline_through,
     steadied,
@@ -38,7 +39,7 @@ from flatpunch.contact.ridges import traced
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
-_FINEST, _FINEST_SHAPE = 0.25, 0.5
+_FINEST, _FINEST_SHAPE = 1 / 6, 1 / 3
 """Finest gaps, in spacings, for force and for outlines without points; points grow out faster."""
 _FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
@@ -54,6 +55,8 @@ _CAUTION = 2.0
 """What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
+_SHAPE_DISPUTE = 0.4
+"""The same of the outline, over what the ratios to the series change of it."""
 _WORSE = 3.0
 """How much worse than accepted outlines without points must be for the finest gaps."""
 _SHAPE_TOLERANCE = 8e-3
@@ -94,12 +97,14 @@ class Refined:
 class ForceCurve:
     """ln F over x = ln d as the sum of a theory's (column `form` of its forces) and a smooth curve.
 
-    `error` is its estimated error at the nodes, shape (nodes,); `other` the next best such curve, where there is one.
+    `error` is its estimated error at the nodes, shape (nodes,), and `spread` that between them, shape (nodes - 1,); `other` the
+    next best such curve, where there is one.
     """
 
     form: int
     curve: Callable[..., Array]
     error: Array
+    spread: Array
     other: ForceCurve | None = None
 
     def dispute(self, x: Array, theory: Array) -> Array:
@@ -123,9 +128,13 @@ class ShapeCurve:
     weight: Array
     error: Array
 
-    def share(self, x: Array) -> Array:
-        """Weight of the ratios at x, shape (n,)."""
-        return np.asarray(np.interp(x, self.nodes, self.weight))
+    def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
+        """Logarithms at x where the series has `theory`, shape (n, columns) each, and the error their difference tells, (n,)."""
+        absolute = self.absolute(x)
+        change = np.interp(x, self.nodes, self.weight)[:, None] * (self.relative(x) + theory - absolute)
+        blended = absolute + change
+        dispute = np.abs(change[:, 2:]) * np.exp(blended[:, 2:] - blended[:, :1])
+        return blended, _SHAPE_DISPUTE * dispute.max(axis=1)
 
 
 class Correction:
@@ -170,7 +179,8 @@ class Correction:
             still = self._theory_at(at[frozen]).force
             ratio = curve.curve(at[frozen]) + still[:, curve.form] - still[:, SERIES]
             logarithm[frozen], slope[frozen] = ratio + theory[frozen, SERIES], rates[frozen, SERIES]
-        error = np.maximum(_between(nodes, curve.error, at), np.where(frozen, 0.0, curve.dispute(at, theory)))
+        error = _between(nodes, curve.error, at, curve.spread)
+        error = np.maximum(error, np.where(frozen, 0.0, curve.dispute(at, theory)))
         error += (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
         force = np.exp(logarithm)
         return force, force * slope / contact.depth, error
@@ -185,21 +195,19 @@ class Correction:
         nodes = self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
         curve = self._shape_curve(nodes)
-        shape, wrong, frozen = curve.absolute(at), curve.error, at != x
-        share = curve.share(at)[:, None]
-        if share.any() or frozen.any():
+        shape, wrong, frozen = curve.absolute(at), _between(nodes, curve.error, at), at != x
+        if curve.weight.any() or frozen.any():
             theory = shapes(self.series, contact, self.phi)
             still = np.array(theory)
             if frozen.any():
                 still[frozen] = self._theory_at(at[frozen]).shape
-            shape += share * (curve.relative(at) + still - shape)
+            shape, dispute = curve.blended(at, still)
+            wrong = np.maximum(wrong, dispute)
             # where ratios to the series stand still it carries on
             shape += theory - still
         rim = 0.0 if self.indenter.corners else _RIM_ERROR / self.cells
         outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
-        return Refined(
-            force, stiffness, shape, error, _between(nodes, wrong, at) + rim, between_good(nodes, outlined, at)
-        )
+        return Refined(force, stiffness, shape, error, wrong + rim, between_good(nodes, outlined, at))
 
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""
@@ -214,7 +222,7 @@ class Correction:
         if nodes.size == 1:
             ratio = float(logarithm[0] - theory.force[0, SERIES])
             slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
-            return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1))
+            return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1), np.zeros(0))
         found = []
         for form in self._forms(theory):
             values, slopes = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
@@ -222,8 +230,9 @@ class Correction:
                 continue
             slopes, doubt = settled_slopes(nodes, values, slopes, _SLOPE_NOISE / self.cells)
             wrong = left_out_of_hermite(nodes, values, slopes, doubt)
-            found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong))
-        found.sort(key=lambda curve: float(curve.error.sum()))
+            spread = off_smoother(nodes, values, slopes)
+            found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong, spread))
+        found.sort(key=lambda curve: float(curve.error.sum() + curve.spread.sum()))
         return replace(found[0], other=found[1]) if found[1:] else found[0]
 
     def _forms(self, theory: Theory) -> tuple[int, ...]:
@@ -294,10 +303,12 @@ class Correction:
     def _rough(self, nodes: Array, rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
-        curve, shape = self._force_curve(nodes), self._shape_curve(nodes).error
-        dispute = curve.dispute(middles, self.theory.at(middles).force)
-        rough = (np.maximum(np.maximum(curve.error[1:], curve.error[:-1]), dispute) > rtol) & (gaps > 1.5 * _FINEST)
-        wrong = np.maximum(shape[1:], shape[:-1])
+        theory, curve, shape = self.theory.at(middles), self._force_curve(nodes), self._shape_curve(nodes)
+        wrong = np.maximum.reduce(
+            [curve.error[1:], curve.error[:-1], curve.spread, curve.dispute(middles, theory.force)]
+        )
+        rough = (wrong > rtol) & (gaps > 1.5 * _FINEST)
+        wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, theory.shape)[1]])
         limit = _SHAPE_TOLERANCE if self.indenter.corners else _WORSE * _SHAPE_TOLERANCE
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
         rough |= (wrong > limit) & (gaps > 1.5 * _FINEST)
@@ -373,12 +384,14 @@ def _standing(table: Array) -> Callable[[Array], Array]:
     return lambda x: np.repeat(table, x.size, axis=0)
 
 
-def _between(nodes: Array, error: Array, x: Array) -> Array:
-    """Estimated error at points: between two solutions the worse of them counts, at one of them none."""
+def _between(nodes: Array, error: Array, x: Array, spread: Array | float = 0.0) -> Array:
+    """Estimated error at points: between two solutions the worse of them counts or what is known of the gap, at one none."""
     if nodes.size == 1:
         return np.zeros_like(x)
     upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    worse = _CAUTION * np.maximum(error[upper - 1], error[upper])
+    worse = np.maximum(
+        _CAUTION * np.maximum(error[upper - 1], error[upper]), np.broadcast_to(spread, nodes.size - 1)[upper - 1]
+    )
     return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))
 
 

@@ -11,7 +11,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundProfile
 from flatpunch.indenters.profile import Indenter
 
-_SPACING = np.log(10) / 4
+_SPACING = 0.375 * np.log(10)
 """Spacing in ln r, the radius at which the mean profile is as high as the tip is deep."""
 _STEEPEST = 4.0
 """Most that ln d counts for over ln r: beginning on a flat end, the radius hardly moves."""

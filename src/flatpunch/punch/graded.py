@@ -64,6 +64,9 @@ _TURNED = np.array([0.0, 2.0, 6.0, 14.0, 30.0])
 _TRUST = np.array([1.0, 1e-2, 1e-4])
 """Weights of L - 1 and its derivatives by ln kappa: series of 24 terms lose as many digits with each derivative."""
 
+_NOISE = 1e-14
+"""Singular values, over the largest, that are nothing but rounding: those of the functions themselves end at 25 of them."""
+
 _HIGHEST = 128
 """Harmonics above feel the half-space of the surface material but for tail beta/m of their (small) share. Small contacts need
 fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta."""
@@ -178,13 +181,13 @@ def _derivatives(series: SmoothResponse, kappa: NDArray[Any], order: int) -> NDA
 def _independent(values: Array) -> tuple[Array, Array]:
     """The few shapes, (k, n), that values (orders, nb, n) are made of to rounding, and weights, (orders * nb, k).
 
-    L - 1 and its derivatives at all radii of a panel are about 20 independent functions of x: so many products of matrices
+    L - 1 and its derivatives at all radii of a panel are about 25 independent functions of x: so many products of matrices
     instead of three for each radius. Rounding is relative to the largest value at each x.
     """
     count = np.maximum(np.abs(values).max(axis=(0, 1)), np.finfo(float).tiny)
     trust = _TRUST[: values.shape[0], None, None]
     left, strength, shapes = np.linalg.svd((values * trust / count).reshape(-1, count.size), full_matrices=False)
-    kept = max(1, int(np.count_nonzero(strength > 2e-16 * strength[0])))
+    kept = max(1, int(np.count_nonzero(strength > _NOISE * strength[0])))
     return left[:, :kept] * strength[:kept] / np.repeat(trust.ravel(), values.shape[1])[:, None], shapes[:kept] * count
 
 
