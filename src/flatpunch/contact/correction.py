@@ -49,8 +49,8 @@ _DECADES = 9
 """Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
 _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 """Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
-_SLOPE_NOISE = 0.25
-"""Error of dln F/dln d times the cells per side; under stiff films, where contacts are a few cells wide, four times that."""
+_SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
+"""Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
 _CAUTION = 2.0
 """What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
@@ -224,11 +224,12 @@ class Correction:
             slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
             return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1), np.zeros(0))
         found = []
+        noise = (_CORNER_SLOPE_NOISE if self.indenter.corners else _SLOPE_NOISE) / self.cells
         for form in self._forms(theory):
             values, slopes = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
             if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
                 continue
-            slopes, doubt = settled_slopes(nodes, values, slopes, _SLOPE_NOISE / self.cells)
+            slopes, doubt = settled_slopes(nodes, values, slopes, noise)
             wrong = left_out_of_hermite(nodes, values, slopes, doubt)
             spread = off_smoother(nodes, values, slopes)
             found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong, spread))
