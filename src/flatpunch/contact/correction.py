@@ -39,8 +39,8 @@ from flatpunch.contact.ridges import traced
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
-_FINEST, _FINEST_SHAPE = 1 / 6, 1 / 3
-"""Finest gaps, in spacings, for force and for outlines without points; points grow out faster."""
+_FINEST, _FAR_APART = 1 / 4, 1 / 2
+"""Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
 _FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
 _THINNEST = 0.01
@@ -57,10 +57,10 @@ _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
 _SHAPE_DISPUTE = 0.4
 """The same of the outline, over what the ratios to the series change of it."""
-_WORSE = 3.0
-"""How much worse than accepted outlines without points must be for the finest gaps."""
-_SHAPE_TOLERANCE = 8e-3
-"""Interpolation error of the outline that is accepted, over its radius."""
+_SHAPE_TOLERANCE = 5e-3
+"""Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
+_CLOSE_TOLERANCE, _CORNER_CLOSE_TOLERANCE = 24e-3, 8e-3
+"""The same between those that lie close, of smooth tips and of those with edges, whose points grow out."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
 _SCATTER, _CORNER_SCATTER = 1.5, 0.4
@@ -293,7 +293,7 @@ class Correction:
                 self._solve(np.unique([low, high]))
                 continue
             middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
-            if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FINEST_SHAPE):
+            if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FAR_APART):
                 self._solve(middles[[np.argmax(gaps)]])
                 continue
             split = self._rough(nodes, rtol)
@@ -308,11 +308,11 @@ class Correction:
         wrong = np.maximum.reduce(
             [curve.error[1:], curve.error[:-1], curve.spread, curve.dispute(middles, theory.force)]
         )
-        rough = (wrong > rtol) & (gaps > 1.5 * _FINEST)
+        rough = (wrong > rtol) & (gaps > _FINEST)
         wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, theory.shape)[1]])
-        limit = _SHAPE_TOLERANCE if self.indenter.corners else _WORSE * _SHAPE_TOLERANCE
-        rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > 1.5 * _FINEST_SHAPE)
-        rough |= (wrong > limit) & (gaps > 1.5 * _FINEST)
+        limit = _CORNER_CLOSE_TOLERANCE if self.indenter.corners else _CLOSE_TOLERANCE
+        rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
+        rough |= (wrong > limit) & (gaps > _FINEST)
         return np.asarray(rough)
 
     def _solve(self, positions: Array) -> None:
