@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipk, j0, j1
 
 from flatpunch import media
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.influence import influence_coefficients, love_coefficients
+from flatpunch.bem.influence import influence_coefficients, love_coefficients, near_averages, near_rule
 from flatpunch.bem.operator import build_operator
 from flatpunch.bem.radial import remainder_table
 from flatpunch.compliance import Kernel, compliance
@@ -36,6 +36,19 @@ def test_love_is_the_integral_of_one_over_r():
         exact = dblquad(lambda y, x: 1 / np.hypot(x, y), j - 0.5, j + 0.5, i - 0.5, i + 0.5, epsabs=1e-13)[0]
         # differences of four corners of order 10: rounding
         assert g[i, j] == pytest.approx(exact, abs=1e-13)
+
+
+def test_quadrature_over_cells_near_the_origin():
+    rule = near_rule()
+    # every cell is covered once
+    np.testing.assert_allclose(np.bincount(rule.owner, rule.weight), 1.0, rtol=1e-12)
+    inverse = near_averages(lambda r: 1 / r, 1.0)
+    love, close = love_coefficients(inverse.shape), inverse > 0
+    assert close.sum() > 0.7 * close.size
+    # the smallest piece of the central cell is 1e-5 wide
+    np.testing.assert_allclose(inverse[close], love[close], rtol=3e-6)
+    np.testing.assert_allclose(inverse[close][1:], love[close][1:], rtol=1e-9)
+    np.testing.assert_allclose(near_averages(lambda r: r**2, 0.5)[3, 4], 0.25 * (25 + 1 / 6), rtol=1e-13)
 
 
 # from a thousandth of the layer to thirty times its thickness

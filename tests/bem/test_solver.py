@@ -55,6 +55,30 @@ def test_iterations_and_optimality(name):
     assert max(state.gap_error, state.penetration) <= 1e-8
 
 
+@pytest.mark.parametrize("sides", [3, 4, 6])
+def test_stars_start_from_the_contact_of_coarser_cells(sides):
+    """A pressure from coarser cells bears too little there, so that far more overlaps than will touch: 11 to 20 steps with all that."""
+    [star] = solve(film(100, 1), indenters.Pyramid(sides, 0.35), depths=[3.7], grid=128, tolerance=1e-6)
+    assert star.converged
+    assert max(star.iterations[1:]) <= 8
+
+
+def test_narrow_grids_have_coarser_ones():
+    levels = Levels(HALF_SPACE, Grid(1152, 58, 0.01))
+    assert levels.coarser is not None
+    assert levels.coarser.coarser is None
+    assert levels.coarser.grid.ny == 30
+    assert Levels(HALF_SPACE, Grid(64, 64, 0.01)).coarser.coarser is None
+
+
+def test_stiffness_to_a_coarse_tolerance():
+    options = {"depths": [0.3], "grid": 128, "tolerance": 1e-6}
+    tip = indenters.Pyramid(3, 0.35)
+    for kernel in (incompressible(3), film(50, 1)):
+        fine, coarse = (solve(kernel, tip, stiffness=to, **options)[0].stiffness for to in (1e-6, 3e-3))
+        assert coarse == pytest.approx(fine, rel=5e-4)
+
+
 def test_iterations_hardly_depend_on_the_grid():
     taken = []
     for n in (64, 128, 256):

@@ -12,9 +12,10 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import compliance
+from flatpunch.contact.correction import ShapeCurve
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
-from flatpunch.contact.node_spline import continued, left_out_of_hermite, settled_slopes, steadied
+from flatpunch.contact.node_spline import continued, left_out_of_hermite, off_smoother, settled_slopes, steadied
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.indenters import Rounded, Truncated
 from flatpunch.indenters.angular_mean import GeometricMean
@@ -56,6 +57,54 @@ def test_slopes_count_by_how_well_they_are_known(noise: float) -> None:
     assert np.all(doubt <= noise)
     if noise == 1e-1:
         assert off.max() < 0.3 * noise
+
+
+def test_slopes_that_contradict_the_values_are_believed() -> None:
+    """Five values through which a cubic happens to fit tell nothing of what lies between them; their slopes do."""
+    nodes = np.arange(5.0)
+    bump = 0.01 * np.sin(np.pi * nodes) ** 2
+    slopes = 0.01 * np.array([0.0, 1.0, -1.0, 1.0, 0.0])
+    settled, doubt = settled_slopes(nodes, bump, slopes, 1e-3)
+    np.testing.assert_allclose(settled, slopes, atol=2e-4)
+    assert np.all(doubt <= 1e-3)
+
+
+def test_difference_to_a_smoother_curve_is_the_error_of_the_cubic_one() -> None:
+    def quintic(x: np.ndarray) -> np.ndarray:
+        return np.asarray(x - 0.3 * x**3 + 0.05 * x**5)
+
+    # the smoother curve is exact, and a gap's error largest near its middle
+    slopes = 1 - 0.9 * NODES**2 + 0.25 * NODES**4
+    told = off_smoother(NODES, quintic(NODES), slopes)
+    x = NODES[:-1, None] + np.diff(NODES)[:, None] * np.linspace(0, 1, 101)
+    true = np.abs(CubicHermiteSpline(NODES, quintic(NODES), slopes)(x) - quintic(x)).max(axis=1)
+    np.testing.assert_allclose(told, true, rtol=0.05)
+    np.testing.assert_allclose(off_smoother(NODES[:3], quintic(NODES[:3]), slopes[:3]), true[:2], rtol=0.05)
+    assert np.all(np.isinf(off_smoother(NODES[:2], quintic(NODES[:2]), slopes[:2])))
+
+
+def test_a_bump_between_solutions_is_told() -> None:
+    """Where leaving a solution out changes nothing by chance, the smoother curve still sees the bump."""
+    nodes = np.linspace(0.0, 4.0, 5)
+    values, slopes = np.zeros(5), 0.01 * np.array([0.0, 0.0, 0.0, 1.0, -1.0])
+    bump = abs(CubicHermiteSpline(nodes, values, slopes)(3.5))
+    assert off_smoother(nodes, values, slopes)[3] > 0.1 * bump
+
+
+def test_curves_that_disagree_are_counted_as_an_error() -> None:
+    nodes = np.array([0.0, 1.0])
+    curve = ShapeCurve(
+        nodes,
+        absolute=lambda x: np.zeros((x.size, 5)),
+        relative=lambda x: np.full((x.size, 5), 0.02),
+        weight=np.array([1.0, 0.0]),
+        error=np.zeros(2),
+    )
+    x = np.array([0.0, 0.5, 1.0])
+    logarithms, error = curve.blended(x, np.zeros((3, 5)))
+    np.testing.assert_allclose(logarithms[:, 0], [0.02, 0.01, 0.0])
+    # of what the ratios change, two fifths
+    np.testing.assert_allclose(error, [0.008, 0.004, 0.0])
 
 
 def test_scatter_is_evened_out_and_steps_are_not() -> None:

@@ -28,8 +28,10 @@ def off_smoother(nodes: Array, values: Array, slopes: Array) -> Array:
     """Estimated error of the cubic Hermite curve in each gap, shape (n - 1,): what it differs from a smoother one by.
 
     That is the quintic spline through the same values and slopes with a continuous third derivative, and without knots at the
-    last but one nodes; it is two orders better where solutions lie close enough.
+    last but one nodes; it is two orders better where solutions lie close enough. Of two nodes there is nothing to tell.
     """
+    if nodes.size < 3:
+        return np.full(nodes.size - 1, np.inf)
     inner = np.repeat(nodes[1:-1], 2)[1:-1]
     knots = np.concatenate([np.repeat(nodes[0], 6), inner, np.repeat(nodes[-1], 6)])
     basis = BSpline(knots, np.eye(2 * nodes.size), 5)
