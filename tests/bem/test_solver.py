@@ -57,7 +57,7 @@ def test_iterations_and_optimality(name):
 
 @pytest.mark.parametrize("sides", [3, 4, 6])
 def test_stars_start_from_the_contact_of_coarser_cells(sides):
-    """A pressure from coarser cells bears too little there, so that far more overlaps than will touch: 11 to 20 steps with all that."""
+    """A pressure from coarser cells bears too little there, and far more overlaps than will touch: 11 to 20 steps with it."""
     [star] = solve(film(100, 1), indenters.Pyramid(sides, 0.35), depths=[3.7], grid=128, tolerance=1e-6)
     assert star.converged
     assert max(star.iterations[1:]) <= 8

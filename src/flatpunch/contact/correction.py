@@ -188,7 +188,7 @@ class Correction:
     def at(self, contact: PerturbedContact, rtol: float) -> Refined:
         """Refined contacts where the series has `contact`, interpolated to `rtol` in force.
 
-        The first call over a range costs one boundary element solution per half decade and as many more as it takes.
+        The first call over a range costs a boundary element solution per 3/8 of a decade of the radius, and more as it takes.
         """
         x = np.log(contact.depth)
         at = self._clipped(x)

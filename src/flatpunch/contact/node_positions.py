@@ -17,8 +17,10 @@ _STEEPEST = 4.0
 """Most that ln d counts for over ln r: beginning on a flat end, the radius hardly moves."""
 _QUIET, _SPARE = 0.1, 2.0
 """r over the layer's thickness below which ratios move like it for power-law tips, and how much wider spacings are there."""
-_UNAIDED = 1.4
+_UNAIDED = 1.15
 """How much closer solutions lie for tips that are no power law: only the round contact stands beside them."""
+_BENDING, _SHARPEST = 2.0, 1.0
+"""How much closer again where the exponent of the mean profile changes, over its rate by ln r, and the most that counts."""
 _RADII = np.geomspace(1e-15, 1e6, 320)
 _SAMPLES = 600
 _SAME = 1e-9
@@ -38,6 +40,9 @@ class Spacing:
         depth = np.maximum.accumulate(profile.height(radius))
         rising = (depth > 0) & (np.diff(depth, prepend=0.0) > 0)
         self._x, self._y = np.log(depth[rising]), np.log(radius[rising])
+        # caps end in faces, and the outline begins to follow these
+        bending = np.abs(np.gradient(np.gradient(self._x, self._y), self._y))
+        self._closer = 1 + _BENDING * np.minimum(bending, _SHARPEST)
         power_law = indenter.exponent is not None
         self._quiet = np.log(_QUIET * kernel.length) if power_law else -np.inf
         self._width = _SPACING if power_law else _SPACING / _UNAIDED
@@ -52,6 +57,7 @@ class Spacing:
         # beyond the tip's reach like a paraboloid
         y = np.interp(fine, self._x, self._y) + np.maximum(fine - self._x[-1], 0.0) / 2
         steps = np.maximum(np.diff(y), np.diff(fine) / _STEEPEST) / self._width
+        steps *= np.interp(y[1:], self._y, self._closer)
         steps = np.where(y[1:] < self._quiet, steps / _SPARE, steps)
         return np.diff(np.interp(x, fine, np.concatenate([[0.0], np.cumsum(steps)])))
 
