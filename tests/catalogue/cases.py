@@ -1,14 +1,14 @@
 """Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed.
 
 The constants of the error estimates and of the fourth order's guard were read off the first `FITTED` cases, those of
-`refined` off the first `LATEST`. Those after them are of other tips, media and sizes, drawn later: they test what was read off.
+`refined` off the first `DRAWN`. Those after them are of other tips, media and sizes, drawn later: they test what was read off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -126,9 +126,47 @@ FRESH_MEDIA: dict[str, Callable[[], Any]] = {
     "nearly-incompressible": lambda: fp.Medium([fp.Layer(1.0, 0.49, 1.0)], base=fp.RigidBase()),
     "film-2-sliding": lambda: fp.Medium([fp.Layer(2.0, 0.4, 1.0, bonded=False)], base=fp.HalfSpace(1.0, 0.3)),
 }
+
+
+def drawn_tip(seed: int) -> Any:
+    """A tip of any kind, its parameters drawn."""
+    rng = np.random.default_rng([seed, 1])
+    pyramid = fp.Pyramid(int(rng.integers(3, 9)), rng.uniform(0.1, 0.6))
+    kinds = (
+        lambda: pyramid,
+        lambda: ellipse(rng.uniform(0.4, 0.95)),
+        lambda: Superellipse(1.0, rng.uniform(0.7, 1.0), 0.3, rng.uniform(1.5, 5.0), rng.choice([1.0, 1.5, 2.0])),
+        lambda: Rounded(pyramid, rng.uniform(0.3, 2.0)),
+        lambda: Truncated(pyramid, rng.uniform(0.005, 0.05)),
+        lambda: fp.PowerLaw(rng.choice([1.0, 1.5, 2.0, 3.0]), FourierOutline(seed, rng.uniform(0.05, 0.2))),
+    )
+    return kinds[rng.choice(len(kinds), p=[0.3, 0.2, 0.15, 0.15, 0.1, 0.1])]()
+
+
+def drawn_medium(seed: int) -> Any:
+    """A medium of any kind, its parameters drawn: two of three have a film or two on a half-space."""
+    rng = np.random.default_rng([seed, 2])
+    ratio, poisson = 10 ** rng.uniform(-2, 2), rng.uniform(0.15, 0.5)
+    body, rigid = fp.HalfSpace(1.0, 0.3), fp.RigidBase()
+    kinds = (
+        lambda: fp.Medium([fp.Layer(ratio, poisson, 1.0)], base=body),
+        lambda: fp.Medium([fp.Layer(ratio, poisson, 0.7), fp.Layer(10 ** rng.uniform(-1, 1), 0.3, 1.0)], base=body),
+        lambda: fp.Medium([fp.Layer(1.0, poisson, 1.0, bonded=bool(rng.integers(2)))], base=rigid),
+        lambda: fp.Medium([GradedLayer(LinearModulus(10 ** rng.uniform(-0.8, 0.8), 1.0, 1.0), 0.3, 1.0)], base=body),
+        lambda: fp.PowerLawHalfSpace(1.0, 1.0, rng.uniform(-0.3, 0.6), 0.3),
+    )
+    return kinds[rng.choice(len(kinds), p=[0.45, 0.2, 0.2, 0.1, 0.05])]()
+
+
+DRAWN_SEEDS = range(700, 820)
+DRAWN_TIPS: dict[str, Callable[[], Any]] = {f"drawn-{seed}": partial(drawn_tip, seed) for seed in DRAWN_SEEDS}
+DRAWN_MEDIA: dict[str, Callable[[], Any]] = {f"drawn-{seed}": partial(drawn_medium, seed) for seed in DRAWN_SEEDS}
+
 FITTED = PER_TIP * len(TIPS)
 """Number of the first case that the series' estimates were not read off."""
 LATEST = FITTED + FRESH_PER_TIP * len(FRESH_TIPS)
+"""Number of the first rough asperity."""
+DRAWN = LATEST + len(ASPERITIES)
 """Number of the first case that nothing was read off."""
 
 
@@ -154,16 +192,16 @@ class Case:
 
 @lru_cache
 def _medium(name: str) -> Any:
-    return (MEDIA | FRESH_MEDIA)[name]()
+    return (MEDIA | FRESH_MEDIA | DRAWN_MEDIA)[name]()
 
 
 @lru_cache
 def _tip(name: str, fresh: bool) -> Any:
-    return (FRESH_TIPS | ASPERITIES if fresh else TIPS)[name]()
+    return (FRESH_TIPS | ASPERITIES | DRAWN_TIPS if fresh else TIPS)[name]()
 
 
 def cases() -> list[Case]:
-    """The whole catalogue: every tip on nine media, each medium and size as often as any other, and two lots of fresh cases."""
+    """The whole catalogue: every tip on nine media, each medium and size as often as any other, and three lots of fresh cases."""
     rng = np.random.default_rng(20230511)
     media, sizes = list(MEDIA), list(SIZES)
     total = FITTED
@@ -171,7 +209,7 @@ def cases() -> list[Case]:
     radii = np.concatenate([rng.permutation(sizes) for _ in range(total // len(sizes) + 1)])
     tips = [tip for tip in TIPS for _ in range(PER_TIP)]
     first = [Case(i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(tips)]
-    return first + _fresh(FITTED) + _rough(LATEST)
+    return first + _fresh(FITTED) + _rough(LATEST) + _drawn(DRAWN)
 
 
 def _fresh(first: int) -> list[Case]:
@@ -192,3 +230,9 @@ def _rough(first: int) -> list[Case]:
     names = np.concatenate([rng.permutation(media) for _ in range(len(ASPERITIES) // len(media) + 1)])
     radii = np.round(np.exp(rng.uniform(np.log(0.02), np.log(10.0), len(ASPERITIES))), 3)
     return [Case(first + i, tip, str(names[i]), float(radii[i])) for i, tip in enumerate(ASPERITIES)]
+
+
+def _drawn(first: int) -> list[Case]:
+    """Tips and media of which all is drawn, sizes anywhere between 0.02 and 10."""
+    radii = np.round(np.exp(np.random.default_rng(20261123).uniform(np.log(0.02), np.log(10.0), len(DRAWN_SEEDS))), 3)
+    return [Case(first + i, name, name, float(radii[i])) for i, name in enumerate(DRAWN_TIPS)]
