@@ -63,7 +63,7 @@ def test_guard_of_fourth_order_on_fresh_cases() -> None:
 def test_refined_is_right_to_a_thousandth_in_force() -> None:
     rows = _rows()
     assert max(float(row["refined force"]) for row in rows) < 1e-3
-    # the others are mostly stars under films seven times stiffer and more, asked radially at points; more of these were drawn last
+    # the others are mostly stars under films seven times stiffer and more, asked radially at points; the last lot has more
     known, drawn = (
         np.array([float(row["refined outline"]) for row in lot if row["refined outline"] != "nan"])
         for lot in ([row for row in rows if (int(row["number"]) >= DRAWN) == late] for late in (False, True))

@@ -230,7 +230,8 @@ def build_operator(
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
     spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
-    inverse = inverse_symbol(kernel, grid.spacing, periodic) / unit if solving else np.empty((0, 0))
+    inverse = inverse_symbol(kernel, grid.spacing, periodic) if solving else np.empty((0, 0))
+    inverse /= unit
     if xp is not np:
         spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
     return Operator(grid, spectrum, inverse, (my, mx), periodic, xp, threads)

@@ -3,8 +3,8 @@
 Over x = ln d the logarithm of the force is interpolated by its values and slopes (dF/dd is known to each solution), that of
 radius, area and outline by its values. What is interpolated are ratios to the second-order series or to its round base where
 these are smooth, and the quantities themselves where they are not (theory_forms.py).
-Solutions are added where leaving one out changes the curve most, until that estimate meets the tolerance; they are kept, so
-that a later curve on the same medium and tip costs nothing new.
+Solutions are added where leaving one out changes the curve most, or where another curve through them differs most, until these
+estimates meet the tolerance; they are kept, so that a later curve on the same medium and tip costs nothing new.
 """
 
 from __future__ import annotations
