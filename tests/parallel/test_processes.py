@@ -77,6 +77,38 @@ def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
+_SLOW_TO_START = """
+import pathlib, sys, time
+if any("spawn_main" in part for part in sys.orig_argv):
+    pathlib.Path({mark!r}).touch()
+    time.sleep(1.0)
+"""
+
+
+def test_an_interruption_while_processes_start_is_heard_by_one(tmp_path):
+    marks, mark = tmp_path / "marks", tmp_path / "starting"
+    marks.mkdir()
+    (tmp_path / "sitecustomize.py").write_text(_SLOW_TO_START.format(mark=str(mark)), encoding="utf-8")
+    script = tmp_path / "script.py"
+    script.write_text(
+        _SCRIPT.format(here=str(HERE), marks=str(marks), store=str(tmp_path / "points")), encoding="utf-8"
+    )
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    ) as run:
+        _until(mark.exists)
+        time.sleep(0.1)
+        os.killpg(run.pid, signal.SIGINT)
+        told = run.stderr.read()
+    assert run.returncode == -signal.SIGINT
+    assert told.count("KeyboardInterrupt") == 1, told
+    assert told.count("Traceback") == 1, told
+
+
 def test_what_other_processes_cannot_load_is_told(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
