@@ -72,6 +72,8 @@ _RIM_ERROR = 1.0
 _CORNER_ERROR, _END_ERROR = 0.8, 1.2
 """The same of tips with edges, and what their ends add per farthest point/mean radius - 1."""
 _ROUNDING, _CENTRED = 1e-9, 0.02
+_KEPT = 4
+"""Sets of solutions whose curves are kept, half a megabyte each."""
 
 FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
 """Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
@@ -160,6 +162,10 @@ class Correction:
         self.theory = TheoryAt(kernel, indenter, series, self.phi)
         self.spacing = Spacing(kernel, indenter, series.base)
         self._cache = CorrectionCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
+        # what lies through the same solutions serves call after call
+        self._force_curve = lru_cache(maxsize=_KEPT)(self._new_force_curve)
+        self._shape_curve = lru_cache(maxsize=_KEPT)(self._new_shape_curve)
+        self._rough = lru_cache(maxsize=_KEPT)(self._gaps_to_halve)
         self.known: dict[float, Array] = self._cache.load() if self._cache else {}
         self.notes: dict[str, None] = {}
 
@@ -170,7 +176,7 @@ class Correction:
 
     def _loading(self, contact: PathPoint | PerturbedContact, at: Array, nodes: Array) -> tuple[Array, Array, Array]:
         """The same at known positions, shape (n,), from known solutions."""
-        curve = self._force_curve(nodes)
+        curve = self._force_curve(tuple(nodes))
         theory, rates = forces(self.series, contact)
         logarithm, slope = curve.curve(at) + theory[:, curve.form], curve.curve(at, 1) + rates[:, curve.form]
         frozen = at != np.log(contact.depth)
@@ -194,7 +200,7 @@ class Correction:
         at = self._clipped(x)
         nodes = self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
-        curve = self._shape_curve(nodes)
+        curve = self._shape_curve(tuple(nodes))
         shape, wrong, frozen = curve.absolute(at), _between(nodes, curve.error, at), at != x
         if curve.weight.any() or frozen.any():
             theory = shapes(self.series, contact, self.phi)
@@ -215,9 +221,10 @@ class Correction:
         theory = self.theory.at(places)
         return Theory(theory.force[index], theory.growth[index], theory.shape[index], theory.radius[index])
 
-    def _force_curve(self, nodes: Array) -> ForceCurve:
+    def _new_force_curve(self, known: tuple[float, ...]) -> ForceCurve:
         """The curve through solutions that leaving one out changes least, and the next best."""
-        rows, theory = np.array([self.known[node] for node in nodes]), self.theory.at(nodes)
+        nodes = np.array(known)
+        rows, theory = np.array([self.known[node] for node in known]), self.theory.at(nodes)
         logarithm = rows[:, FORCE] + np.log(self.kernel.modulus)
         if nodes.size == 1:
             ratio = float(logarithm[0] - theory.force[0, SERIES])
@@ -243,9 +250,10 @@ class Correction:
         round_only = np.array_equal(theory.force[:, SERIES], theory.force[:, BASE])
         return (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING)
 
-    def _shape_curve(self, nodes: Array) -> ShapeCurve:
+    def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
         """Curves through the shapes and their ratios to the series, each trusted where leaving solutions out changes it least."""
-        rows, theory = np.array([self.known[node][RADIUS:] for node in nodes]), self.theory.at(nodes)
+        nodes = np.array(known)
+        rows, theory = np.array([self.known[node][RADIUS:] for node in known]), self.theory.at(nodes)
         rows = continued(nodes, rows, np.isfinite(rows[:, -1]))
         tables = (rows, rows - theory.shape)
         if nodes.size == 1:
@@ -288,7 +296,7 @@ class Correction:
             if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
                 # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
                 around = every[max(first - 1, 0) : last + 2]
-                if not self._rough(around, rtol)[np.searchsorted(around, nodes[0])]:
+                if not self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]:
                     return around
                 self._solve(np.unique([low, high]))
                 continue
@@ -296,15 +304,16 @@ class Correction:
             if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FAR_APART):
                 self._solve(middles[[np.argmax(gaps)]])
                 continue
-            split = self._rough(nodes, rtol)
+            split = self._rough(tuple(nodes), rtol)
             if not split.any():
                 return nodes
             self._solve(middles[split])
 
-    def _rough(self, nodes: Array, rtol: float) -> Flags:
+    def _gaps_to_halve(self, known: tuple[float, ...], rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
+        nodes = np.array(known)
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
-        theory, curve, shape = self.theory.at(middles), self._force_curve(nodes), self._shape_curve(nodes)
+        theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
         wrong = np.maximum.reduce(
             [curve.error[1:], curve.error[:-1], curve.spread, curve.dispute(middles, theory.force)]
         )
