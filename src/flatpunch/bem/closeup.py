@@ -15,7 +15,7 @@ from scipy.ndimage import map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.operator import build_operator
+from flatpunch.bem.operator import build_operator, coefficients_for, padded_shape
 from flatpunch.bem.shape import IndenterHeight
 from flatpunch.bem.solver import solve_contact
 from flatpunch.compliance import Kernel
@@ -41,6 +41,8 @@ class Patch:
         Pressure [Pa] and inward displacement of the surface [m].
     converged : bool
         Whether the contact was found.
+    coefficients : ndarray, optional
+        Influence coefficients of its cells at the offsets of its own operator, those of a look closer [m/Pa].
     """
 
     grid: Grid
@@ -48,6 +50,7 @@ class Patch:
     pressure: Array
     displacement: Array
     converged: bool = True
+    coefficients: Array | None = None
 
 
 def look_closer(
@@ -85,14 +88,16 @@ def look_closer(
     back = turned(part.x[None, :], part.y[:, None], -turn)
     replaced = _between(back[0], grid.x, grid.spacing) & _between(back[1], grid.y, grid.spacing)
     own = np.where(replaced, patch.pressure[rows, columns], 0.0) / kernel.modulus
-    imposed = patch.displacement[rows, columns] - build_operator(kernel, part, solving=False).apply(own) * part.spacing
+    own_operator = build_operator(kernel, part, coefficients=_some_of(patch, part), solving=False)
+    imposed = patch.displacement[rows, columns] - own_operator.apply(own) * part.spacing
     places = [(across - part.y[0]) / part.spacing, (along - part.x[0]) / part.spacing]
     elsewhere = map_coordinates(imposed, places, order=3, mode="nearest")
     start = np.maximum(map_coordinates(own, places, order=1, mode="nearest"), 0.0)
     x, y = turned(inner.x[None, :], inner.y[:, None], angle)
     height = IndenterHeight(indenter).at(np.hypot(x, y), np.mod(np.arctan2(y, x), 2 * np.pi))
+    coefficients = coefficients_for(kernel, inner)
     state = solve_contact(
-        build_operator(kernel, inner),
+        build_operator(kernel, inner, coefficients=coefficients),
         (height + elsewhere) / grid.spacing,
         depth / grid.spacing,
         start=start,
@@ -102,7 +107,14 @@ def look_closer(
     pressure, displacement = state.pressure * kernel.modulus, state.displacement * grid.spacing + elsewhere
     if even:
         pressure, displacement = (np.concatenate([field[::-1], field]) for field in (pressure, displacement))
-    return Patch(grid, angle, pressure, displacement, state.converged)
+    return Patch(grid, angle, pressure, displacement, state.converged, coefficients)
+
+
+def _some_of(patch: Patch, part: Grid) -> Array | None:
+    """Influence coefficients of a part of a patch, where the patch has them."""
+    rows, columns = (cells // 2 + 1 for cells in padded_shape(part))
+    known = patch.coefficients
+    return None if known is None or known.shape[0] < rows or known.shape[1] < columns else known[:rows, :columns]
 
 
 def turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:

@@ -128,7 +128,11 @@ def solve(
                 levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
             )
             before = levels
-            solutions.append(solution_of(levels, height, state, effort, tolerance, angles, stiffness))
+            solutions.append(
+                solution_of(
+                    levels, height, state, effort, tolerance, angles, stiffness, endless=indenter.reach == np.inf
+                )
+            )
             if progress is not None:
                 progress(i + 1, targets.size)
     return solutions

@@ -82,14 +82,16 @@ def solution_of(
     tolerance: float,
     angles: int,
     stiffness: bool | float,
+    *,
+    endless: bool,
 ) -> Solution:
-    """Make the solution from what the solver ended with."""
+    """Make the solution from what the solver ended with; `endless` if the indenter has a surface everywhere."""
     grid, modulus = levels.grid, levels.kernel.modulus
     h = grid.spacing
     pressure = to_numpy(state.pressure).astype(float)
     contact = pressure > 0
     rim = (1 + levels.kernel.exponent) / 2
-    sharp = _reaches_end(height(grid), contact)
+    sharp = not endless and _reaches_end(height(grid), contact)
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.length, sharp=sharp)
     k = float("nan")
     if stiffness:
