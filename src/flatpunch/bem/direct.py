@@ -28,6 +28,9 @@ MOST = 2500
 _BYTES = 32
 """Bytes per element while the matrix is gathered or factored (30 measured)."""
 
+_ROWS = 64
+"""Rows of a matrix gathered at a time."""
+
 _AFFORDABLE = 50.0
 """Square of the cells in contact over those of the grid up to which a direct step costs no more than some ten iterations."""
 
@@ -44,7 +47,8 @@ class Influence:
     place : ndarray of int, shape (ny nx,)
         Row of the matrix that belongs to a cell; -1 for cells that are not in it.
     matrix : ndarray, shape (n, n)
-        Displacement [cells] of one cell and of its mirror images under unit pressure [E*] on another and its images.
+        Displacement [cells] of one cell and of its mirror images under unit pressure [E*] on another and its images; the upper
+        triangle, as it is symmetric.
     """
 
     place: Places
@@ -105,15 +109,15 @@ def offsets(operator: Operator) -> Array:
 
 
 def _between(operator: Operator, table: Array, i: Places, j: Places) -> Array:
-    """Influence of cells (i, j) on each other, mirror images included, shape (n, n)."""
+    """Influence of cells (i, j) on each other, mirror images included: upper triangle of a matrix (n, n)."""
     (far_y, far_x), (along_x, along_y) = operator.grid.unfolded.shape, operator.grid.mirrored
     width = 2 * far_x - 1
-    here = ((i + far_y - 1) * width + j + far_x - 1)[:, None]
-    shape = (i.size, i.size)
-    matrix, part, offset = np.zeros(shape), np.empty(shape), np.empty(shape, dtype=np.intp)
-    for image_y in (i, -1 - i)[: 1 + along_y]:
-        for image_x in (j, -1 - j)[: 1 + along_x]:
-            np.subtract(here, image_y * width + image_x, out=offset)
-            # all offsets lie inside the table, and clipping is faster than making sure
-            matrix += np.take(table, offset, out=part, mode="clip")
+    here, matrix = (i + far_y - 1) * width + j + far_x - 1, np.zeros((i.size, i.size))
+    for first in range(0, i.size, _ROWS):
+        rows, rest = slice(first, first + _ROWS), slice(first, None)
+        for image_y in (i, -1 - i)[: 1 + along_y]:
+            for image_x in (j, -1 - j)[: 1 + along_x]:
+                offset = here[rows, None] - (image_y * width + image_x)[rest]
+                # all offsets lie inside the table, and clipping is faster than making sure
+                matrix[rows, rest] += np.take(table, offset, mode="clip")
     return matrix
