@@ -12,11 +12,11 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import ShapeCurve
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import continued, left_out_of_hermite, off_smoother, settled_slopes, steadied
 from flatpunch.contact.second_order import expansion_of
+from flatpunch.contact.solution_curves import ShapeCurve
 from flatpunch.indenters import Rounded, Truncated
 from flatpunch.indenters.angular_mean import GeometricMean
 

@@ -9,7 +9,6 @@ estimates meet the tolerance; they are kept, so that a later curve on the same m
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -36,13 +35,12 @@ from flatpunch.contact.node_spline import (
 )
 from flatpunch.contact.perturbed import Series
 from flatpunch.contact.ridges import traced
+from flatpunch.contact.solution_curves import FEWEST, ForceCurve, ShapeCurve, constant, error_between, standing
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 
 _FINEST, _FAR_APART = 1 / 4, 1 / 2
 """Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
-_FEWEST = 5
-"""Solutions below which leaving one out tells little, over ranges of some spacings."""
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and ratios to the series stand still (they move like beta)."""
 _DECADES = 9
@@ -51,12 +49,6 @@ _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 """Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
 _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
-_CAUTION = 2.0
-"""What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
-_DISPUTE = 0.7
-"""Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
-_SHAPE_DISPUTE = 0.4
-"""The same of the outline, over what the ratios to the series change of it."""
 _SHAPE_TOLERANCE = 5e-3
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
 _CLOSE_TOLERANCE, _CORNER_CLOSE_TOLERANCE = 24e-3, 8e-3
@@ -93,50 +85,6 @@ class Refined:
     error: Array
     shape_error: Array
     traced: Flags
-
-
-@dataclass(frozen=True, slots=True)
-class ForceCurve:
-    """ln F over x = ln d as the sum of a theory's (column `form` of its forces) and a smooth curve.
-
-    `error` is its estimated error at the nodes, shape (nodes,), and `spread` that between them, shape (nodes - 1,); `other` the
-    next best such curve, where there is one.
-    """
-
-    form: int
-    curve: Callable[..., Array]
-    error: Array
-    spread: Array
-    other: ForceCurve | None = None
-
-    def dispute(self, x: Array, theory: Array) -> Array:
-        """Estimated error from the difference to the other curve at x, shape (n,); `theory` has shape (n, forms)."""
-        if self.other is None:
-            return np.zeros_like(x)
-        one, two = (part.curve(x) + theory[:, part.form] for part in (self, self.other))
-        return np.asarray(_DISPUTE * min(1.0, _FEWEST / self.error.size) * np.abs(one - two))
-
-
-@dataclass(frozen=True, slots=True)
-class ShapeCurve:
-    """Logarithms of shapes over x = ln d: curves through them and through their ratios to the series, one value per column.
-
-    `weight` is that of the latter at the nodes and `error` the estimated error there over the mean radius, shape (nodes,).
-    """
-
-    nodes: Array
-    absolute: Callable[[Array], Array]
-    relative: Callable[[Array], Array]
-    weight: Array
-    error: Array
-
-    def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
-        """Logarithms at x where the series has `theory`, shape (n, columns) each, and the error their difference tells, (n,)."""
-        absolute = self.absolute(x)
-        change = np.interp(x, self.nodes, self.weight)[:, None] * (self.relative(x) + theory - absolute)
-        blended = absolute + change
-        dispute = np.abs(change[:, 2:]) * np.exp(blended[:, 2:] - blended[:, :1])
-        return blended, _SHAPE_DISPUTE * dispute.max(axis=1)
 
 
 class Correction:
@@ -185,7 +133,7 @@ class Correction:
             still = self._theory_at(at[frozen]).force
             ratio = curve.curve(at[frozen]) + still[:, curve.form] - still[:, SERIES]
             logarithm[frozen], slope[frozen] = ratio + theory[frozen, SERIES], rates[frozen, SERIES]
-        error = _between(nodes, curve.error, at, curve.spread)
+        error = error_between(nodes, curve.error, at, curve.spread)
         error = np.maximum(error, np.where(frozen, 0.0, curve.dispute(at, theory)))
         error += (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
         force = np.exp(logarithm)
@@ -201,7 +149,7 @@ class Correction:
         nodes = self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
         curve = self._shape_curve(tuple(nodes))
-        shape, wrong, frozen = curve.absolute(at), _between(nodes, curve.error, at), at != x
+        shape, wrong, frozen = curve.absolute(at), error_between(nodes, curve.error, at), at != x
         if curve.weight.any() or frozen.any():
             theory = shapes(self.series, contact, self.phi)
             still = np.array(theory)
@@ -229,7 +177,7 @@ class Correction:
         if nodes.size == 1:
             ratio = float(logarithm[0] - theory.force[0, SERIES])
             slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
-            return ForceCurve(SERIES, _constant(ratio, slope), np.zeros(1), np.zeros(0))
+            return ForceCurve(SERIES, constant(ratio, slope), np.zeros(1), np.zeros(0))
         found = []
         noise = (_CORNER_SLOPE_NOISE if self.indenter.corners else _SLOPE_NOISE) / self.cells
         for form in self._forms(theory):
@@ -257,7 +205,7 @@ class Correction:
         rows = continued(nodes, rows, np.isfinite(rows[:, -1]))
         tables = (rows, rows - theory.shape)
         if nodes.size == 1:
-            absolute, relative = (_standing(table) for table in tables)
+            absolute, relative = (standing(table) for table in tables)
             return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
         # errors of logarithms, over the mean radius
         reach = np.exp(rows[:, 2:] - rows[:, :1])
@@ -301,7 +249,7 @@ class Correction:
                 self._solve(np.unique([low, high]))
                 continue
             middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
-            if nodes.size == 2 or (nodes.size < _FEWEST and gaps.max() > _FAR_APART):
+            if nodes.size == 2 or (nodes.size < FEWEST and gaps.max() > _FAR_APART):
                 self._solve(middles[[np.argmax(gaps)]])
                 continue
             split = self._rough(tuple(nodes), rtol)
@@ -382,27 +330,6 @@ class Correction:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
             return [solutions[0] for solutions in alone]
-
-
-def _constant(value: float, slope: float) -> Callable[..., Array]:
-    """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
-    return lambda x, nu=0: np.full_like(x, slope if nu else value)
-
-
-def _standing(table: Array) -> Callable[[Array], Array]:
-    """Curve through one row."""
-    return lambda x: np.repeat(table, x.size, axis=0)
-
-
-def _between(nodes: Array, error: Array, x: Array, spread: Array | float = 0.0) -> Array:
-    """Estimated error at points: between two solutions the worse of them counts or what is known of the gap, at one none."""
-    if nodes.size == 1:
-        return np.zeros_like(x)
-    upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    worse = np.maximum(
-        _CAUTION * np.maximum(error[upper - 1], error[upper]), np.broadcast_to(spread, nodes.size - 1)[upper - 1]
-    )
-    return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))
 
 
 def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> Array:
