@@ -23,12 +23,16 @@ from cases import Case, cases
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
+from flatpunch.contact.correction import correction
 from flatpunch.contact.ridges import traced
 
 HERE = Path(__file__).parent
 ANGLES = 72
 GRIDS = (256, 512)
-METHODS = ("first-order", "second-order", "fourth-order", "refined")
+METHODS = ("first-order", "second-order", "fourth-order", "refined", "refined-single")
+"""`refined` is judged within a range, between its solutions; `refined-single` at the one depth that was asked for."""
+_STEPS = 40
+"""More than would be solved one by one."""
 HEAD = ["number", "tip", "medium", "size"]
 
 
@@ -84,6 +88,11 @@ def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
         warnings.simplefilter("ignore", fp.FlatpunchWarning)
         if method == "refined":
             result = _refined_within_a_range(medium, tip, truth.depth)
+        elif method == "refined-single":
+            # no solutions of the curve before
+            correction.cache_clear()
+            single = fp.indent(medium, tip, depth=truth.depth, method="refined", tables=False, angles=ANGLES)
+            result = single.isel(step=0)
         else:
             result = fp.indent(medium, tip, depth=truth.depth, method=method, angles=ANGLES).isel(step=-1)
     force = abs(float(result.force) / truth.force - 1)
@@ -95,14 +104,15 @@ def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
 
 
 def _refined_within_a_range(medium: fp.Medium, tip: object, depth: float) -> object:
-    """The refined method's answer at a depth inside a range, so that none of its solutions lies there.
+    """The refined method's answer at a depth on a curve, so that none of its solutions lies there.
 
     The corrections that come with the package are tested by themselves.
     """
     for beyond in (1.5, 1.05):
-        depths = depth * np.array([1 / 8, 1.0, beyond])
+        depths = depth * np.unique([*np.geomspace(1 / 8, beyond, _STEPS), 1.0])
         try:
-            return fp.indent(medium, tip, depth=depths, method="refined", tables=False, angles=ANGLES).isel(step=1)
+            curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False, angles=ANGLES)
+            return curve.isel(step=int(np.searchsorted(depths, depth)))
         except ValueError:
             # the tip's shape ends there
             continue

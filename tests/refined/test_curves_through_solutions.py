@@ -12,6 +12,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import compliance
+from flatpunch.contact.correction import correction
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import continued, left_out_of_hermite, off_smoother, settled_slopes, steadied
@@ -157,6 +158,45 @@ def test_a_single_step_takes_a_single_solution(monkeypatch: pytest.MonkeyPatch) 
     slope = float(np.diff(around.force)[0] / np.diff(around.depth)[0])
     # the stiffness is known to a quarter over the number of cells, both grids scatter by 1e-5 of the force
     assert float(one.stiffness[0]) == pytest.approx(slope, rel=0.01)
+
+
+def test_a_few_depths_have_solutions_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So they are as good as boundary elements, whatever happens between them."""
+    solved, solve = [], bem.solve
+
+    def counted(*args: object, **options: object) -> list[bem.Solution]:
+        solved.extend(np.atleast_1d(options["depths"]))
+        return solve(*args, **options)
+
+    monkeypatch.setattr("flatpunch.contact.correction.bem.solve", counted)
+    film, tip = fp.Medium([fp.Layer(20.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.37)
+    depth, options = np.array([0.3, 2.7, 1.1, 0.3]), {"method": "refined", "cells": 96}
+    few = fp.indent(film, tip, depth=depth, **options)
+    np.testing.assert_allclose(np.sort(solved), np.unique(depth))
+    correction.cache_clear()
+    for step in range(3):
+        alone = fp.indent(film, tip, depth=depth[step], **options)
+        # the solver ends at a gap of a millionth of the depth; slopes and outlines scatter, and are evened out
+        for name, scatter in (
+            ("force", 1e-5),
+            ("stiffness", 0.8 / 96),
+            ("radius", 2e-3),
+            ("area", 4e-3),
+            ("contour", 4e-3),
+        ):
+            np.testing.assert_allclose(few[name][step], alone[name][0], rtol=scatter, err_msg=name)
+        correction.cache_clear()
+    # what is told is the error of the cells alone
+    np.testing.assert_allclose(few.force_error, 3.5 / 96**2)
+    # a curve over the range interpolates, and takes what is known already
+    solved.clear()
+    fp.indent(film, tip, depth=np.geomspace(0.3, 2.7, 50), **options)
+    assert 0 < len(solved) < 15
+    # a depth inside it costs nothing any more
+    solved.clear()
+    between = fp.indent(film, tip, depth=[0.5, 1.1], **options)
+    assert not solved
+    assert float(between.force[1]) == pytest.approx(float(few.force[2]), rel=1e-3)
 
 
 def test_where_the_round_base_turns_back() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._progress import Report
-from flatpunch._validation import Array, values
+from flatpunch._validation import Array, Flags, values
 from flatpunch.bem.extent import (
     ContactTouchesEdge,
     Extent,
@@ -50,7 +50,7 @@ def solve(
     grid: Grid | int | None = None,
     half_widths: Any = None,
     centers: Any = None,
-    search: bool = True,
+    search: bool | Flags = True,
     tolerance: float = 1e-8,
     limit: int = 1000,
     stiffness: bool | float = False,
@@ -76,9 +76,9 @@ def solve(
         from the indenter's shape on. Only a start: the box is found on a coarse grid.
     centers : sequence of (float, float), optional
         Centres of these boxes [m]; the point of first touch by default.
-    search : bool
-        Whether to look for the box on a coarse grid; else `half_widths` are taken for it, and only a contact that touches the
-        edge of its grid makes that grow.
+    search : bool or sequence of bool
+        Whether to look for the box of each contact on a coarse grid; else `half_widths` are taken for it, and only a contact
+        that touches the edge of its grid makes that grow.
     tolerance : float
         Largest gap error in contact and penetration outside, relative to depth; for forces also the relative error of force.
     limit : int
@@ -107,7 +107,7 @@ def solve(
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
     height = IndenterHeight(indenter)
-    hints = _hints(half_widths, centers, targets.size)
+    hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
     solutions: list[Solution] = []
     levels: Levels | None = None
     before: Levels | None = None
@@ -120,7 +120,7 @@ def solve(
                 levels = levels or announced(Levels(kernel, grid, xp, single), 1)
             else:
                 first = hints[i] or _first_extent(kernel, indenter, **prescribed)
-                extent = find_extent(kernel, height, first, **prescribed) if search or not hints[i] else first
+                extent = find_extent(kernel, height, first, **prescribed) if searched[i] or not hints[i] else first
                 if levels is None or not extent.fits(levels.grid):
                     levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
             start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None

@@ -59,10 +59,10 @@ _SCATTER, _CORNER_SCATTER = 1.5, 0.4
 """Scatter of outlines over the mean radius, times the cells per side, of smooth tips and of those with edges."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
-_RIM_ERROR = 1.0
-"""Error of the traced outline over the mean radius, times the cells per side: a third of a cell."""
-_CORNER_ERROR, _END_ERROR = 0.8, 1.2
-"""The same of tips with edges, and what their ends add per farthest point/mean radius - 1."""
+_RIM_ERROR, _END_ERROR = 1.3, 1.5
+"""Error of outlines over the mean radius, times the cells per side: a third of a cell, and what their ends add."""
+_USUAL, _CLOSEST = 2, 1 / 8
+"""Solutions that interpolation takes over those it begins with, usually, and the narrowest gap, in spacings, of asked ones."""
 _ROUNDING, _CENTRED = 1e-9, 0.02
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
@@ -139,14 +139,15 @@ class Correction:
         force = np.exp(logarithm)
         return force, force * slope / contact.depth, error
 
-    def at(self, contact: PerturbedContact, rtol: float) -> Refined:
+    def at(self, contact: PerturbedContact, rtol: float, *, exactly: bool = False) -> Refined:
         """Refined contacts where the series has `contact`, interpolated to `rtol` in force.
 
-        The first call over a range costs a boundary element solution per 3/8 of a decade of the radius, and more as it takes.
+        The first call over a range costs a boundary element solution per 3/8 of a decade of the radius, and more as it takes;
+        with `exactly` one per contact, where that is no more.
         """
         x = np.log(contact.depth)
         at = self._clipped(x)
-        nodes = self._nodes(at, rtol)
+        nodes = self._own_nodes(at) if exactly and self._few(at) else self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
         curve = self._shape_curve(tuple(nodes))
         shape, wrong, frozen = curve.absolute(at), error_between(nodes, curve.error, at), at != x
@@ -159,9 +160,17 @@ class Correction:
             wrong = np.maximum(wrong, dispute)
             # where ratios to the series stand still it carries on
             shape += theory - still
-        rim = 0.0 if self.indenter.corners else _RIM_ERROR / self.cells
         outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
-        return Refined(force, stiffness, shape, error, wrong + rim, between_good(nodes, outlined, at))
+        shape_error = np.maximum(wrong, self._rim_error(shape))
+        return Refined(force, stiffness, shape, error, shape_error, between_good(nodes, outlined, at))
+
+    def _rim_error(self, shape: Array) -> Array:
+        """Error of outlines over their mean radius that the cells make, shape (n,).
+
+        It grows with the farthest point over the mean radius: contacts are drawn out into arms that are a few cells wide.
+        """
+        far = np.exp(shape[:, 2:].max(axis=1) - shape[:, 0]) - 1
+        return np.asarray((_RIM_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0)) / self.cells)
 
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""
@@ -210,12 +219,13 @@ class Correction:
         # errors of logarithms, over the mean radius
         reach = np.exp(rows[:, 2:] - rows[:, :1])
         errors = [(left_out(nodes, table)[:, 2:] * reach).max(axis=1) for table in tables]
-        share = np.zeros(nodes.size)
-        if not self.theory.folded(theory.radius):
+        share, wrong = np.zeros(nodes.size), errors[0]
+        if nodes.size > 2 and not self.theory.folded(theory.radius):
             share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
+            wrong = wrong + share * (errors[1] - wrong)
         noise = (_CORNER_SCATTER if self.indenter.corners else _SCATTER) / self.cells
         absolute, relative = (spline_through(nodes, steadied(nodes, table, noise)) for table in tables)
-        return ShapeCurve(nodes, absolute, relative, share, errors[0] + share * (errors[1] - errors[0]))
+        return ShapeCurve(nodes, absolute, relative, share, wrong)
 
     @property
     def _self_similar(self) -> bool:
@@ -229,6 +239,23 @@ class Correction:
         if self.indenter.exponent is not None:
             return np.maximum(x, self.spacing.depth_of(_THINNEST * self.kernel.length))
         return np.asarray(np.maximum(x, x.max() - _DECADES * np.log(10)))
+
+    def _few(self, x: Array) -> bool:
+        """Whether solutions at x themselves are no more than interpolation would take.
+
+        None of them may be so close to another that its scatter would count between the others.
+        """
+        known = np.array(sorted(self.known))
+        every = np.union1d(known, x)
+        if np.any(self.spacing.between(every) < _CLOSEST):
+            return False
+        return every.size - known.size <= _USUAL * self.spacing.missing(known, float(x.min()), float(x.max())).size
+
+    def _own_nodes(self, x: Array) -> Array:
+        """Positions of the solutions at x and between them, made where they are not known."""
+        self._solve(np.setdiff1d(x, sorted(self.known)))
+        known = np.array(sorted(self.known))
+        return np.asarray(known[(known >= x.min()) & (known <= x.max())])
 
     def _nodes(self, x: Array, rtol: float) -> Array:
         """Positions of the solutions that carry x, shape (n,), added until the estimate is below rtol."""
@@ -294,8 +321,8 @@ class Correction:
         logarithms = np.log(np.column_stack([force / self.kernel.modulus, radius, size, outlines]))
         return np.insert(logarithms, GROWTH, growth, axis=1)
 
-    def _boxes(self, positions: Array) -> tuple[Array, Array, bool]:
-        """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and whether all are well known.
+    def _boxes(self, positions: Array) -> tuple[Array, Array, Flags]:
+        """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and which are well known, shape (n,).
 
         They are from solutions on both sides, or from the theory.
         """
@@ -314,9 +341,9 @@ class Correction:
         centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
         # contacts that are their own mirror images are told by their centre
         centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
-        return half_widths, centers, bool(sure.all())
+        return half_widths, centers, sure
 
-    def _boundary_elements(self, depths: Array, half_widths: Array, centers: Array, sure: bool) -> list[bem.Solution]:
+    def _boundary_elements(self, depths: Array, half_widths: Array, centers: Array, sure: Flags) -> list[bem.Solution]:
         options: dict[str, Any] = {
             "grid": self.cells,
             "tolerance": _TOLERANCE,
@@ -324,21 +351,12 @@ class Correction:
             "angles": self.phi.size,
         }
         try:
-            boxes: dict[str, Any] = {"half_widths": half_widths, "centers": centers, "search": not sure}
+            boxes: dict[str, Any] = {"half_widths": half_widths, "centers": centers, "search": ~sure}
             return bem.solve(self.kernel, self.indenter, depths=depths, **boxes, **options)
         except bem.ContactTouchesEdge:
             # under stiff films the series may expect outlines far off: then each contact is looked for by itself
             alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
             return [solutions[0] for solutions in alone]
-
-
-def end_error(indenter: Indenter, contour: Array, radius: Array, cells: int) -> Array:
-    """Error over the mean radius of outlines that edges draw into points, shape (n,); they are lost over some cells."""
-    if not indenter.corners:
-        return np.zeros_like(radius)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        far = np.max(contour, axis=1) / radius - 1
-    return np.asarray((_CORNER_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0)) / cells)
 
 
 @lru_cache(maxsize=32)

@@ -15,7 +15,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import boundary_elements, first_order
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.control import Loading
-from flatpunch.contact.correction import Refined, correction, end_error
+from flatpunch.contact.correction import Refined, correction
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
@@ -103,12 +103,15 @@ class RefinedExpansion:
             contour[live] = self.contour(some, self.refined(some), phi)
         return contour
 
-    def refined(self, contact: PerturbedContact) -> Refined:
-        """What boundary elements, or the table, say where the series has `contact`, shape (n,), all of positive depth."""
+    def refined(self, contact: PerturbedContact, *, exactly: bool = False) -> Refined:
+        """What boundary elements, or the table, say where the series has `contact`, shape (n,), all of positive depth.
+
+        With `exactly` a few contacts have boundary element solutions of their own.
+        """
         if self._tabulated(contact):
             assert self.table is not None
             return tabulated(self.table, contact, reference_outline(self.series, contact, _PHI))
-        return self.correction.at(contact, self.rtol)
+        return self.correction.at(contact, self.rtol, exactly=exactly)
 
     def contour(self, contact: PerturbedContact, refined: Refined, phi: Array) -> Array:
         """Outlines a(phi) of refined contacts, shape (n, p); how far the series is off is linear between angles."""
@@ -176,7 +179,8 @@ def solve(
     contact = _controlled(kernel, indenter, expansion, control)
     live = contact.depth > 0
     some = selected(contact, live)
-    refined = expansion.refined(some)
+    # other controls have asked for the contacts around already
+    refined = expansion.refined(some, exactly=control.name == "depth")
     contact = corrected(contact, live, refined)
     if control.name == "force":
         contact = replace(contact, force=control.values)
@@ -185,7 +189,6 @@ def solve(
     force_error, shape_error = np.zeros(live.size), np.zeros(live.size)
     force_error[live] = refined.error + _EDGE_ERROR / cells * beside_flat_end(indenter, some.radius)
     shape_error[live] = refined.shape_error
-    shape_error += end_error(indenter, contour, contact.mean_radius, cells)
     contour[~traced] = np.nan
     notes = first_failure(
         ~traced,
