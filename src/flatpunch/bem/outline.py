@@ -4,8 +4,9 @@ Towards the rim of a smooth contact the pressure falls like the root of the dist
 power-law half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it
 between one and four cells inside the rim and followed to zero: 0.00-0.05 cells off on average, 0.04 cells scatter.
 
-Under a layer the root holds over a part of its thickness only. With fewer than twelve cells in the thickness the
-outline is that of the cells themselves, blurred over two of them: 0.1-0.2 cells too large, but for every medium alike.
+Under a layer the root holds over a part of its thickness only. With fewer than six cells in the thickness, or twelve where
+the parabola is much bent, the outline is that of the cells themselves, blurred over two of them: 0.1-0.2 cells too large with
+0.15 cells scatter, but for every medium alike.
 """
 
 from __future__ import annotations
@@ -28,8 +29,11 @@ _MOST_ASLANT = 4.0
 _SLOPE_CELLS = 2.0
 """Cells over which the direction of the rim is averaged."""
 
-_RESOLVED = 12.0
-"""Cells in the length over which the pressure is root-like, from which on the fit is trusted."""
+_RESOLVED, _PERHAPS = 12.0, 6.0
+"""Cells in the length over which the pressure is root-like, from which on the fit is trusted, and if it is hardly bent."""
+
+_BENT = 0.35
+"""Curvature of the parabola over its slope, per cell, up to which it is: thin incompressible layers exceed it."""
 
 _BLURS = 2.0, 1.4
 
@@ -126,13 +130,16 @@ def rim_along(
     contour = _cell_outline(grid, contact, rays)
     narrowest = float(contour.min() / grid.spacing)
     if narrowest >= _FEWEST and not sharp:
-        if length < _RESOLVED * grid.spacing:
+        followed, bent = contour, np.inf
+        if length >= _PERHAPS * grid.spacing:
+            slope = _smooth_slope(contour[of_ray], grid.spacing)[different]
+            followed, bent = _follow_to_zero(grid, pressure, rays, contour, slope, rim)
+        if length >= _RESOLVED * grid.spacing or bent < _BENT:
+            contour = followed
+        else:
             # what blurring takes off the points of an outline grows like the square of its width
             wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays) for width in _BLURS)
             contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
-        else:
-            slope = _smooth_slope(contour[of_ray], grid.spacing)[different]
-            contour = _follow_to_zero(grid, pressure, rays, contour, slope, rim)
     return contour[of_ray], narrowest
 
 
@@ -183,8 +190,13 @@ def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
     return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer)))
 
 
-def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, slope: Array, rim: float) -> Array:
-    """Zero of a parabola through p^(1/rim) just inside the rough outline, of which d ln a/d phi is `slope`."""
+def _follow_to_zero(
+    grid: Grid, pressure: Array, phi: Array, rough: Array, slope: Array, rim: float
+) -> tuple[Array, float]:
+    """Zero of a parabola through p^(1/rim) just inside the rough outline, of which d ln a/d phi is `slope`.
+
+    With it the median of the parabolas' curvatures over their slopes [1/cell].
+    """
     h = grid.spacing
     # the pressure is read across the rim, which rays may meet aslant
     aslant = np.hypot(1.0, slope)
@@ -198,9 +210,10 @@ def _follow_to_zero(grid: Grid, pressure: Array, phi: Array, rough: Array, slope
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))
         s = -2 * c0 / (c1 + root)
+        bent = float(np.median(np.abs(c2 / c1)))
     # at corners of the outline the fit may fail; the cells themselves know it to about one cell
     s = np.where(np.isfinite(s) & (np.abs(s) < 1), s, 0.0)
-    return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT))
+    return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT)), bent
 
 
 def _smooth_slope(contour: Array, h: float) -> Array:

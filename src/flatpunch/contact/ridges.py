@@ -4,8 +4,8 @@ An edge draws the contact out into a tongue that ends in a point, narrower than 
 the last two or three of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, once or
 twice (bem/closeup.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
 per length q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where the tongue is wide enough to be measured, each side of the edge by
-itself, and q gives the rest. A line load sinks in by q ln(1/q), while what it has to follow is straight there: so the end is
-where x = x_end + c_1 q + c_2 q ln q says.
+itself, and q gives the rest. A rounded edge is a cylinder there, and b has a term in the root of q besides. A line load sinks in
+by q ln(1/q), while what it has to follow is straight: so the end is where x = x_end + c_1 q + c_2 q ln q says.
 """
 
 from __future__ import annotations
@@ -51,6 +51,8 @@ _LOST = 4.0
 _FEWEST = 5
 _NEAREST, _BESIDE_CORE = 0.3, 0.9
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
+_DRAWN_OUT = 1.1
+"""Reach along a rounded edge over the mean radius from which on it is followed."""
 _WIDEST_WEDGE, _FILLED = 1.5, 0.7
 _ROUNDING = 1e-9
 
@@ -91,6 +93,8 @@ class Edge:
         Mean radius of the contact [m].
     finer : int
         Cells of a closer look per cell.
+    rounded : bool
+        Whether the edge is rounded.
     """
 
     angle: float
@@ -98,6 +102,7 @@ class Edge:
     nearest: float
     mean: float
     finer: int
+    rounded: bool
 
 
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
@@ -116,7 +121,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     if angles % fold == 0:
         # cells lie differently in each sector
         contour = np.tile(contour.reshape(fold, -1).mean(axis=0), fold)
-    for edge in _edges(indenter, outline.radius, star):
+    for edge in _edges(indenter, contour, outline.radius, star):
         # one of those that turning the tip carries into each other
         if edge.angle >= 2 * np.pi / fold - _ROUNDING:
             continue
@@ -147,12 +152,20 @@ def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, 
     return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.length)
 
 
-def _edges(indenter: Indenter, mean: float, star: bool) -> list[Edge]:
-    angles = np.array(indenter.corners)
+def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
+    rounded = tuple(getattr(indenter, "rounded_edges", ()))
+    angles = np.array(sorted(indenter.corners + rounded))
     gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
     nearest, finer = (_BESIDE_CORE * mean, _FINER_STAR) if star else (_NEAREST * mean, _FINER)
     half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
-    return [Edge(float(angle), float(np.tan(h)), nearest, mean, finer) for angle, h in zip(angles, half, strict=True)]
+    edges = [
+        Edge(float(angle), float(np.tan(h)), nearest, mean, finer, angle in rounded)
+        for angle, h in zip(angles, half, strict=True)
+    ]
+    # rounded edges draw out contacts that reach far beyond the cap; the ends of a star's needles follow another law
+    phi = np.linspace(0, 2 * np.pi, contour.size + 1)
+    drawn = np.interp(np.mod(angles, 2 * np.pi), phi, np.append(contour, contour[0])) > _DRAWN_OUT * mean
+    return [edge for edge, far in zip(edges, drawn, strict=True) if not edge.rounded or (far and not star)]
 
 
 def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Side, Side] | None:
@@ -233,9 +246,9 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool) -> Side | None:
     if measured.sum() < _FEWEST:
         return None
     q = load / load.max()
-    design = np.column_stack([q, q**2, q**3])[measured]
-    c = np.linalg.lstsq(design, width[measured] - _EXCESS * h, rcond=None)[0]
-    half = np.maximum(q * (c[0] + q * (c[1] + q * c[2])), 0.0)
+    terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
+    c = np.linalg.lstsq(terms[measured], width[measured] - _EXCESS * h, rcond=None)[0]
+    half = np.maximum(terms @ c, 0.0)
     # what the fit misses where the tongue is wide
     missed = np.where(measured, width - _EXCESS * h - half, 0.0)
     half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED, mode="nearest"), 0.0)

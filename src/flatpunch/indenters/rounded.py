@@ -58,9 +58,14 @@ class Rounded(Shape):
         object.__setattr__(self, "_gradients", None if isinstance(self.tip, Cone) else face_gradients(self.tip))
 
     @property
-    def seams(self) -> tuple[float, ...]:
+    def rounded_edges(self) -> tuple[float, ...]:
         """Directions of the rounded edges, which far away look sharp [rad]."""
         return () if self._gradients is None else edge_directions(self._gradients)
+
+    @property
+    def seams(self) -> tuple[float, ...]:
+        """Those of the rounded edges [rad]."""
+        return self.rounded_edges
 
     @property
     def angular_tolerance(self) -> float:
