@@ -59,3 +59,16 @@ def test_contact_away_from_the_first_touch():
     assert np.isnan(outline.contour).all()
     assert outline.area == 25.0
     assert "no contact" in trace_outline(grid, 0 * pressure).note
+
+
+@pytest.mark.parametrize("depth", [10.0, 30.0])
+def test_rim_under_a_layer_few_cells_thick(depth):
+    """Six cells in the thickness will do where the pressure still is root-like over four of them."""
+    kernel = compliance(media.Medium([media.Layer(1.0, 0.3, 1.0, bonded=False)], base=media.RigidBase()))
+    tip = indenters.EllipticParaboloid(0.2, 1.0)
+    coarse, fine = (solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6)[0] for grid in (192, 768))
+    h = coarse.grid.spacing
+    assert 6 < 1 / h < 20
+    off = (coarse.outline.contour - fine.outline.contour) / h
+    assert np.abs(off).max() < 0.2
+    assert abs(off.mean()) < 0.06

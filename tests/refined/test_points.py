@@ -9,6 +9,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.ridges import Trace, traced
+from flatpunch.indenters import Rounded
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 
@@ -39,6 +40,22 @@ def test_points_from_few_cells(medium: fp.Medium, sides: int, depth: float, reac
     off = np.abs(coarse.contour - fine.contour)[::5] / fine.radius
     assert off.max() < 0.01
     assert coarse.radius == pytest.approx(fine.radius, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("medium", "sides", "radius", "depth"),
+    [(fp.HalfSpace(1.0, 0.3), 3, 0.05, 0.2), (_film(4.0), 3, 0.3, 1.0), (fp.HalfSpace(1.0, 0.3), 5, 0.02, 0.3)],
+    ids=["half-space", "film", "five sides"],
+)
+def test_rounded_edges_from_few_cells(medium: fp.Medium, sides: int, radius: float, depth: float) -> None:
+    tip, kernel = Rounded(fp.Pyramid(sides, 0.4), radius), compliance(medium)
+    coarse, fine = (bem.solve(kernel, tip, depths=depth, grid=n, tolerance=1e-6, angles=360)[0] for n in (160, 768))
+    outline, truth = (traced(kernel, tip, solution, 360) for solution in (coarse, fine))
+    off, plain = (np.abs(contour - truth.contour).max() for contour in (outline.contour, coarse.outline.contour))
+    assert off < 0.01 * truth.radius
+    # the cells alone are off by several times as much
+    assert plain > 2 * off
+    assert outline.area == pytest.approx(truth.area, rel=5e-3)
 
 
 def test_neighbouring_points_are_told_apart() -> None:

@@ -162,10 +162,10 @@ def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[
         Edge(float(angle), float(np.tan(h)), nearest, mean, finer, angle in rounded)
         for angle, h in zip(angles, half, strict=True)
     ]
-    # rounded edges draw out contacts that reach far beyond the cap; the ends of a star's needles follow another law
+    # rounded edges draw out contacts that reach beyond the cap
     phi = np.linspace(0, 2 * np.pi, contour.size + 1)
     drawn = np.interp(np.mod(angles, 2 * np.pi), phi, np.append(contour, contour[0])) > _DRAWN_OUT * mean
-    return [edge for edge, far in zip(edges, drawn, strict=True) if not edge.rounded or (far and not star)]
+    return [edge for edge, far in zip(edges, drawn, strict=True) if far or not edge.rounded]
 
 
 def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Side, Side] | None:

@@ -92,6 +92,11 @@ class Tilted:
         return tuple(getattr(self.shape, "seams", ()))
 
     @property
+    def rounded_edges(self) -> tuple[float, ...]:
+        """Rounded edges of the shape, which pass the new apex closer than its radius of curvature [rad]."""
+        return tuple(getattr(self.shape, "rounded_edges", ()))
+
+    @property
     def angular_tolerance(self) -> float | None:
         """That of the shape."""
         return getattr(self.shape, "angular_tolerance", None)
