@@ -256,7 +256,9 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool) -> Side | None:
     seen, wide = np.flatnonzero(half > low), np.flatnonzero(half > high)
     if not seen.size:
         return None
-    tail = slice(wide[-1] + 1 if wide.size else 0, seen[-1] + 1)
+    # blunt ends are narrow over a few cells only
+    first = min(wide[-1] + 1 if wide.size else 0, max(seen[-1] + 1 - 2 * _FEWEST, 0))
+    tail = slice(first, seen[-1] + 1)
     far, beside = q[tail][q[tail] > 0], x[tail][q[tail] > 0]
     if far.size < _FEWEST:
         return None
