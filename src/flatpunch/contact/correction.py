@@ -62,7 +62,7 @@ _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 _RIM_ERROR, _END_ERROR = 1.3, 1.5
 """Error of outlines over the mean radius, times the cells per side: a third of a cell, and what their ends add."""
 _USUAL, _CLOSEST = 2, 1 / 8
-"""Solutions that interpolation takes over those it begins with, usually, and the narrowest gap, in spacings, of asked ones."""
+"""Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING, _CENTRED = 1e-9, 0.02
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
@@ -241,10 +241,7 @@ class Correction:
         return np.asarray(np.maximum(x, x.max() - _DECADES * np.log(10)))
 
     def _few(self, x: Array) -> bool:
-        """Whether solutions at x themselves are no more than interpolation would take.
-
-        None of them may be so close to another that its scatter would count between the others.
-        """
+        """Whether solutions at x are no more than interpolation would take, and far enough apart for curves through them."""
         known = np.array(sorted(self.known))
         every = np.union1d(known, x)
         if np.any(self.spacing.between(every) < _CLOSEST):
