@@ -199,6 +199,24 @@ def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     assert float(between.force[1]) == pytest.approx(float(few.force[2]), rel=1e-3)
 
 
+def test_depths_that_differ_by_rounding_are_the_same(solved: list[float]) -> None:
+    film = fp.Medium([fp.Layer(15.0, 0.25, 1.0)], base=fp.HalfSpace(1.0, 0.33))
+    tip, depth, options = (
+        Rounded(fp.Pyramid(3, 1.1), 0.3),
+        np.array([0.1, 0.4, 1.25]),
+        {"method": "refined", "cells": 64},
+    )
+    first = fp.indent(film, tip, depth=depth, **options)
+    assert len(solved) == 3
+    again = fp.indent(film, tip, depth=np.exp(np.log(depth) * (1 + 3e-15)), **options)
+    np.testing.assert_allclose(again.stiffness, first.stiffness, rtol=1e-9)
+    assert len(solved) == 3
+    # the pressure is superposed from all contacts before
+    for step in (2, 1, 0):
+        assert fp.pressure(film, tip, np.zeros(1), np.zeros(1), depth=depth[step] * (1 + 1e-15), **options)[0] > 0
+    assert np.diff(np.log(np.sort(solved))).min() > 1e-6
+
+
 def test_where_the_round_base_turns_back() -> None:
     """Under a film a hundred times stiffer than its base one depth belongs to several round contacts; the force has no jump."""
     film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)

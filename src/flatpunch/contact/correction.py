@@ -242,17 +242,23 @@ class Correction:
 
     def _few(self, x: Array) -> bool:
         """Whether solutions at x are no more than interpolation would take, and far enough apart for curves through them."""
-        known = np.array(sorted(self.known))
-        every = np.union1d(known, x)
-        if np.any(self.spacing.between(every) < _CLOSEST):
+        known, new = np.array(sorted(self.known)), self._unknown(x)
+        if np.any(self.spacing.between(np.union1d(known, new)) < _CLOSEST):
             return False
-        return every.size - known.size <= _USUAL * self.spacing.missing(known, float(x.min()), float(x.max())).size
+        return new.size <= _USUAL * self.spacing.missing(known, float(x.min()), float(x.max())).size
 
     def _own_nodes(self, x: Array) -> Array:
         """Positions of the solutions at x and between them, made where they are not known."""
-        self._solve(np.setdiff1d(x, sorted(self.known)))
+        self._solve(self._unknown(x))
         known = np.array(sorted(self.known))
-        return np.asarray(known[(known >= x.min()) & (known <= x.max())])
+        return np.asarray(known[(known > x.min() - _ROUNDING) & (known < x.max() + _ROUNDING)])
+
+    def _unknown(self, x: Array) -> Array:
+        """Those of the positions x at which there is no solution, each once."""
+        places = np.unique(x)
+        if not self.known:
+            return places
+        return np.asarray(places[np.abs(places[:, None] - np.array(list(self.known))).min(axis=1) > _ROUNDING])
 
     def _nodes(self, x: Array, rtol: float) -> Array:
         """Positions of the solutions that carry x, shape (n,), added until the estimate is below rtol."""

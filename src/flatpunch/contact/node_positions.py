@@ -63,11 +63,14 @@ class Spacing:
 
     def missing(self, known: Array, low: float, high: float) -> Array:
         """Positions to add to the known ones (sorted) so that none of [low, high] lies in a gap wider than one spacing."""
-        marks = [*known[known <= low][-1:], *known[(known > low) & (known < high)], *known[known >= high][:1]]
+        first, last = np.searchsorted(known, low + _SAME) - 1, np.searchsorted(known, high - _SAME)
+        marks = known[max(first, 0) : last + 1].tolist()
         for end in (low, high):
             beside = np.searchsorted(marks, end)
-            # an end needs no solution of its own between two that are close together
-            if end not in marks and not (0 < beside < len(marks) and self._close(marks[beside - 1], marks[beside])):
+            # an end needs no solution of its own where there is one, or between two that are close together
+            if any(abs(end - mark) < _SAME for mark in marks):
+                continue
+            if not (0 < beside < len(marks) and self._close(marks[beside - 1], marks[beside])):
                 marks.insert(int(beside), end)
         wanted = [x for x in marks if x not in known]
         for left, right in pairwise(marks):
