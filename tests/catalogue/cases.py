@@ -1,7 +1,8 @@
 """Cases of the honesty catalogue: tips x media x sizes, drawn once with a fixed seed.
 
 The constants of the error estimates and of the fourth order's guard were read off the first `FITTED` cases, those of
-`refined` off the first `DRAWN`. Those after them are of other tips, media and sizes, drawn later: they test what was read off.
+`refined` off the first `DRAWN`, what its cells do to outlines with an eye on the first `UNSEEN`. Those after them are of other
+tips, media and sizes, drawn later: they test what was read off.
 """
 
 from __future__ import annotations
@@ -158,7 +159,7 @@ def drawn_medium(seed: int) -> Any:
     return kinds[rng.choice(len(kinds), p=[0.45, 0.2, 0.2, 0.1, 0.05])]()
 
 
-DRAWN_SEEDS = range(700, 820)
+DRAWN_SEEDS = (*range(700, 820), *range(1100, 1220))
 DRAWN_TIPS: dict[str, Callable[[], Any]] = {f"drawn-{seed}": partial(drawn_tip, seed) for seed in DRAWN_SEEDS}
 DRAWN_MEDIA: dict[str, Callable[[], Any]] = {f"drawn-{seed}": partial(drawn_medium, seed) for seed in DRAWN_SEEDS}
 
@@ -167,7 +168,9 @@ FITTED = PER_TIP * len(TIPS)
 LATEST = FITTED + FRESH_PER_TIP * len(FRESH_TIPS)
 """Number of the first rough asperity."""
 DRAWN = LATEST + len(ASPERITIES)
-"""Number of the first case that nothing was read off."""
+"""Number of the first case that nothing was read off, but the cells' part of the outlines of `refined`."""
+UNSEEN = DRAWN + 120
+"""Number of the first case that nothing at all was read off."""
 
 
 @dataclass(frozen=True)
