@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import signal
 import time
 from functools import partial
 
@@ -12,6 +13,7 @@ import pytest
 from flatpunch import Layer
 from flatpunch._whole_file import write_whole
 from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points
+from flatpunch.parallel.store import Memory
 from flatpunch.parallel.work import Item, Waiting
 
 
@@ -43,6 +45,20 @@ def test_a_second_run_solves_what_is_missing(tmp_path):
     assert again.failed == {3: "ValueError: x = 3 is refused"}
     assert solve_points(function, range(6), workers=1, store=tmp_path, retry_failed=True).fresh == 1
     assert not list(tmp_path.glob(".unfinished-*"))
+
+
+class _InterruptedAsItWrites(Memory):
+    def write(self, key, outcome):
+        signal.raise_signal(signal.SIGINT)
+        super().write(key, outcome)
+
+
+def test_what_is_solved_when_ctrl_c_comes_is_kept():
+    before, store = signal.getsignal(signal.SIGINT), _InterruptedAsItWrites()
+    with pytest.raises(KeyboardInterrupt):
+        solve_points(functions.square, range(4), workers=1, store=store)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert len(store.states(engine.point_keys(functions.square, dict(enumerate(range(4)))).values())) == 1
 
 
 @pytest.mark.parametrize("change", ["version", "function", "arguments", "package"])

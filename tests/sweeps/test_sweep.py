@@ -230,7 +230,7 @@ def test_an_interrupted_study_goes_on(case, tmp_path):
         [sys.executable, "-m", "flatpunch.cli", *command], stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         end = time.monotonic() + 60
-        while not (store.exists() and len(list(store.glob("*.npz"))) >= 1):
+        while not (store.exists() and len(list(store.glob("[!.]*.npz"))) >= 1):
             assert time.monotonic() < end, "no point was solved"
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.02)
@@ -240,7 +240,7 @@ def test_an_interrupted_study_goes_on(case, tmp_path):
     assert "Finished points are in" in told
     assert "Traceback" not in told
     assert not nc.exists()
-    kept, seen = len(list(store.glob("*.npz"))), []
+    kept, seen = len(list(store.glob("[!.]*.npz"))), []
     assert 1 <= kept < 6
     result = fp.sweep(case, {RADIUS: "1um:2um:6"}, store=store, workers=1, progress=lambda *at: seen.append(at))
     assert seen[0] == (kept, 6)

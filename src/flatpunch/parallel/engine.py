@@ -8,6 +8,7 @@ from typing import Any
 
 from flatpunch._progress import Report, reporting
 from flatpunch._version import __version__
+from flatpunch.parallel import interruption
 from flatpunch.parallel.keys import content_key
 from flatpunch.parallel.store import Folder, Memory, Store
 from flatpunch.parallel.threads import cores, one_thread
@@ -122,8 +123,9 @@ def solve_points(
         done = len(items) - len(missing)
         report(done, len(items))
         for outcomes in solve:
-            for item, outcome in outcomes:
-                place.write(item.key, outcome)
+            with interruption.held():
+                for item, outcome in outcomes:
+                    place.write(item.key, outcome)
             done += len(outcomes)
             report(done, len(items))
     return Solved(keys, place, len(missing))

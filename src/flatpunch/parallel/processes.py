@@ -12,13 +12,13 @@ import multiprocessing
 import pickle
 import signal
 import sys
-import threading
 import types
 from collections.abc import Iterator, Sequence
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from flatpunch.parallel.interruption import unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
@@ -80,7 +80,7 @@ class _Worker:
         self.items: list[Item] = []
         self.pipe, end = _fresh.Pipe()
         self._process = _fresh.Process(target=_work, args=(end,), name=f"flatpunch-{name}", daemon=True)
-        with one_thread(), _deaf(), contextlib.nullcontext() if with_main else _no_main():
+        with one_thread(), unheard_by_children(), contextlib.nullcontext() if with_main else _no_main():
             self._process.start()
         end.close()  # the process holds it now: when it dies, the pipe says so
         self._send(function)
@@ -141,25 +141,6 @@ def _work(pipe: Connection) -> None:
         pipe.send(None)
         while True:
             pipe.send(solve_chunk(partial(call_packed, function), pipe.recv()))
-
-
-@contextlib.contextmanager
-def _deaf() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C from their first instruction on, not only when they have loaded what they call.
-
-    This process hears what came meanwhile afterwards. Only the main thread may do so, and Windows hands nothing down.
-    """
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        # None stands for a handler that is not Python's and cannot be put back
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
 def _from_main(*things: Any) -> bool:
