@@ -58,6 +58,36 @@ def test_rounded_edges_from_few_cells(medium: fp.Medium, sides: int, radius: flo
     assert outline.area == pytest.approx(truth.area, rel=5e-3)
 
 
+def test_area_and_radius_of_points_narrower_than_rays_are_apart() -> None:
+    """Three needles eight mean radii long and a degree wide; the area by 360 rays is 7 % too large."""
+    kernel, tip = compliance(_film(50.0)), fp.Pyramid(3, 0.4)
+    coarse, fine = (bem.solve(kernel, tip, depths=1.6, grid=n, tolerance=1e-6, angles=1440)[0] for n in (256, 1024))
+    truth = fine.contact.sum() * fine.grid.spacing**2
+    outlines = [traced(kernel, tip, solution, n) for solution, n in ((coarse, 1440), (fine, 1440))]
+    few = traced(kernel, tip, bem.solve(kernel, tip, depths=1.6, grid=256, tolerance=1e-6)[0], 360)
+    assert few.contour.max() > 8 * few.radius
+    for outline in (few, *outlines):
+        # cells covered in part count whole
+        assert 0.985 * truth < outline.area < truth
+        assert outline.area == pytest.approx(outlines[1].area, rel=5e-3)
+        assert outline.radius == pytest.approx(outlines[1].radius, rel=3e-3)
+    assert np.pi * np.mean(few.contour**2) > 1.05 * truth
+
+
+@pytest.mark.parametrize("angles", [1, 4, 7, 500])
+def test_radius_and_area_do_not_depend_on_the_angles_asked_for(angles: int) -> None:
+    medium, tip = fp.HalfSpace(1.0, 0.3), fp.EllipticParaboloid(1.0, 0.3)
+    usual, found = (fp.indent(medium, tip, depth=0.1, method="bem", grid=64, angles=n) for n in (360, angles))
+    assert found.contour.shape == (1, angles)
+    assert float(found.radius[0]) == pytest.approx(float(usual.radius[0]), rel=1e-3)
+    assert float(found.area[0]) == pytest.approx(float(usual.area[0]), rel=2e-3)
+    assert float(found.contour[0, 0]) == pytest.approx(float(usual.contour[0, 0]), rel=1e-3)
+    kernel = compliance(medium)
+    few = bem.solve(kernel, tip, depths=0.1, grid=64, angles=angles)[0]
+    assert few.outline.contour.shape == few.outline.phi.shape == (angles,)
+    assert few.area == pytest.approx(float(usual.area[0]), rel=2e-3)
+
+
 def test_neighbouring_points_are_told_apart() -> None:
     """Few cells and many points: what lies beyond the middle between two edges belongs to the other."""
     coarse, fine = (_traced(_film(15.0), fp.Pyramid(8, 0.3), 2.48, cells) for cells in (64, 256))

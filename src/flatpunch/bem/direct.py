@@ -37,6 +37,9 @@ _AFFORDABLE = 50.0
 _AFFORDABLE_WHERE_SLOW = 150.0
 """The same where a step turned out to take tens of iterations."""
 
+_AFFORDABLE_ONCE = 15.0
+"""The same where the matrix serves one step only."""
+
 
 @dataclass(frozen=True, slots=True)
 class Influence:
@@ -72,9 +75,12 @@ class Influence:
         return change.reshape(gap.shape)
 
 
-def affordable(operator: Operator, cells: int, slow: bool) -> bool:
-    """Whether a contact of so many cells is better solved directly; `slow` if iterations were seen to be many."""
-    share = _AFFORDABLE_WHERE_SLOW if slow else _AFFORDABLE
+def affordable(operator: Operator, cells: int, *, slow: bool, once: bool) -> bool:
+    """Whether a contact of so many cells is better solved directly.
+
+    `slow` if iterations were seen to be many, `once` if this is the only step on this contact and those next to it.
+    """
+    share = _AFFORDABLE_WHERE_SLOW if slow else _AFFORDABLE_ONCE if once else _AFFORDABLE
     size = operator.grid.nx * operator.grid.ny
     return operator.xp is np and cells <= MOST and cells**2 <= share * size
 

@@ -45,6 +45,8 @@ class Removal:
         Whether that part is made at once; else only when a step turns out to be slow.
     direct : bool
         Whether contacts of few cells may be solved directly.
+    once : bool
+        Whether there is but one contact, on which one step is enough.
     """
 
     operator: Operator
@@ -52,6 +54,7 @@ class Removal:
     guide: Operator | None = None
     eager: bool = False
     direct: bool = True
+    once: bool = False
     _modes: SmoothModes | None = None
     _known: int = 0
     _trying: bool = False
@@ -63,7 +66,7 @@ class Removal:
     def __call__(self, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
         """Pressure on `contact` that reduces the gap there by about `drop`, with the iterations taken; see `remove_gap`."""
         cells = int(self.operator.xp.count_nonzero(contact))
-        if self.direct and affordable(self.operator, cells, self._slow):
+        if self.direct and affordable(self.operator, cells, slow=self._slow, once=self.once):
             change = self._directly(contact, gap)
             if change is not None:
                 return change, 1

@@ -10,6 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 from flatpunch import bem
 from flatpunch._progress import Report, reporting
 from flatpunch._validation import Array, Indices
+from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.causes import steepness
 from flatpunch.contact.curve import Control, Curve, Extra
@@ -61,6 +62,7 @@ def solve(
         grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single, limit=limit)[
             0
         ].grid
+    rays = enough_rays(phi.size)
     with reporting("Boundary elements", progress) as report:
         found = _solutions(
             kernel,
@@ -70,7 +72,7 @@ def solve(
             grid,
             tolerance,
             single,
-            phi.size,
+            rays,
             limit=limit,
             stiffness=True,
             progress=report,
@@ -85,8 +87,8 @@ def solve(
     contour = np.zeros((control.values.size, phi.size))
     radius, area = np.zeros(control.values.size), np.zeros(control.values.size)
     for row, solution in zip(rows, found, strict=True):
-        trace = traced(kernel, indenter, solution, phi.size)
-        contour[row], radius[row], area[row] = trace.contour, trace.radius, trace.area
+        trace = traced(kernel, indenter, solution, rays)
+        contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
     converged = np.ones(control.values.size, dtype=bool)
     converged[rows] = [solution.converged for solution in found]
     extra: Extra = {

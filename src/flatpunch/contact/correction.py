@@ -64,6 +64,8 @@ _RIM_ERROR, _END_ERROR = 1.3, 1.5
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING, _CENTRED = 1e-9, 0.02
+_ALIKE = 1.0
+"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
 
@@ -336,7 +338,7 @@ class Correction:
             if 0 < upper < every.size:
                 low, high = (self.known[node][OUTLINE:] for node in every[upper - 1 : upper + 1])
                 between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
-                sure[row] = np.isfinite(between).all()
+                sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
                 logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
         outlines = np.exp(logarithms)
         sides = [outlines * trig(self.phi) for trig in (np.cos, np.sin)]

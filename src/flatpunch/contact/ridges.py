@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import label, uniform_filter1d
 
 from flatpunch import bem
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Flags
 from flatpunch.bem.closeup import Patch, look_closer, turned
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.outline import Outline, rim_along, trace_outline
@@ -58,6 +58,8 @@ _ROUNDING = 1e-9
 
 Side = tuple[Array, Array]
 """Points (x, b) [m] of one side of a tongue: along its edge and across, up to the end."""
+Polar = tuple[Array, Array]
+"""The same as polar angles from the edge [rad], increasing and of either sign, and radii [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     outline = solution.outline
     if indenter.corners and not np.isfinite(outline.contour[0]):
         outline = _without_crumbs(kernel, indenter, solution, angles)
-    contour = np.array(outline.contour)
+    contour, between, followed = np.array(outline.contour), np.ones(angles, dtype=bool), list[Polar]()
     if not np.isfinite(contour[0]):
         return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
@@ -128,8 +130,10 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
         sides = _tongue(kernel, indenter, solution.depth, whole, edge)
         if sides is not None:
             for turn in range(fold):
-                _restore(contour, sides, edge.angle + 2 * np.pi * turn / fold)
-    return Trace(contour, float(contour.mean()), float(np.pi * np.mean(contour**2)))
+                corner = edge.angle + 2 * np.pi * turn / fold
+                between &= ~_restore(contour, sides, corner)
+                followed += [(corner + angle, radius) for angle, radius in sides]
+    return Trace(contour, *_radius_and_area(contour, between, followed))
 
 
 def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
@@ -168,7 +172,7 @@ def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[
     return [edge for edge, far in zip(edges, drawn, strict=True) if far or not edge.rounded]
 
 
-def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Side, Side] | None:
+def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Polar, Polar] | None:
     """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
@@ -193,7 +197,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     end = (left[0][-1] + right[0][-1]) / 2
     for along, _ in (left, right):
         along[-1] = max(end, along[-2] + _ROUNDING * end)
-    return left, right
+    return _polar(left, 1.0), _polar(right, -1.0)
 
 
 def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
@@ -277,11 +281,30 @@ def _joined(looks: list[Side]) -> Side:
     return along, half
 
 
-def _restore(contour: Array, sides: tuple[Side, Side], corner: float) -> None:
-    """Replace a(phi) on the rays that meet the tongue along one edge."""
+def _polar(side: Side, sign: float) -> Polar:
+    """Points of one side as angles from the edge and radii, by increasing angle."""
+    along, half = side
+    angle = sign * np.arctan2(half, along)
+    order = np.argsort(angle)
+    return angle[order], np.hypot(along, half)[order]
+
+
+def _restore(contour: Array, sides: tuple[Polar, Polar], corner: float) -> Flags:
+    """Replace a(phi) on the rays that meet the tongue along one edge, and say which they are."""
     turn = np.mod(2 * np.pi * np.arange(contour.size) / contour.size - corner + np.pi, 2 * np.pi) - np.pi
-    for sign, (along, half) in zip((1.0, -1.0), sides, strict=True):
-        angle = np.arctan2(half, along)
-        order = np.argsort(angle)
-        on_side = (sign * turn >= 0) & (np.abs(turn) < angle.max())
-        contour[on_side] = np.interp(np.abs(turn[on_side]), angle[order], np.hypot(along, half)[order])
+    met = np.zeros(contour.size, dtype=bool)
+    for sign, (angle, radius) in zip((1.0, -1.0), sides, strict=True):
+        on_side = (sign * turn >= 0) & (np.abs(turn) < np.abs(angle).max())
+        contour[on_side] = np.interp(turn[on_side], angle, radius)
+        met |= on_side
+    return met
+
+
+def _radius_and_area(contour: Array, between: Flags, followed: list[Polar]) -> tuple[float, float]:
+    """Mean of a(phi) [m] and area [m^2], by rays `between` the tongues and the points of these, which rays may miss."""
+    rays = 2 * np.pi * np.arange(contour.size) / contour.size
+    phi = np.concatenate([rays[between], *(np.mod(angle, 2 * np.pi) for angle, _ in followed)])
+    order = np.argsort(phi)
+    phi, a = phi[order], np.concatenate([contour[between], *(radius for _, radius in followed)])[order]
+    phi, a = np.append(phi, phi[0] + 2 * np.pi), np.append(a, a[0])
+    return float(np.trapezoid(a, phi)) / (2 * np.pi), float(np.trapezoid(a**2, phi)) / 2
