@@ -5,6 +5,7 @@ import pytest
 
 from flatpunch.fit import ForwardModel, parameter_names
 from flatpunch.fit.scaling import scaling
+from flatpunch.fit.table import Table
 from flatpunch.indenters import Cone, Cylinder, EllipticParaboloid, Paraboloid, Pyramid, RadialProfile, Sphere
 from flatpunch.media import GradedLayer, HalfSpace, Layer, LinearModulus, Medium, RigidBase
 
@@ -86,6 +87,37 @@ def test_beyond_the_tip_the_curve_goes_on():
     force = ForwardModel(HalfSpace(1e4, 0.3), Sphere(1e-6), ("base.young",)).force(np.array([0.5e-6, 3e-6]))
     assert np.isfinite(force).all()
     assert force[1] > force[0]
+
+
+def test_trial_steps_to_layers_too_thin_do_not_end_a_fit():
+    """A step to a layer a thousandth as thick as the contact is wide: the curve goes on, and models that share the table live."""
+    tip = Paraboloid(1.7e-6)
+    free = ("layers[0].young", "layers[0].thickness")
+    model, other = ForwardModel(GEL, tip, free), ForwardModel(GEL, tip, free)
+    depth = np.geomspace(1e-9, 4e-7, 40)
+    thin = model.internals({"layers[0].thickness": 1e-3 * H})
+    force, stiffness, by_theta = model.evaluate(depth, thin)
+    assert np.isfinite(by_theta).all()
+    assert (np.diff(force) > 0).all()
+    assert (stiffness > 0).all()
+    usual = other.start()
+    exact = other.exact(depth, other.externals(usual))[0]
+    np.testing.assert_allclose(other.evaluate(depth, usual)[0], exact, rtol=0, atol=1e-6 * exact.max())
+
+
+def test_a_table_outlives_what_cannot_be_solved():
+    def solve(q, delta):
+        if delta.max() > 1e3:
+            raise ValueError("too deep")
+        return delta**1.5
+
+    table = Table(solve, (), lambda q: np.inf)
+    depth = np.log(np.array([1e-3, 0.5]))
+    before = table.at((), 0.0).at(depth)[0]
+    with pytest.raises(ValueError, match="too deep"):
+        table.at((), np.log(1e5))
+    np.testing.assert_allclose(table.at((), 0.0).at(depth)[0], before, rtol=1e-14)
+    np.testing.assert_allclose(before, 1.5 * depth, rtol=1e-12)
 
 
 def test_unknown_parameter_is_named():

@@ -22,9 +22,12 @@ from flatpunch.fit.free_parameters import FreeParameters
 from flatpunch.fit.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.table import Table
 from flatpunch.indenters import Cylinder
+from flatpunch.punch import UnresolvedLayer
 
 _FEW_ANGLES = 8
 """Outlines are of no interest here."""
+
+_THIRD_OF_DECADE = 10 ** (1 / 3)
 
 
 def method_for(indenter: Any, method: str = "auto") -> str:
@@ -182,7 +185,7 @@ def _solver(found: Scaling, method: str) -> tuple[Any, Any]:
     """The exact solution of the scaled problem, and how deep it goes."""
 
     def limit(q: tuple[float, ...]) -> float:
-        """Depth at which a tip of finite extent, or the resolution of thin layers, ends."""
+        """ln of the depth at which a tip of finite extent ends."""
         medium, indenter = found.problem(q)
         if isinstance(indenter, Cylinder) or not np.isfinite(indenter.reach):
             return float("inf")
@@ -193,8 +196,17 @@ def _solver(found: Scaling, method: str) -> tuple[Any, Any]:
         medium, indenter = found.problem(q)
         inside = np.log(delta) < limit(q)
         phi = np.full(delta.shape, np.nan)
-        curve = indent(medium, indenter, depth=delta[inside], method=method, angles=_FEW_ANGLES)
-        phi[inside] = curve["force"].values
+        while inside.any():
+            try:
+                curve = indent(medium, indenter, depth=delta[inside], method=method, angles=_FEW_ANGLES)
+            except UnresolvedLayer:
+                # known only when it is met: depths of trial steps far from the measured ones
+                if delta[inside].max() < _THIRD_OF_DECADE * delta[inside].min():
+                    raise
+                inside &= delta < delta[inside].max() / _THIRD_OF_DECADE
+            else:
+                phi[inside] = curve["force"].values
+                break
         return phi
 
     return solve, limit

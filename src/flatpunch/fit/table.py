@@ -98,10 +98,17 @@ class Table:
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
         """Interpolant at coordinates q, good for ln delta up to `highest`."""
+        before = self._window
         self._widen(min(highest, self.highest(q)))
         key = (*q, *self._window)
         if self._last is None or self._last[0] != key:
-            self._last = (key, Piecewise(self._window[0] * STEP, self._combined(q)))
+            try:
+                self._last = (key, Piecewise(self._window[0] * STEP, self._combined(q)))
+            except BaseException:
+                # what cannot be solved, or was interrupted, must not be asked of those who share this table
+                self._window = before
+                self._pieces.clear()
+                raise
         return self._last[1]
 
     def highest(self, q: Sequence[float]) -> float:

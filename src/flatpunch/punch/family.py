@@ -166,10 +166,14 @@ class PunchFamily:
         return self._lowest[key]
 
 
+class UnresolvedLayer(ValueError):
+    """A contact radius is so large that the thinnest layer cannot be resolved; the message says by how much."""
+
+
 def check_resolution(kernel: Kernel, beta: float) -> None:
     """Refuse radii so large that the thinnest layer cannot be resolved."""
     if effective_beta(kernel, beta) > LARGEST:
-        raise ValueError(
+        raise UnresolvedLayer(
             f"The contact radius {beta * kernel.length:.3g} m is {effective_beta(kernel, beta):.3g} times the shortest "
             f"length of the medium; up to {LARGEST:g} is resolved. Such a layer is a membrane: leave it out, or join it "
             "with the next one."
