@@ -38,7 +38,7 @@ ALLOWED = {
     "plots_history": _PLOTS,
     "plots_medium": _MEDIA | {"files"},
     "plots_indenter": _FILES | {"plots", "plots_indenter"},
-    "fit": _FILES | {"_terminal", "fit", "reference", "plots"},
+    "fit": _FILES | {"_terminal", "fit", "parallel", "plots", "reference"},
     "atlas_cli": _FILES | {"_terminal", "parallel", "atlas", "atlas_cli", "sweeps"},
     "sweeps": _FILES | {"_terminal", "parallel", "plots", "sweeps"},
     "cli": _FILES | {"_terminal", "plots", "cli", "sweeps", "atlas_cli", "paper", "fit"},

@@ -1,9 +1,15 @@
 """Two bodies, force maps, `check` on fit cases, and the examples of adhesion and relaxation."""
 
 import importlib
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from synthetic import synthetic
 from typer.testing import CliRunner
@@ -175,6 +181,36 @@ def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
     assert done.exit_code == 130
     assert "Interrupted after 16 of 40 curves" in done.output
     assert len(out.read_text(encoding="utf-8").splitlines()) == 17
+
+
+@pytest.mark.parametrize("late", [False, True], ids=["as workers start", "as they work"])
+def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
+    """As a terminal does it: to all processes at once."""
+    folder, out = tmp_path / "curves", tmp_path / "table.csv"
+    folder.mkdir()
+    for i in range(2000):
+        (folder / f"c{i:04}.csv").symlink_to(EXAMPLES / "thin_gel.csv")
+    command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "flatpunch.cli", *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    ) as run:
+        end = time.monotonic() + 60
+        while len(psutil.Process(run.pid).children()) < 2:
+            assert time.monotonic() < end, "no workers"
+            assert run.poll() is None, run.stdout.read()
+            time.sleep(0.001)
+        time.sleep(0.5 * late)
+        os.killpg(run.pid, signal.SIGINT)
+        told = run.stdout.read()
+    assert run.returncode == 130, told
+    assert told.count("Interrupted after") == 1
+    assert "Traceback" not in told
+    assert "KeyboardInterrupt" not in told
+    assert 16 < len(out.read_text(encoding="utf-8").splitlines()) < 2000
 
 
 def test_batch_of_relaxing_curves():

@@ -34,8 +34,9 @@ _SLOPE_CELLS = 2.0
 _RESOLVED, _PERHAPS = 12.0, 3.0
 """Cells in the length over which the pressure is root-like, from which on the fit is trusted, and if it is hardly bent."""
 
-_BENT = 0.4
-"""Curvature of the parabola over its slope, per cell, up to which it is: thin incompressible layers exceed it."""
+_BENT = -0.12, 0.4
+"""Curvatures of the parabola over its slope, per cell, between which it is: stiff films bend it more downwards,
+thin incompressible layers more upwards."""
 
 _TOO_FAR = 0.55
 """Cells by which a parabola ends too far out, over that curvature where it is positive (0.4 to 0.7 found)."""
@@ -152,7 +153,7 @@ def rim_along(
         slope = _smooth_slope(contour[of_ray], grid.spacing)[different]
         if length >= _PERHAPS * grid.spacing:
             followed, bent = _follow_to_zero(grid, pressure, rays, contour, slope, rim)
-        if length >= _RESOLVED * grid.spacing or abs(bent) < _BENT:
+        if length >= _RESOLVED * grid.spacing or _BENT[0] < bent < _BENT[1]:
             contour = followed
         else:
             # what blurring takes off the points of an outline grows like the square of its width
@@ -231,7 +232,7 @@ def _follow_to_zero(
         s = -2 * c0 / (c1 + root)
         bent = float(np.median(np.nan_to_num(c2 / c1)))
     # at corners of the outline the fit may fail; the cells themselves know it to about one cell
-    s = np.where(np.isfinite(s) & (np.abs(s) < 1), s + _TOO_FAR * min(max(bent, 0.0), _BENT), 0.0)
+    s = np.where(np.isfinite(s) & (np.abs(s) < 1), s + _TOO_FAR * min(max(bent, 0.0), _BENT[1]), 0.0)
     return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT)), bent
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +20,8 @@ from flatpunch.fit.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.report import unit_of
 from flatpunch.fit.sample import Sample
 from flatpunch.fit.settings import Free, Settings, as_free
+from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
+from flatpunch.parallel.threads import cores
 
 _CHUNK = 16
 _TEXTS = ("curve", "file", "reason", "notes")
@@ -193,7 +194,7 @@ def fit_rows(
     """
     model_of(sample, free, settings.method)
     job = _Job(sample, free, settings, dict(reading or {}))
-    count = workers if workers is not None else min(os.cpu_count() or 1, 1 + len(items) // 64)
+    count = workers if workers is not None else min(cores(), 1 + len(items) // 64)
     chunks = (items[i : i + _CHUNK] for i in range(0, len(items), _CHUNK))
     # the first chunk is done here: its tables are inherited where processes fork
     first = next(chunks, ())
@@ -204,19 +205,14 @@ def fit_rows(
         return
     from concurrent.futures import ProcessPoolExecutor
 
-    pool = ProcessPoolExecutor(count, initializer=_deaf)
+    pool = ProcessPoolExecutor(count, initializer=left_to_parent)
     try:
-        yield from pool.map(job.run, chunks)
+        with unheard_by_children():
+            found = pool.map(job.run, chunks)
+        yield from found
     finally:
         # after an interrupt nobody waits for what has not begun
         pool.shutdown(cancel_futures=True)
-
-
-def _deaf() -> None:
-    """Ctrl-C reaches all processes of a terminal; the first one answers for all."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @dataclass(frozen=True)

@@ -45,3 +45,8 @@ def unheard_by_children() -> Iterator[None]:
         # None stands for a handler that is not Python's and cannot be put back
         signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+
+
+def left_to_parent() -> None:
+    """Ignore Ctrl-C from now on, in a worker: it reaches all processes of a terminal, and the first one answers for all."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -18,7 +18,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from flatpunch.parallel.interruption import unheard_by_children
+from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
@@ -131,7 +131,7 @@ class _Worker:
 
 def _work(pipe: Connection) -> None:
     """Solve what comes through the pipe until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; one of them decides
+    left_to_parent()
     with contextlib.suppress(EOFError, OSError):
         try:
             function = pipe.recv()
