@@ -13,6 +13,7 @@ from flatpunch.bem import solve
 from flatpunch.bem.influence import influence_coefficients, love_coefficients
 from flatpunch.bem.radial import remainder_table, short_wave_remainder
 from flatpunch.compliance import compliance
+from flatpunch.contact import indent
 from flatpunch.reference import elliptic, power_law
 
 _spec = importlib.util.spec_from_file_location("exact", Path(__file__).with_name("exact.py"))
@@ -40,7 +41,19 @@ def test_round_contact_on_a_graded_layer(name, beta):
     assert step.converged
     # cells: second order as on constant layers; the punch matrix of graded surfaces leaves N^-2 of the edge, some 1e-4 of a
     assert step.force == pytest.approx(force, rel=0.3 * (h / beta) ** 2 + 2e-4)
-    assert step.radius == pytest.approx(beta, abs=(0.05 if h < 1 / 12 else 0.2) * h + 5e-4 * beta)
+    assert step.radius == pytest.approx(beta, abs=0.05 * h + 5e-4 * beta)
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.2, 5.0, 30.0, 300.0])
+@pytest.mark.parametrize("cells", [64, 192])
+def test_rim_under_steep_gradings(ratio, cells):
+    """The root law of the surface's own modulus ends where that has changed, above the base: up to 0.45 cells were lost."""
+    layer = media.GradedLayer(media.LinearModulus(1e6, ratio * 1e6, 2.0), 0.3, 2.0)
+    medium, tip = media.Medium([layer], media.HalfSpace(1e6 * ratio, 0.3)), indenters.Paraboloid(50.0)
+    contact = indent(medium, tip, radius=1.5)
+    step = solve(compliance(medium), tip, depths=contact.depth.values, grid=cells)[0]
+    assert step.radius == pytest.approx(1.5, abs=0.12 * step.grid.spacing)
+    assert np.abs(step.outline.contour - 1.5).max() < 0.5 * step.grid.spacing
 
 
 @pytest.mark.parametrize("name", GRADED)

@@ -62,6 +62,11 @@ class Kernel:
     cache: dict[object, object] = field(default_factory=dict, repr=False)
 
     @property
+    def surface_length(self) -> float:
+        """Depth to which the modulus of the surface reaches [m]: the length l, or less where a grading is steep."""
+        return self.length / max(1.0, abs(self.tail))
+
+    @property
     def homogeneous(self) -> bool:
         """Whether the medium is a homogeneous half-space, with no length of its own."""
         return not np.isfinite(self.length)

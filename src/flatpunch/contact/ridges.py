@@ -153,7 +153,7 @@ def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, 
     if not beside.all():
         return solution.outline
     pressure = np.where(main, solution.pressure, 0.0)
-    return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.length)
+    return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.surface_length)
 
 
 def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
@@ -208,7 +208,7 @@ def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch,
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
     if not core.converged:
         return
-    closer, _ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.length)
+    closer, _ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
     inside = closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing
     contour[inside] = closer[inside]
 
