@@ -8,6 +8,7 @@ import sys
 import time
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from typer.testing import CliRunner
@@ -16,7 +17,7 @@ import flatpunch as fp
 from flatpunch.cli import app
 from flatpunch.files.units import LENGTH, to_si
 from flatpunch.parallel import Folder
-from flatpunch.sweeps import picture, study
+from flatpunch.sweeps import picture, save_table, study, table
 
 CASE = """
 title = "Ball on a film"
@@ -245,6 +246,38 @@ def test_an_interrupted_study_goes_on(case, tmp_path):
     result = fp.sweep(case, {RADIUS: "1um:2um:6"}, store=store, workers=1, progress=lambda *at: seen.append(at))
     assert seen[0] == (kept, 6)
     assert (result["status"] == "solved").all()
+
+
+def test_table_for_spreadsheets(case, tmp_path):
+    result = fp.sweep(case, {THICKNESS: "0.5um,5um", RADIUS: "0.3um,2um"}, workers=1, contours=True)
+    save_table(result, tmp_path / "study.csv")
+    found = pd.read_csv(tmp_path / "study.csv", keep_default_na=False, na_values=[""])
+    assert len(found) == 2 * 2 * result.sizes["step"]
+    assert list(found.columns[:4]) == ["layers.0.thickness [m]", "indenter.radius [m]", "step", "depth [m]"]
+    assert not [name for name in found.columns if "contour [" in name or "notes" in name]
+    line = found.iloc[2 * result.sizes["step"] + 1]  # second thickness, first radius, second step
+    assert line["layers.0.thickness [m]"] == 5e-6
+    assert line["force [N]"] == float(result["force"][1, 0, 1])
+    failed = found[found["status"] == "failed"]
+    assert (failed["indenter.radius [m]"] == 0.3e-6).all()
+    assert failed["force [N]"].isna().all()
+    assert failed["reason"].str.contains("beyond this indenter").all()
+    csv = tmp_path / "again.csv"
+    command = ["sweep", case, "--vary", f"{RADIUS}=1um,2um", "--csv"]
+    assert run(*command, csv).exit_code == 0
+    assert csv.read_text(encoding="utf-8").startswith("indenter.radius [m],step,depth [m],force [N]")
+    refused = run(*command, tmp_path / "study.xlsx")
+    assert refused.exit_code == 2
+    assert "--csv" in refused.output
+    assert "must be .csv" in refused.output
+
+
+def test_table_where_every_point_failed(case, tmp_path):
+    result = fp.sweep(case, {RADIUS: "0.1um,0.2um"}, workers=1)
+    assert (result["status"] == "failed").all()
+    found = table(result)
+    assert len(found) == 2
+    assert found["reason"].str.len().min() > 0
 
 
 def test_pictures(case):

@@ -31,6 +31,9 @@ def add_commands(app: typer.Typer) -> None:
             ),
         ],
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
+        csv: Annotated[
+            Path | None, typer.Option(help="Table as CSV, a line for each point and step, besides the output.")
+        ] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
         quantity: Annotated[
             str | None,
@@ -57,7 +60,7 @@ def add_commands(app: typer.Typer) -> None:
         there, and with more values it solves only the new ones. Delete that folder when the study is done.
         """
         with friendly():
-            _check_targets(output, plot)
+            _check_targets(output, csv, plot)
             wanted = _wanted(vary)
             from flatpunch._progress import listening
             from flatpunch.sweeps.study import sweep as solve
@@ -77,14 +80,19 @@ def add_commands(app: typer.Typer) -> None:
                         retry_failed=retry_failed,
                         anew=not resume,
                     )
-            _finish(result, output, plot, quantity, step)
+            _finish(result, output, csv, plot, quantity, step)
 
 
-def _finish(result: xr.Dataset, output: Path | None, plot: Path | None, quantity: str | None, step: int) -> None:
+def _finish(
+    result: xr.Dataset, output: Path | None, csv: Path | None, plot: Path | None, quantity: str | None, step: int
+) -> None:
     """Write what was asked for, then print: a picture that cannot be drawn costs no result."""
     from flatpunch.files import save
+    from flatpunch.sweeps.table import save_table
 
     written = [save(result, output)] if output else []
+    if csv:
+        written.append(save_table(result, csv))
     failed = int((result["status"] == "failed").sum())
     if failed < result["status"].size:
         if plot:
@@ -166,9 +174,10 @@ def _wanted(vary: list[str]) -> dict[str, str]:
     return found
 
 
-def _check_targets(output: Path | None, plot: Path | None) -> None:
+def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
     """Refuse endings and folders that cannot work before anything is solved."""
     from flatpunch.files.results import check_target
 
     check_target("--output", output, (".nc",))
+    check_target("--csv", csv, (".csv",))
     check_target("--plot", plot, (".png", ".pdf", ".svg"))

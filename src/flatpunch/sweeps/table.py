@@ -1,0 +1,48 @@
+"""A parameter study as one table, a line for each point and step: what spreadsheets and statistics programs read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from flatpunch.files.results import whole_file
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def table(study: xr.Dataset) -> pd.DataFrame:
+    """Return a study as a table.
+
+    Parameters
+    ----------
+    study : xarray.Dataset
+        What `sweep` returned.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A line for each point and step: the varied values, the step, what was computed there, and `status` and `reason` of the
+        point. SI units, named in brackets. Outlines and notes of the method stay in the dataset.
+    """
+    # where every point failed there are no steps
+    over = [*study["status"].dims, *(["step"] if "step" in study.dims else [])]
+    kept = [name for name, variable in study.data_vars.items() if set(variable.dims) <= set(over) and name != "notes"]
+    frame = study[kept].to_dataframe(dim_order=over).reset_index()
+    columns = [*over, *kept]
+    return frame[columns].rename(columns={name: _heading(study, str(name)) for name in columns})
+
+
+def save_table(study: xr.Dataset, path: str | Path) -> Path:
+    """Write the table of a study as CSV, whole or not at all."""
+    path = Path(path)
+    with whole_file(path) as temporary:
+        table(study).to_csv(temporary, index=False, lineterminator="\n")
+    return path
+
+
+def _heading(study: xr.Dataset, name: str) -> str:
+    unit = study[name].attrs.get("units", "") if name in study.variables else ""
+    return f"{name} [{unit}]" if unit and unit != "1" else name
