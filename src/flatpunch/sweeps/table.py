@@ -36,7 +36,25 @@ def table(study: xr.Dataset) -> pd.DataFrame:
 
 
 def save_table(study: xr.Dataset, path: str | Path) -> Path:
-    """Write the table of a study as CSV, whole or not at all."""
+    """Write the table of a study as CSV.
+
+    Parameters
+    ----------
+    study : xarray.Dataset
+        What `sweep` returned.
+    path : path
+        Target; a file of that name is replaced.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    ResultError
+        If it cannot be written. An older file of that name is then untouched.
+    """
     path = Path(path)
     with whole_file(path) as temporary:
         table(study).to_csv(temporary, index=False, lineterminator="\n")
