@@ -59,8 +59,8 @@ _SCATTER, _CORNER_SCATTER = 1.5, 0.4
 """Scatter of outlines over the mean radius, times the cells per side, of smooth tips and of those with edges."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
-_RIM_ERROR, _END_ERROR = 1.3, 1.5
-"""Error of outlines over the mean radius, times the cells per side: a third of a cell, and what their ends add."""
+_RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.3
+"""Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING, _CENTRED = 1e-9, 0.02
@@ -169,10 +169,14 @@ class Correction:
     def _rim_error(self, shape: Array) -> Array:
         """Error of outlines over their mean radius that the cells make, shape (n,).
 
-        It grows with the farthest point over the mean radius: contacts are drawn out into arms that are a few cells wide.
+        It grows with the farthest point over the mean radius: contacts are drawn out into arms that are a few cells wide. Rays
+        beside a needle meet its flank aslant: with dln a/dphi of up to 100 they move that much farther than it does.
         """
-        far = np.exp(shape[:, 2:].max(axis=1) - shape[:, 0]) - 1
-        return np.asarray((_RIM_ERROR + _END_ERROR * np.where(np.isfinite(far), far, 1.0)) / self.cells)
+        outline = shape[:, 2:]
+        far = np.exp(outline.max(axis=1) - shape[:, 0]) - 1
+        steepest = np.abs(np.diff(outline, append=outline[:, :1])).max(axis=1) / self.phi[1]
+        far, steepest = np.where(np.isfinite(far), far, 1.0), np.where(np.isfinite(steepest), steepest, 0.0)
+        return np.asarray(np.maximum(_RIM_ERROR + _END_ERROR * far, _FLANK_ERROR * far * steepest) / self.cells)
 
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""
