@@ -64,7 +64,7 @@ def test_against_fresh_boundary_elements(
     ids=["ellipse incompressible", "ellipse compressible", "three sides"],
 )
 def test_area_of_contacts_ten_times_wider_than_the_layer(tip: object, poisson: float) -> None:
-    """Beside the rim few cells lie in the thickness: the areas of 256 and 320 cells were up to 1.2 % too large."""
+    """Beside the rim few cells lie in the thickness: those of 256 and 320 cells were 0.3 % too large."""
     medium = _medium(poisson, thickness=1.0)
     result = fp.indent(medium, tip, radius=9.0)
     kernel = compliance(medium)
