@@ -24,6 +24,8 @@ _DECADES = 5
 _MARGIN = 4
 _KNOTS = 6
 
+Window = tuple[int, int]
+"""First and last node, in steps of ln delta."""
 Solve = Callable[[tuple[float, ...], Array], Array]
 
 
@@ -90,25 +92,22 @@ class Table:
     coordinates: Sequence[Coordinate]
     limit: Callable[[tuple[float, ...]], float]
     decades: int = _DECADES
-    _window: tuple[int, int] = (0, -1)
+    _window: Window = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
-    _pieces: dict[tuple[int, ...], Array] = field(default_factory=dict)
+    _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
     _limits: dict[tuple[int, ...], float] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], Piecewise] | None = None
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
         """Interpolant at coordinates q, good for ln delta up to `highest`."""
-        before = self._window
-        self._widen(min(highest, self.highest(q)))
-        key = (*q, *self._window)
+        window = self._widened(min(highest, self.highest(q)))
+        key = (*q, *window)
         if self._last is None or self._last[0] != key:
-            try:
-                self._last = (key, Piecewise(self._window[0] * STEP, self._combined(q)))
-            except BaseException:
-                # what cannot be solved, or was interrupted, must not be asked of those who share this table
-                self._window = before
-                self._pieces.clear()
-                raise
+            self._last = (key, Piecewise(window[0] * STEP, self._combined(q, window)))
+        if window != self._window:
+            # kept only now: what cannot be solved must not be asked of those who share this table
+            self._window = window
+            self._pieces = {place: piece for place, piece in self._pieces.items() if place[0] == window}
         return self._last[1]
 
     def highest(self, q: Sequence[float]) -> float:
@@ -121,38 +120,37 @@ class Table:
     def _values(self, index: tuple[int, ...]) -> tuple[float, ...]:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
 
-    def _combined(self, q: Sequence[float]) -> Array:
+    def _combined(self, q: Sequence[float], window: Window) -> Array:
         if not self.coordinates:
-            return self._knot(())[None]
+            return self._knot((), window)[None]
         spans = [_span(c, value) for c, value in zip(self.coordinates, q, strict=True)]
-        total = np.zeros((1 + len(spans), _DEGREE + 1, self._window[1] - self._window[0]))
+        total = np.zeros((1 + len(spans), _DEGREE + 1, window[1] - window[0]))
         for choice in product(range(_KNOTS), repeat=len(spans)):
-            knot = self._knot(tuple(span.first + i for span, i in zip(spans, choice, strict=True)))
+            knot = self._knot(tuple(span.first + i for span, i in zip(spans, choice, strict=True)), window)
             factors = [span.weights[i] for span, i in zip(spans, choice, strict=True)]
             total[0] += np.prod(factors) * knot
             for j, span in enumerate(spans):
                 total[1 + j] += np.prod(factors[:j] + factors[j + 1 :]) * span.derivatives[choice[j]] * knot
         return total
 
-    def _widen(self, highest: float) -> None:
-        """Grow the window in thirds of a decade, so that neighbouring curves share it."""
+    def _widened(self, highest: float) -> Window:
+        """The window grown in thirds of a decade, so that neighbouring curves share it."""
         chunk = PER_DECADE // 3
         top = chunk * int(np.ceil(highest / STEP / chunk))
         low, high = self._window
         if high < low:
-            self._window = (top - self.decades * PER_DECADE, top)
-        elif top > high or top < high - self.decades * PER_DECADE // 2:
-            low = min(low, top - self.decades * PER_DECADE)
-            self._window = (low, max(top, high))
-            self._pieces.clear()
+            return top - self.decades * PER_DECADE, top
+        if top > high or top < high - self.decades * PER_DECADE // 2:
+            return min(low, top - self.decades * PER_DECADE), max(top, high)
+        return self._window
 
-    def _knot(self, index: tuple[int, ...]) -> Array:
-        if index not in self._pieces:
-            self._pieces[index] = self._spline(index)
-        return self._pieces[index]
+    def _knot(self, index: tuple[int, ...], window: Window) -> Array:
+        if (window, index) not in self._pieces:
+            self._pieces[window, index] = self._spline(index, window)
+        return self._pieces[window, index]
 
-    def _spline(self, index: tuple[int, ...]) -> Array:
-        low, high = self._window
+    def _spline(self, index: tuple[int, ...], window: Window) -> Array:
+        low, high = window
         nodes = self._nodes.setdefault(index, {})
         wanted = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if i not in nodes]
         if wanted:

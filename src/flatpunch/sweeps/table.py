@@ -43,17 +43,17 @@ def save_table(study: xr.Dataset, path: str | Path) -> Path:
     study : xarray.Dataset
         What `sweep` returned.
     path : path
-        Target; a file of that name is replaced.
+        Where to; what stands there is replaced when the new table is whole.
 
     Returns
     -------
     Path
-        The file written.
+        The table's place.
 
     Raises
     ------
     ResultError
-        If it cannot be written. An older file of that name is then untouched.
+        Where the folder is missing or may not be written to.
     """
     path = Path(path)
     with whole_file(path) as temporary:
