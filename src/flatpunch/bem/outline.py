@@ -2,7 +2,7 @@
 
 Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a
 power-law half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it
-between one and four cells inside the rim and followed to zero: 0.00-0.02 cells off on average, 0.04-0.07 cells scatter.
+between one and four cells inside the rim and followed to zero: 0.00-0.03 cells off on average, 0.03-0.1 cells scatter.
 
 Under a layer the root holds over a part of its thickness only, and a parabola that bends upwards ends too far out, by half a
 cell for each cell^-1 of its curvature over its slope: that is made up for, and 0.05 cells are left of 0.1 to 0.2. With fewer
