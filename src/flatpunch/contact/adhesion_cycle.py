@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._record import record
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, positive
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
@@ -75,6 +76,7 @@ class _Leg:
     end: float
 
 
+@one_blas_thread()
 def adhesion_loop(
     medium: Any,
     indenter: Indenter,

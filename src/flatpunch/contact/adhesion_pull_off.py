@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import FlatpunchWarning, positive
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion_case import AdhesiveCase, adhesive_case
@@ -109,6 +110,7 @@ class PullOff:
         return self.force_minimum.radius
 
 
+@one_blas_thread()
 def pull_off(
     medium: Any, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
 ) -> PullOff:

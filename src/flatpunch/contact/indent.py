@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._record import record
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, positive, values
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
@@ -47,6 +48,7 @@ _VARIABLES = {
 }
 
 
+@one_blas_thread()
 def indent(
     medium: Any,
     indenter: Indenter,
@@ -124,6 +126,7 @@ def indent(
     return _dataset(curve, phi, medium, indenter, control, method)
 
 
+@one_blas_thread()
 def pressure(
     medium: Any,
     indenter: Indenter,

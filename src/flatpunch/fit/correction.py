@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import brentq
 
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, poisson_ratio, positive
 from flatpunch.fit import published
 from flatpunch.fit.forward import ForwardModel
@@ -136,6 +137,7 @@ class Correction:
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
 
+@one_blas_thread()
 def correct(
     reported: float,
     medium: Medium,

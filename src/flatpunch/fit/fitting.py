@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, real
 from flatpunch.fit.adhesive_model import AdhesiveModel
 from flatpunch.fit.adhesive_setup import adhesive_setup
@@ -34,6 +35,7 @@ _FAR = 1e6
 Model = ForwardModel | AdhesiveModel | HistoryModel
 
 
+@one_blas_thread()
 def fit(
     curve: Curve,
     medium: Any,
@@ -118,6 +120,7 @@ def _made(sample: Sample, free: tuple[str, ...], method: str) -> Model:
     return ForwardModel(sample.medium, sample.indenter, free, method)
 
 
+@one_blas_thread()
 def fit_ranges(
     curve: Curve,
     medium: Any,
@@ -156,6 +159,7 @@ def fit_ranges(
     return results
 
 
+@one_blas_thread()
 def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings) -> FitResult:
     """Fit with a forward model at hand; what `fit` and batches do for each curve."""
     if not isinstance(curve, Curve):

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flatpunch._threads import one_blas_thread
+
 if TYPE_CHECKING:
     from flatpunch._progress import Report as Progress
     from flatpunch.paper.report import Report
@@ -49,8 +51,6 @@ def reproduce(
         Deviations and statements with their numbers.
     """
     # the command line imports this module; drawing is imported when something is drawn
-    from threadpoolctl import threadpool_limits
-
     from flatpunch.paper import plan as plans
     from flatpunch.paper.points import Store
     from flatpunch.paper.report import make
@@ -60,7 +60,7 @@ def reproduce(
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(folder / "points")
     # the matrices are small: on busy cores a second thread for them made the drawing ten times slower
-    with threadpool_limits(1):
+    with one_blas_thread():
         store.solve(plan.points(figures), jobs or cores(), progress)
         return make(plan, figures, store, folder, step or (lambda what: None))
 

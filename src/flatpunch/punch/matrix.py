@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatpunch._threads import in_threads
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import half_space_diagonal
@@ -67,10 +68,14 @@ def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> A
         return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
     table, weights = _weighted(kernel, beta, terms, parity)
     blocks = np.empty((beta.size, terms, terms))
-    for i, weight in enumerate(weights):
-        used = int(np.searchsorted(table.x, kernel.cutoff * beta[i]))
-        j = table.j[:, :used]
-        np.matmul(j * weight[:used], j.T, out=blocks[i])
+
+    used = np.searchsorted(table.x, kernel.cutoff * beta)
+
+    def fill(i: int) -> None:
+        j = table.j[:, : used[i]]
+        np.matmul(j * weights[i, : used[i]], j.T, out=blocks[i])
+
+    in_threads(fill, beta.size, operations=2.0 * terms**2 * float(used.sum()))
     return blocks
 
 

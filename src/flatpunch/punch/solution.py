@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import beta as beta_function
 
+from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, FlatpunchWarning, positive, values
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
@@ -111,6 +112,7 @@ class FlatPunch:
         return float((exponent + 1) * np.pi * b @ self.coefficients)
 
 
+@one_blas_thread()
 def flat_punch(
     medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float
 ) -> FlatPunch:

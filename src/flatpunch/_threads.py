@@ -1,0 +1,85 @@
+"""Threads of linear algebra: one while its matrices are small, and threads of our own where there are many of these.
+
+Threads of BLAS stay awake and wait for each other between products. Where other work keeps the cores busy each wait lasts until
+the system lets the other thread run again: on two busy cores a curve took four to twenty times as long as with one thread.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import lru_cache
+
+from threadpoolctl import ThreadpoolController
+
+_WORTHWHILE = 2e8
+"""Floating-point operations for which another thread is started: 5 to 10 ms."""
+
+
+class _Given(threading.local):
+    """Threads that linear algebra had when this thread of the program asked for one; None while it does not."""
+
+    before: int | None = None
+
+
+_given = _Given()
+
+
+@lru_cache(maxsize=1)
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController().select(user_api="blas")
+
+
+def _now() -> int:
+    return max((library.num_threads for library in _libraries().lib_controllers), default=1)
+
+
+def threads() -> int:
+    """Threads that linear algebra was given: by the cores of the machine, by the environment, or by threadpoolctl."""
+    return _now() if _given.before is None else _given.before
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep linear algebra at one thread; of several threads of a program, threadpoolctl listens to the first that asked."""
+    if _given.before is not None:
+        yield
+        return
+    _given.before = _now()
+    try:
+        with _libraries().limit(limits=1):
+            yield
+    finally:
+        _given.before = None
+
+
+@contextmanager
+def given_blas_threads() -> Iterator[None]:
+    """Give linear algebra its threads back for a while, where its matrices are large."""
+    if _given.before is None:
+        yield
+        return
+    before, _given.before = _given.before, None
+    try:
+        with _libraries().limit(limits=before):
+            yield
+    finally:
+        _given.before = before
+
+
+def in_threads(function: Callable[[int], None], count: int, operations: float) -> None:
+    """Call function(i) for i = 0 ... count - 1, with one thread of linear algebra each, in as many threads as it was given.
+
+    `operations` are those of all calls together; threads that would have less than a few milliseconds to do are not started.
+    """
+    several = min(threads(), count, int(operations / _WORTHWHILE))
+    with one_blas_thread():
+        if several < 2 or _now() > 1:
+            for i in range(count):
+                function(i)
+            return
+        with ThreadPoolExecutor(several) as pool:
+            for _ in pool.map(function, range(count)):
+                pass
