@@ -4,116 +4,22 @@ Press an ever larger flat punch step by step and any contact has been built: the
 all that has to be known of that medium. Everything is in consistent units, SI recommended.
 """
 
-from flatpunch import atlas
-from flatpunch._validation import FlatpunchWarning
-from flatpunch._version import __version__
-from flatpunch.compliance import compliance
-from flatpunch.contact import adhesion_loop, indent, pressure, pull_off
-from flatpunch.files import load, read_case, read_height_map, save
-from flatpunch.fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
-from flatpunch.indenters import (
-    AfmPyramid,
-    AreaFunction,
-    Berkovich,
-    Cone,
-    CubeCorner,
-    Cylinder,
-    Ellipsoid,
-    EllipticParaboloid,
-    FacetedPyramid,
-    HeightMap,
-    Knoop,
-    Paraboloid,
-    PowerLaw,
-    Pyramid,
-    RadialProfile,
-    Rounded,
-    Sphere,
-    SpheroCone,
-    Spheroid,
-    Superellipse,
-    Tilted,
-    Truncated,
-    Vickers,
-)
-from flatpunch.media import (
-    DepthTable,
-    ExponentialModulus,
-    Formula,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    LinearModulus,
-    Medium,
-    PowerLawHalfSpace,
-    PowerLawRelaxation,
-    PowerModulus,
-    Prony,
-    RigidBase,
-    StandardLinearSolid,
-    TwoBodies,
-)
-from flatpunch.punch import flat_punch
-from flatpunch.sweeps import sweep
+import sys
+from types import ModuleType
+from typing import Any
 
-__all__ = [
-    "AfmPyramid",
-    "AreaFunction",
-    "Berkovich",
-    "Cone",
-    "CubeCorner",
-    "Curve",
-    "CurveError",
-    "Cylinder",
-    "DepthTable",
-    "Ellipsoid",
-    "EllipticParaboloid",
-    "ExponentialModulus",
-    "FacetedPyramid",
-    "FlatpunchWarning",
-    "Formula",
-    "Free",
-    "GradedLayer",
-    "HalfSpace",
-    "HeightMap",
-    "Knoop",
-    "Layer",
-    "LinearModulus",
-    "Medium",
-    "Paraboloid",
-    "PowerLaw",
-    "PowerLawHalfSpace",
-    "PowerLawRelaxation",
-    "PowerModulus",
-    "Prony",
-    "Pyramid",
-    "RadialProfile",
-    "RigidBase",
-    "Rounded",
-    "Sphere",
-    "SpheroCone",
-    "Spheroid",
-    "StandardLinearSolid",
-    "Superellipse",
-    "Tilted",
-    "Truncated",
-    "TwoBodies",
-    "Vickers",
-    "__version__",
-    "adhesion_loop",
-    "atlas",
-    "compliance",
-    "correct",
-    "fit",
-    "fit_batch",
-    "flat_punch",
-    "indent",
-    "load",
-    "pressure",
-    "pull_off",
-    "read_case",
-    "read_curve",
-    "read_height_map",
-    "save",
-    "sweep",
-]
+import lazy_loader
+
+# the stub __init__.pyi says where names come from; each part is loaded when one of its names is first asked for
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+class _Package(ModuleType):
+    """The package, in which `compliance` and `fit` stay functions when the parts of the same names are loaded."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in {"compliance", "fit"} and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

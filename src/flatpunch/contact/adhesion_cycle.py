@@ -15,10 +15,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from flatpunch._record import record
 from flatpunch._threads import one_blas_thread
@@ -30,6 +29,9 @@ from flatpunch.contact.adhesion_control import ends_of, radius_on, value_of
 from flatpunch.contact.adhesion_limits import Quantity, Stretch
 from flatpunch.contact.adhesion_pull_off import pull_off_of, tabor_of
 from flatpunch.indenters.profile import Indenter
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _DECADES = 10
 _NODES = 24
@@ -141,6 +143,8 @@ def adhesion_loop(
     if range_of_action is not None:
         tabor = tabor_of(case, pull_off_of(case), range_of_action)
         attributes |= {"tabor_parameter": tabor.parameter, "dmt_force": tabor.dmt_force, "notes": tabor.note}
+    import xarray as xr  # takes as long to load as all of the contact
+
     columns = _columns(case, quantity, approach, back, count)
     return xr.Dataset(columns, {"step": ("step", np.arange(columns["depth"][1].size))}, attributes)
 

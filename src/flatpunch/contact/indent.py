@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import inspect
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from flatpunch._record import record
 from flatpunch._threads import one_blas_thread
@@ -29,6 +28,9 @@ from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
 from flatpunch.media.tabulated import TabulatedMedium
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 METHODS: dict[str, Any] = {
     "first-order": first_order,
@@ -286,6 +288,8 @@ def _angles(angles: int) -> Array:
 
 
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
+    import xarray as xr  # takes as long to load as all of the contact
+
     data: dict[str, Any] = {
         name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
         for name, (unit, text) in _VARIABLES.items()

@@ -1,0 +1,48 @@
+"""`import flatpunch` loads no physics; names come from their parts when first asked for."""
+
+import subprocess
+import sys
+from types import FunctionType, ModuleType
+
+import pytest
+
+import flatpunch as fp
+
+
+def run(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_importing_loads_neither_scipy_nor_xarray():
+    loaded = run("import sys, flatpunch; print(*sorted({m.split('.')[0] for m in sys.modules}))")
+    assert not {"numpy", "scipy", "xarray", "pandas", "matplotlib"} & set(loaded)
+
+
+def test_contact_loads_no_tables():
+    """Data sets are made of results only: processes that help with boundary elements need none."""
+    loaded = run("import sys, flatpunch as fp; fp.indent; print(*sorted({m.split('.')[0] for m in sys.modules}))")
+    assert "scipy" in loaded
+    assert not {"xarray", "pandas", "matplotlib"} & set(loaded)
+
+
+@pytest.mark.parametrize("name", fp.__all__)
+def test_every_name_is_there(name):
+    assert getattr(fp, name) is not None
+
+
+@pytest.mark.parametrize("name", ["compliance", "fit"])
+@pytest.mark.parametrize("first", ["import flatpunch.{0}", "from flatpunch.{0} import {0}", "flatpunch.{0}"])
+def test_functions_named_like_a_part_stay_functions(name, first):
+    """Whatever is imported first, and although importing a part binds its name in the package."""
+    code = f"import flatpunch; {first.format(name)}; import flatpunch.{name} as again; print(type(flatpunch.{name}).__name__)"
+    assert run(code) == ["function"]
+    assert isinstance(getattr(fp, name), FunctionType)
+
+
+def test_parts_are_modules():
+    assert all(isinstance(getattr(fp, name), ModuleType) for name in ("atlas", "bem", "files", "indenters", "media"))
+
+
+def test_a_name_that_is_not_there_is_told():
+    with pytest.raises(AttributeError, match="indentt"):
+        fp.indentt  # noqa: B018
