@@ -39,6 +39,7 @@ the end of the series, so that profiles with slow moments (cones) converge.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -46,10 +47,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._threads import in_threads
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
-from flatpunch.punch.basis import half_space_diagonal
+from flatpunch.punch.basis import half_space_diagonal, inverse_factors
 from flatpunch.punch.krein import excess, round_functionals
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges
 
@@ -162,15 +164,30 @@ def graded_matrices(kernel: Kernel, beta: Array, terms: int, parity: int = 0, or
     # d/dln beta at fixed x is -d/dln kappa
     real[1::2], turned[1::2] = -real[1::2], -turned[1::2]
     weights, shapes = _independent(real)
-    products = np.stack([(table.f * shape) @ table.f.T for shape in shapes])
-    blocks = np.tensordot(weights, products, axes=1)
-    # on few nodes, in one product for all: Re h_p h_q g over the nodes z
+    blocks = _combined(weights, shapes, table.f, lambda shape: table.f * shape)
+    # on few nodes: Re h_p h_q g over the nodes z, of real and imaginary parts side by side
     n = table.z.size
     weights, shapes = _independent(np.concatenate([turned.real, turned.imag], axis=-1))
-    h = table.h
-    products = np.stack([((h * (shape[:n] + 1j * shape[n:])) @ h.T).real for shape in shapes])
-    blocks += np.tensordot(weights, products, axes=1)
+    a, b = table.h.real, table.h.imag
+
+    def turned_by(shape: Array) -> Array:
+        c, d = shape[:n], shape[n:]
+        return np.concatenate([a * c - b * d, -a * d - b * c], axis=1)
+
+    blocks += _combined(weights, shapes, np.concatenate([a, b], axis=1), turned_by)
     return np.asarray(blocks.reshape(order + 1, beta.size, terms, terms))
+
+
+def _combined(weights: Array, shapes: Array, functions: Array, weighted: Callable[[Array], Array]) -> Array:
+    """Sums of weights, (nb, k), over the products weighted(shape) @ functions.T of k shapes; shape (nb, terms, terms)."""
+    terms, nodes = functions.shape
+    products = np.empty((len(shapes), terms, terms))
+
+    def fill(i: int) -> None:
+        np.matmul(weighted(shapes[i]), functions.T, out=products[i])
+
+    in_threads(fill, len(shapes), operations=2.0 * len(shapes) * terms**2 * nodes)
+    return np.asarray(np.tensordot(weights, products, axes=1))
 
 
 def _derivatives(series: SmoothResponse, kappa: NDArray[Any], order: int) -> NDArray[Any]:
@@ -293,7 +310,7 @@ def _solve(inverse: Array, right: Array) -> Array:
 def _inverse_factor(parity: int, block: Array) -> Array:
     """Inverse Cholesky factor of D + B turned end to end: its leading blocks serve all harmonics of one parity."""
     matrix = block + np.diag(half_space_diagonal(parity, block.shape[-1]))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(matrix[:, ::-1, ::-1])))
+    return inverse_factors(matrix[:, ::-1, ::-1])
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

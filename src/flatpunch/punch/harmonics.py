@@ -13,7 +13,7 @@ from scipy.special import gammaln
 
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import edge_signs, half_space_diagonal, power_moments
+from flatpunch.punch.basis import edge_signs, half_space_diagonal, inverse_factors, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, kernel_matrix, sufficient_terms
 
@@ -114,7 +114,7 @@ def _solve_parity(kernel: Kernel, beta: Array, size: int, parity: int, orders: l
     block = kernel_matrix(kernel, beta, size, parity)
     matrix = block.copy()
     matrix[:, range(size), range(size)] += half_space_diagonal(parity, size)
-    inverse = np.linalg.inv(np.linalg.cholesky(matrix[:, ::-1, ::-1]))
+    inverse = inverse_factors(matrix[:, ::-1, ::-1])
     vectors = {}
     for m in orders:
         start = (m - parity) // 2
