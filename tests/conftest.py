@@ -1,5 +1,6 @@
 """What all tests share."""
 
+import os
 import signal
 from pathlib import Path
 
@@ -11,6 +12,8 @@ MEASURED = Path(__file__).resolve().parents[2] / "shared" / "data"
 def pytest_configure() -> None:
     """Take interrupts also where the shell ignores them, as for jobs in the background: some tests send them."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    # tests share the cores already, and some count what is solved in this process
+    os.environ["OMP_NUM_THREADS"] = "1"
 
 
 @pytest.fixture(scope="session")

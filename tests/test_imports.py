@@ -11,7 +11,7 @@ _GROUND = {"_validation", "_record", "_version", "_progress", "_threads", "_whol
 _MEDIA = _GROUND | {"media"}
 _PUNCH = _MEDIA | {"compliance", "punch"}
 _BEM = _PUNCH | {"indenters", "bem"}
-_CONTACT = _BEM | {"contact"}
+_CONTACT = _BEM | {"contact", "parallel"}
 _FILES = _CONTACT | {"files"}
 _PLOTS = _FILES | {"plots", "plots_adhesion", "plots_history", "plots_medium"}
 

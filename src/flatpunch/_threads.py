@@ -6,6 +6,7 @@ the system lets the other thread run again: on two busy cores a curve took four 
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +17,17 @@ from threadpoolctl import ThreadpoolController
 
 _WORTHWHILE = 2e8
 """Floating-point operations for which another thread is started: 5 to 10 ms."""
+
+
+def cores() -> int:
+    """Cores that this process may use, which on a shared machine are fewer than it has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+
+
+def allowed_threads() -> int:
+    """Threads or processes for one call: the cores this process may use, or OMP_NUM_THREADS if that is less."""
+    limit = os.environ.get("OMP_NUM_THREADS", "")
+    return min(cores(), int(limit)) if limit.isdigit() and int(limit) > 0 else cores()
 
 
 class _Given(threading.local):

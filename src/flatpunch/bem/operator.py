@@ -14,7 +14,6 @@ the transform of the truncated coefficients, whose lowest entries can be negativ
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -23,6 +22,7 @@ from typing import Any
 import numpy as np
 import scipy.fft
 
+from flatpunch._threads import allowed_threads
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
@@ -42,13 +42,6 @@ THREADED = 500**2
 
 _MANY = 400**2
 """Numbers in the transformed rows from which on threads take whole blocks of columns each."""
-
-
-def workers() -> int:
-    """Threads for the transforms: all cores this process may use, or OMP_NUM_THREADS."""
-    limit = os.environ.get("OMP_NUM_THREADS", "")
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-    return min(available, int(limit)) if limit.isdigit() and int(limit) > 0 else available
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +217,7 @@ def build_operator(
         Whether the operator is to solve with: else it has no approximate inverse.
     """
     ny, nx = grid.shape
-    threads = workers() if nx * ny >= THREADED else 1
+    threads = allowed_threads() if nx * ny >= THREADED else 1
     my, mx = padded_shape(grid)
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing

@@ -141,6 +141,43 @@ def _kernel(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kerne
     return _power_law(medium)
 
 
+# Responses are objects, not closures, so that kernels can be handed to other processes.
+
+
+@dataclass(frozen=True, slots=True)
+class _Layered:
+    """L of homogeneous layers."""
+
+    medium: Medium
+    length: float
+
+    def __call__(self, kappa: Array) -> Array:
+        return layered_response(self.medium, kappa / self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class _Power:
+    """L of a power-law half-space."""
+
+    constant: float
+    exponent: float
+
+    def __call__(self, kappa: Array) -> Array:
+        return self.constant * kappa**self.exponent
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """L of two bodies: a constant from homogeneous ones, share * L(stretch * kappa) from the others."""
+
+    constant: float
+    parts: tuple[tuple[float, float, Callable[[Array], Array]], ...]
+
+    def __call__(self, kappa: Array) -> Array:
+        varying = sum(share * response(stretch * kappa) for share, stretch, response in self.parts)
+        return np.asarray(self.constant + varying)
+
+
 def _stack(medium: Medium) -> Kernel:
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]
@@ -151,7 +188,7 @@ def _stack(medium: Medium) -> Kernel:
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,
-        response=lambda kappa: layered_response(medium, kappa / length),
+        response=_Layered(medium, length),
         floor=floor,
     )
 
@@ -192,7 +229,7 @@ def _power_law(medium: PowerLawHalfSpace) -> Kernel:
     return Kernel(
         modulus=medium.surface_modulus,
         length=medium.depth,
-        response=lambda kappa: constant * kappa**exponent,
+        response=_Power(constant, exponent),
         exponent=exponent,
         cutoff=float("inf"),
         floor=0.0,
@@ -217,16 +254,13 @@ def _pair(pair: TwoBodies) -> Kernel:
     ]
     constant = 1.0 - sum(share for share, _, _ in parts)
 
-    def response(kappa: Array) -> Array:
-        return np.asarray(constant + sum(share * kernel.response(stretch * kappa) for share, stretch, kernel in parts))
-
     series = None
     if any(kernel.graded for _, _, kernel in parts):
         series = Combined(tuple((share, stretch, _series(kernel)) for share, stretch, kernel in parts))
     return Kernel(
         modulus=modulus,
         length=length,
-        response=response,
+        response=_Pair(constant, tuple((share, stretch, kernel.response) for share, stretch, kernel in parts)),
         tail=sum(share * kernel.tail / stretch for share, stretch, kernel in parts),
         cutoff=max(kernel.cutoff / stretch for _, stretch, kernel in parts),
         floor=min(kernel.floor / stretch for _, stretch, kernel in parts),
@@ -244,7 +278,7 @@ def _power_law_pair(kernels: list[Kernel], shares: list[float], modulus: float, 
     return Kernel(
         modulus=modulus,
         length=length,
-        response=lambda kappa: constant * kappa**exponent,
+        response=_Power(constant, exponent),
         exponent=exponent,
         cutoff=float("inf"),
         floor=0.0,

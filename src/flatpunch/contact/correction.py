@@ -10,7 +10,7 @@ estimates meet the tolerance; they are kept, so that a later curve on the same m
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ from flatpunch.contact.ridges import traced
 from flatpunch.contact.solution_curves import FEWEST, ForceCurve, ShapeCurve, constant, error_between, standing
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
+from flatpunch.parallel.team import call_helpers, shared_out
 
 _FINEST, _FAR_APART = 1 / 4, 1 / 2
 """Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
@@ -318,17 +319,22 @@ class Correction:
 
     def solutions(self, positions: Array) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
-        depths = np.exp(positions)
-        found = self._boundary_elements(depths, *self._boxes(positions))
-        self.notes |= dict.fromkeys(note for solution in found if not solution.converged for note in solution.notes)
-        traces = [traced(self.kernel, self.indenter, solution, self.phi.size) for solution in found]
-        force = np.array([solution.force for solution in found])
-        growth = np.array([solution.stiffness for solution in found]) * depths / force
-        radius = np.array([trace.radius for trace in traces])
-        size = np.sqrt([trace.area / np.pi for trace in traces])
-        outlines = np.array([trace.contour for trace in traces])
-        logarithms = np.log(np.column_stack([force / self.kernel.modulus, radius, size, outlines]))
-        return np.insert(logarithms, GROWTH, growth, axis=1)
+        found = shared_out(
+            _solved, self._case, list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
+        )
+        self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
+        return np.array([row for row, _ in found])
+
+    def call_helpers(self, contacts: int) -> None:
+        """Let other processes load boundary elements meanwhile, for a curve of so many contacts of which nothing is known."""
+        if not self.known and not self._self_similar:
+            call_helpers(_solved, self._case, contacts)
+
+    @cached_property
+    def _case(self) -> _Case:
+        # the flat punches known of a medium are not needed for this, and may be many
+        kernel = replace(self.kernel, solution=None, cache={})
+        return _Case(kernel, self.indenter, self.phi.size, self.cells)
 
     def _boxes(self, positions: Array) -> tuple[Array, Array, Flags]:
         """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and which are well known, shape (n,).
@@ -352,20 +358,40 @@ class Correction:
         centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
         return half_widths, centers, sure
 
-    def _boundary_elements(self, depths: Array, half_widths: Array, centers: Array, sure: Flags) -> list[bem.Solution]:
-        options: dict[str, Any] = {
-            "grid": self.cells,
-            "tolerance": _TOLERANCE,
-            "stiffness": _STIFFNESS_TOLERANCE,
-            "angles": self.phi.size,
-        }
-        try:
-            boxes: dict[str, Any] = {"half_widths": half_widths, "centers": centers, "search": ~sure}
-            return bem.solve(self.kernel, self.indenter, depths=depths, **boxes, **options)
-        except bem.ContactTouchesEdge:
-            # under stiff films the series may expect outlines far off: then each contact is looked for by itself
-            alone = [bem.solve(self.kernel, self.indenter, depths=depth, **options) for depth in depths]
-            return [solutions[0] for solutions in alone]
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """Medium, indenter, polar angles of the outline and cells per side of the grid."""
+
+    kernel: Kernel
+    indenter: Indenter
+    angles: int
+    cells: int
+
+
+def _solved(case: _Case, place: tuple[float, Array, Array, bool]) -> tuple[Array, tuple[str, ...]]:
+    """Row of the solution at a depth [m], and what a user should know if it did not converge.
+
+    The place also has the expected half-widths and centre of the contact, and whether these are well known.
+    """
+    depth, half_widths, center, sure = place
+    options: dict[str, Any] = {
+        "grid": case.cells,
+        "tolerance": _TOLERANCE,
+        "stiffness": _STIFFNESS_TOLERANCE,
+        "angles": case.angles,
+    }
+    box: dict[str, Any] = {"half_widths": half_widths, "centers": center, "search": not sure}
+    try:
+        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **box, **options)
+    except bem.ContactTouchesEdge:
+        # under stiff films the series may expect outlines far off: then the contact is looked for by itself
+        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **options)
+    trace = traced(case.kernel, case.indenter, solution, case.angles)
+    lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
+    growth = solution.stiffness * depth / solution.force
+    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
+    return row, () if solution.converged else solution.notes
 
 
 @lru_cache(maxsize=32)

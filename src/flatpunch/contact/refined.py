@@ -176,6 +176,8 @@ def solve(
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
+    if expansion.table is None:
+        expansion.correction.call_helpers(control.values.size)
     contact = _controlled(kernel, indenter, expansion, control)
     live = contact.depth > 0
     some = selected(contact, live)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flatpunch._threads import cores
 from flatpunch._version import __version__
 from flatpunch.files.results import whole_file
 from flatpunch.fit.curve import Curve, CurveError
@@ -21,7 +22,6 @@ from flatpunch.fit.report import unit_of
 from flatpunch.fit.sample import Sample
 from flatpunch.fit.settings import Free, Settings, as_free
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
-from flatpunch.parallel.threads import cores
 
 _CHUNK = 16
 _TEXTS = ("curve", "file", "reason", "notes")

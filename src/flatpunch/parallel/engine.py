@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._progress import Report, reporting
+from flatpunch._threads import cores
 from flatpunch._version import __version__
 from flatpunch.parallel import interruption
 from flatpunch.parallel.keys import content_key
 from flatpunch.parallel.store import Folder, Memory, Store
-from flatpunch.parallel.threads import cores, one_thread
+from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, solve_one
 
 Name = Hashable

@@ -22,7 +22,7 @@ from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
-_fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
+fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
 
 
 def in_processes(
@@ -43,7 +43,7 @@ def in_processes(
     """
     count = min(workers, len(items))
     waiting = Waiting(items, count, tries)
-    with_main = _from_main(function, items[0].point)
+    with_main = from_main(function, items[0].point)
     team = [_Worker(name, function, with_main) for name in range(count)]
     try:
         for worker in team:
@@ -78,9 +78,9 @@ class _Worker:
     def __init__(self, name: int, function: Function, with_main: bool) -> None:
         self.name, self._ready = name, False
         self.items: list[Item] = []
-        self.pipe, end = _fresh.Pipe()
-        self._process = _fresh.Process(target=_work, args=(end,), name=f"flatpunch-{name}", daemon=True)
-        with one_thread(), unheard_by_children(), contextlib.nullcontext() if with_main else _no_main():
+        self.pipe, end = fresh.Pipe()
+        self._process = fresh.Process(target=_work, args=(end,), name=f"flatpunch-{name}", daemon=True)
+        with one_thread(), unheard_by_children(), contextlib.nullcontext() if with_main else no_main():
             self._process.start()
         end.close()  # the process holds it now: when it dies, the pipe says so
         self._send(function)
@@ -143,13 +143,13 @@ def _work(pipe: Connection) -> None:
             pipe.send(solve_chunk(partial(call_packed, function), pipe.recv()))
 
 
-def _from_main(*things: Any) -> bool:
+def from_main(*things: Any) -> bool:
     """Whether a new process needs the script that runs here to understand these things."""
     return any(b"__main__" in pickle.dumps(thing) for thing in things)
 
 
 @contextlib.contextmanager
-def _no_main() -> Iterator[None]:
+def no_main() -> Iterator[None]:
     """Start processes without the script that runs here, which they would load again: unguarded scripts work too."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = types.ModuleType("__main__")

@@ -18,11 +18,6 @@ _VARIABLES = (
 )
 
 
-def cores() -> int:
-    """Cores that this process may use, which on a shared machine are fewer than it has."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-
-
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Keep libraries that are loaded, and by the environment those loaded later and in new processes, at one thread."""

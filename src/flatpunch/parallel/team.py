@@ -1,0 +1,210 @@
+"""Processes that help this one with a handful of long calls, started when first worth it and kept for the next.
+
+Some tenths of a second of work each are too few for workers of their own (`processes`), which would be gone again when they have
+loaded what they call. Helpers load it while this process already works, take a share of what is left, and stay for a while.
+Nothing depends on them: what they do not bring back, for whatever reason, is called here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import pickle
+import sys
+import threading
+import warnings
+from collections import deque
+from collections.abc import Callable, Sequence
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from flatpunch._threads import allowed_threads
+from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
+from flatpunch.parallel.processes import fresh, from_main, no_main
+from flatpunch.parallel.threads import one_thread
+
+_MOST = 3
+"""Helpers at most: rounds are of some eight calls, and each helper holds a hundred megabytes."""
+_FEWEST = 4
+"""Calls for which helpers are started; those that are there help with two."""
+_AHEAD = 2
+"""Calls that a helper has at hand, so that it need not wait until this process looks up from its own."""
+_IDLE = 120.0
+"""Seconds after which a helper that is not called goes."""
+
+
+def shared_out(function: Callable[[Any, Any], Any], common: Any, items: Sequence[Any]) -> list[Any]:
+    """Return function(common, item) of every item, in order, called here and in helpers.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module; what it returns depends on nothing but its arguments.
+    common : object
+        What all calls share; unpickled once.
+    items : sequence
+        One for each call.
+    """
+    if len(items) < 2 or not _team.lock.acquire(blocking=False):
+        return [function(common, item) for item in items]
+    try:
+        head = _packed(function, common, *items)
+        return [function(common, i) for i in items] if head is None else _team.shared(function, common, items, head)
+    finally:
+        _team.lock.release()
+
+
+def call_helpers(function: Callable[[Any, Any], Any], common: Any, calls: int) -> None:
+    """Let helpers load what they need while there is other work to do, where so many calls of `shared_out` will follow."""
+    if calls < _FEWEST or not _team.lock.acquire(blocking=False):
+        return
+    try:
+        head = _packed(function, common)
+        if head is not None:
+            _team.called(calls, head)
+    finally:
+        _team.lock.release()
+
+
+class _Team:
+    """The helpers of this process."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self._helpers: list[_Helper] = []
+        self._owner = os.getpid()
+
+    def called(self, calls: int, head: bytes) -> list[_Helper]:
+        """Helpers for so many calls; new ones if that is worth it."""
+        if self._owner != os.getpid():  # a fork, whose parent's they are
+            self._helpers, self._owner = [], os.getpid()
+        self._helpers = [helper for helper in self._helpers if helper.alive]
+        wanted = min(allowed_threads(), calls, _MOST + 1) - 1
+        if calls >= _FEWEST and not multiprocessing.current_process().daemon and not getattr(sys, "frozen", False):
+            with contextlib.suppress(OSError):
+                while len(self._helpers) < wanted:
+                    self._helpers.append(_Helper(head))
+        return self._helpers[:wanted]
+
+    def shared(self, function: Any, common: Any, items: Sequence[Any], head: bytes) -> list[Any]:
+        """Outcomes of all items, in order; what a helper did not bring back is called here."""
+        helpers, waiting = self.called(len(items), head), deque(range(len(items)))
+        own: list[int] = []
+        done: dict[int, Any] = {}
+        try:
+            while len(done) < len(items):
+                for helper in helpers:
+                    for index, outcome in helper.answers():
+                        if outcome is None:
+                            own.append(index)
+                        else:
+                            done[index] = outcome[0]
+                    while waiting and helper.takes(len(waiting)):
+                        index = waiting.popleft()
+                        helper.give(head, index, items[index])
+                if own or waiting:
+                    index = own.pop() if own else waiting.popleft()
+                    done[index] = function(common, items[index])
+                elif len(done) < len(items):
+                    wait([helper.pipe for helper in helpers if helper.at])
+        except BaseException:
+            # they are at what nobody waits for any more
+            self.dismiss()
+            raise
+        return [done[index] for index in range(len(items))]
+
+    def dismiss(self) -> None:
+        """Let all helpers go."""
+        for helper in self._helpers:
+            helper.end()
+        self._helpers = []
+
+
+class _Helper:
+    """A process, the pipe to it, and the indices of the calls it has."""
+
+    def __init__(self, head: bytes) -> None:
+        self.pipe, end = fresh.Pipe()
+        self.at: list[int] = []
+        self._ready = False
+        self._process = fresh.Process(target=_help, args=(end,), name="flatpunch-helper", daemon=True)
+        with one_thread(), unheard_by_children(), no_main():
+            self._process.start()
+        end.close()
+        self._send(head)
+
+    @property
+    def alive(self) -> bool:
+        return bool(self._process.is_alive())
+
+    def takes(self, waiting: int) -> bool:
+        """Whether it may have one more of those that wait; the last one is left to whoever is free."""
+        return self._ready and self.alive and (not self.at or (len(self.at) < _AHEAD and waiting > 1))
+
+    def give(self, head: bytes, index: int, item: Any) -> None:
+        """Hand over a call."""
+        self.at.append(index)
+        self._send((head, index, item))
+
+    def _send(self, thing: Any) -> None:
+        with contextlib.suppress(OSError):  # it is gone; that shows where its answer is awaited
+            self.pipe.send(thing)
+
+    def answers(self) -> list[tuple[int, tuple[Any] | None]]:
+        """What it has brought by now: index, and (outcome,) or None where it has none to show."""
+        found: list[tuple[int, tuple[Any] | None]] = []
+        try:
+            while self.pipe.poll():
+                index, outcome = self.pipe.recv()
+                if index is None:
+                    self._ready = True
+                    continue
+                self.at.remove(index)
+                found.append((index, outcome))
+        except (EOFError, OSError):
+            found += [(index, None) for index in self.at]
+            self.at, self._ready = [], False
+        return found
+
+    def end(self) -> None:
+        """Stop it, whatever it does."""
+        self.pipe.close()
+        self._process.kill()
+        self._process.join()
+        self._process.close()
+
+
+_team = _Team()
+
+
+def _packed(function: Any, common: Any, *items: Any) -> bytes | None:
+    """What all calls share, for another process; None if it would not understand that or one of the items.
+
+    They must be made of what can be pickled, and nothing of the script that runs here.
+    """
+    try:
+        return None if from_main(function, common, *items) else pickle.dumps((function, common))
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
+
+
+def _help(pipe: Connection) -> None:
+    """Answer calls that come through the pipe, until it is closed or nothing comes any more."""
+    left_to_parent()
+    with contextlib.suppress(EOFError, OSError):
+        head = pipe.recv()
+        known = head, pickle.loads(head)  # which loads what is to be called; this process goes where that fails
+        pipe.send((None, None))
+        while pipe.poll(_IDLE):
+            head, index, item = pipe.recv()
+            outcome = None
+            with contextlib.suppress(Exception), warnings.catch_warnings():
+                # what fails or warns is called again where the caller hears of it
+                warnings.simplefilter("error")
+                warnings.simplefilter("ignore", DeprecationWarning)
+                if known[0] != head:
+                    known = head, pickle.loads(head)
+                function, common = known[1]
+                outcome = (function(common, item),)
+            pipe.send((index, outcome))
