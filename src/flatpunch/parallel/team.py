@@ -44,7 +44,7 @@ def shared_out(function: Callable[[Any, Any], Any], common: Any, items: Sequence
     common : object
         What all calls share; unpickled once.
     items : sequence
-        One for each call.
+        One for each call. The last are called first: put those that take long at the end.
     """
     if len(items) < 2 or not _team.lock.acquire(blocking=False):
         return [function(common, item) for item in items]
@@ -101,10 +101,10 @@ class _Team:
                         else:
                             done[index] = outcome[0]
                     while waiting and helper.takes(len(waiting)):
-                        index = waiting.popleft()
+                        index = waiting.pop()
                         helper.give(head, index, items[index])
                 if own or waiting:
-                    index = own.pop() if own else waiting.popleft()
+                    index = own.pop() if own else waiting.pop()
                     done[index] = function(common, items[index])
                 elif len(done) < len(items):
                     wait([helper.pipe for helper in helpers if helper.at])
