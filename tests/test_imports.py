@@ -7,7 +7,7 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 
-_GROUND = {"_validation", "_record", "_version", "_progress", "_threads", "_whole_file"}
+_GROUND = {"_lazy", "_validation", "_record", "_version", "_progress", "_threads", "_whole_file"}
 _MEDIA = _GROUND | {"media"}
 _PUNCH = _MEDIA | {"compliance", "punch"}
 _BEM = _PUNCH | {"indenters", "bem"}
@@ -20,6 +20,7 @@ ALLOWED = {
     "_record": set(),
     "_progress": set(),
     "_terminal": set(),
+    "_lazy": set(),
     "_threads": set(),
     "_version": set(),
     "_whole_file": set(),

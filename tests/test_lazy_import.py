@@ -46,3 +46,15 @@ def test_parts_are_modules():
 def test_a_name_that_is_not_there_is_told():
     with pytest.raises(AttributeError, match="indentt"):
         fp.indentt  # noqa: B018
+
+
+def test_the_command_line_is_there_without_physics():
+    """Help, the version and mistakes in a command are answered at once."""
+    loaded = run("import sys, flatpunch.cli; print(*sorted({m.split('.')[0] for m in sys.modules}))")
+    assert not {"numpy", "scipy", "xarray", "matplotlib"} & set(loaded)
+
+
+@pytest.mark.parametrize("name", ["unloading", "oliver_pharr"])
+def test_functions_of_a_part_named_like_its_modules(name):
+    code = f"import sys, flatpunch.fit.{name}; print(type(sys.modules['flatpunch.fit'].{name}).__name__)"
+    assert run(code) == ["function"]

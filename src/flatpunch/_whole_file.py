@@ -1,4 +1,7 @@
-"""Files that appear whole or not at all: written under a temporary name in the same folder, then renamed."""
+"""Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
+
+Whether they can be written is asked before anything is solved.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,16 @@ from pathlib import Path
 
 UNFINISHED = ".unfinished-"
 """How temporary names begin: what a killed process left behind is known by it."""
+
+
+def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
+    """Refuse a file that could not be written in the end, before anything is solved; None is no file."""
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
 
 
 @contextmanager

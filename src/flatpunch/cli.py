@@ -210,7 +210,7 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
     """Refuse endings and folders that cannot work before anything is solved."""
-    from flatpunch.files.results import check_target
+    from flatpunch._whole_file import check_target
 
     check_target("--output", output, (".nc", ".csv"))
     check_target("--csv", csv, (".csv",))

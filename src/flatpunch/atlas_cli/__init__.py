@@ -1,5 +1,5 @@
 """The command `flatpunch atlas`, and families of media described by files."""
 
-from flatpunch.atlas_cli.family_file import family_from, read_family
+from flatpunch._lazy import names_of
 
-__all__ = ["family_from", "read_family"]
+__getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi

@@ -261,8 +261,7 @@ def _export(table: Any, path: Path, beta: str | None, given: list[str], moments:
 
     import numpy as np
 
-    from flatpunch._whole_file import write_whole
-    from flatpunch.files.results import check_target
+    from flatpunch._whole_file import check_target, write_whole
 
     check_target("--csv", path, (".csv",))
     low, high = table.beta_range

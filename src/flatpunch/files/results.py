@@ -101,16 +101,6 @@ def whole_file(path: Path) -> Iterator[Path]:
         ) from None
 
 
-def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
-    """Refuse a file that could not be written in the end, before anything is solved; None is no file."""
-    if path is None:
-        return
-    if path.suffix.lower() not in endings:
-        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
-    if not path.parent.is_dir():
-        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
-
-
 def _format(path: Path) -> str:
     kind = path.suffix.lower()
     if kind not in (".nc", ".csv"):

@@ -6,13 +6,12 @@ The command line adds them with `add_commands`. Heavy imports happen inside the 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from flatpunch._terminal import friendly, progress, say, say_written
-from flatpunch.files.results import check_target
-from flatpunch.fit.correction import Over
+from flatpunch._whole_file import check_target
 
 if TYPE_CHECKING:
     from flatpunch.fit.case import FitCase
@@ -70,7 +69,8 @@ def add_commands(app: typer.Typer) -> None:
         model: Annotated[str | None, typer.Option(help="hertz, sneddon, flat, bilodeau or rico.")] = None,
         poisson: Annotated[float | None, typer.Option(help="Poisson ratio that was assumed there.")] = None,
         over: Annotated[
-            Over, typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth.")
+            Literal["curve", "depth"],
+            typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth."),
         ] = "curve",
     ) -> None:
         """From a reported half-space modulus to the true modulus of the layer.
@@ -206,7 +206,9 @@ def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | N
         raise ValueError("no curve could be fitted.")
 
 
-def _correct(case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: Over) -> None:
+def _correct(
+    case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: Literal["curve", "depth"]
+) -> None:
     from flatpunch.files import units
     from flatpunch.fit.case import read_fit_case
     from flatpunch.fit.correction import correct

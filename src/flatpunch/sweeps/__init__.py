@@ -1,6 +1,5 @@
 """Parameter studies: any values of a case file, varied over ranges or lists, solved as one data set."""
 
-from flatpunch.sweeps.study import sweep
-from flatpunch.sweeps.table import save_table, table
+from flatpunch._lazy import names_of
 
-__all__ = ["save_table", "sweep", "table"]
+__getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi

@@ -176,7 +176,7 @@ def _wanted(vary: list[str]) -> dict[str, str]:
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
     """Refuse endings and folders that cannot work before anything is solved."""
-    from flatpunch.files.results import check_target
+    from flatpunch._whole_file import check_target
 
     check_target("--output", output, (".nc",))
     check_target("--csv", csv, (".csv",))

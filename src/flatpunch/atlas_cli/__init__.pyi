@@ -1,0 +1,3 @@
+from .family_file import family_from, read_family
+
+__all__ = ["family_from", "read_family"]
