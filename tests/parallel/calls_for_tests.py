@@ -51,3 +51,16 @@ def interrupted_here(here, item):
 def threads(here, item):
     time.sleep(0.05)
     return os.getpid(), os.environ.get("OMP_NUM_THREADS", "")
+
+
+class Homesick:
+    """Cannot be unpickled in another process."""
+
+    def __reduce__(self):
+        return _at_home, (os.getpid(),)
+
+
+def _at_home(pid):
+    if os.getpid() != pid:
+        raise RuntimeError("not at home")
+    return Homesick()

@@ -123,6 +123,13 @@ def test_what_cannot_be_handed_over_is_done_here():
     assert team._team._helpers == []
 
 
+def test_what_another_process_cannot_unpack_is_done_here(helper):
+    """And not with what it had unpacked before."""
+    assert helper._process.pid in {pid for pid, _ in shared_out(calls.worker, HERE, [0.05] * 6)}
+    assert {pid for pid, _ in shared_out(calls.worker, calls.Homesick(), [0.05] * 6)} == {HERE}
+    assert helper._process.pid in {pid for pid, _ in shared_out(calls.worker, HERE, [0.05] * 6)}
+
+
 def test_one_round_at_a_time(helper):
     """A second thread of the program does its calls itself, rather than wait."""
     other = []
@@ -157,7 +164,7 @@ def test_an_idle_helper_goes(monkeypatch):
 
     before = signal.getsignal(signal.SIGINT)
     try:
-        here.send(pickle.dumps((calls.worker, HERE)))
+        here.send(pickle.dumps(calls.worker))
         start = time.perf_counter()
         team._help(there)
     finally:

@@ -43,7 +43,7 @@ def in_processes(
     """
     count = min(workers, len(items))
     waiting = Waiting(items, count, tries)
-    with_main = from_main(function, items[0].point)
+    with_main = any(of_main(pickle.dumps(thing)) for thing in (function, items[0].point))
     team = [_Worker(name, function, with_main) for name in range(count)]
     try:
         for worker in team:
@@ -143,9 +143,9 @@ def _work(pipe: Connection) -> None:
             pipe.send(solve_chunk(partial(call_packed, function), pipe.recv()))
 
 
-def from_main(*things: Any) -> bool:
-    """Whether a new process needs the script that runs here to understand these things."""
-    return any(b"__main__" in pickle.dumps(thing) for thing in things)
+def of_main(packed: bytes) -> bool:
+    """Whether a new process needs the script that runs here to understand what was pickled."""
+    return b"__main__" in packed
 
 
 @contextlib.contextmanager

@@ -21,7 +21,7 @@ from typing import Any
 
 from flatpunch._threads import allowed_threads
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
-from flatpunch.parallel.processes import fresh, from_main, no_main
+from flatpunch.parallel.processes import fresh, no_main, of_main
 from flatpunch.parallel.threads import one_thread
 
 _MOST = 3
@@ -49,8 +49,8 @@ def shared_out(function: Callable[[Any, Any], Any], common: Any, items: Sequence
     if len(items) < 2 or not _team.lock.acquire(blocking=False):
         return [function(common, item) for item in items]
     try:
-        head = _packed(function, common, *items)
-        return [function(common, i) for i in items] if head is None else _team.shared(function, common, items, head)
+        packed = _packed(function, common, *items)
+        return _team.shared(function, common, items, packed) if packed else [function(common, item) for item in items]
     finally:
         _team.lock.release()
 
@@ -60,9 +60,9 @@ def call_helpers(function: Callable[[Any, Any], Any], common: Any, calls: int) -
     if calls < _FEWEST or not _team.lock.acquire(blocking=False):
         return
     try:
-        head = _packed(function, common)
-        if head is not None:
-            _team.called(calls, head)
+        packed = _packed(function, common)
+        if packed:
+            _team.called(calls, packed[0])
     finally:
         _team.lock.release()
 
@@ -75,8 +75,8 @@ class _Team:
         self._helpers: list[_Helper] = []
         self._owner = os.getpid()
 
-    def called(self, calls: int, head: bytes) -> list[_Helper]:
-        """Helpers for so many calls; new ones if that is worth it."""
+    def called(self, calls: int, function: bytes) -> list[_Helper]:
+        """Helpers for so many calls of a function; new ones if that is worth it."""
         if self._owner != os.getpid():  # a fork, whose parent's they are
             self._helpers, self._owner = [], os.getpid()
         self._helpers = [helper for helper in self._helpers if helper.alive]
@@ -84,12 +84,13 @@ class _Team:
         if calls >= _FEWEST and not multiprocessing.current_process().daemon and not getattr(sys, "frozen", False):
             with contextlib.suppress(OSError):
                 while len(self._helpers) < wanted:
-                    self._helpers.append(_Helper(head))
+                    self._helpers.append(_Helper(function))
         return self._helpers[:wanted]
 
-    def shared(self, function: Any, common: Any, items: Sequence[Any], head: bytes) -> list[Any]:
+    def shared(self, function: Any, common: Any, items: Sequence[Any], packed: list[bytes]) -> list[Any]:
         """Outcomes of all items, in order; what a helper did not bring back is called here."""
-        helpers, waiting = self.called(len(items), head), deque(range(len(items)))
+        helpers, waiting = self.called(len(items), packed[0]), deque(range(len(items)))
+        case = packed[:2]
         own: list[int] = []
         done: dict[int, Any] = {}
         try:
@@ -102,7 +103,7 @@ class _Team:
                             done[index] = outcome[0]
                     while waiting and helper.takes(len(waiting)):
                         index = waiting.pop()
-                        helper.give(head, index, items[index])
+                        helper.give(case, index, packed[2 + index])
                 if own or waiting:
                     index = own.pop() if own else waiting.pop()
                     done[index] = function(common, items[index])
@@ -124,15 +125,16 @@ class _Team:
 class _Helper:
     """A process, the pipe to it, and the indices of the calls it has."""
 
-    def __init__(self, head: bytes) -> None:
+    def __init__(self, function: bytes) -> None:
         self.pipe, end = fresh.Pipe()
         self.at: list[int] = []
+        self._case: list[bytes] | None = None
         self._ready = False
         self._process = fresh.Process(target=_help, args=(end,), name="flatpunch-helper", daemon=True)
         with one_thread(), unheard_by_children(), no_main():
             self._process.start()
         end.close()
-        self._send(head)
+        self._send(function)
 
     @property
     def alive(self) -> bool:
@@ -142,10 +144,11 @@ class _Helper:
         """Whether it may have one more of those that wait; the last one is left to whoever is free."""
         return self._ready and self.alive and (not self.at or (len(self.at) < _AHEAD and waiting > 1))
 
-    def give(self, head: bytes, index: int, item: Any) -> None:
-        """Hand over a call."""
+    def give(self, case: list[bytes], index: int, item: bytes) -> None:
+        """Hand over a call: its item, and function and common part if these are others than last time."""
         self.at.append(index)
-        self._send((head, index, item))
+        self._send((None if case == self._case else case, index, item))
+        self._case = case
 
     def _send(self, thing: Any) -> None:
         with contextlib.suppress(OSError):  # it is gone; that shows where its answer is awaited
@@ -178,33 +181,37 @@ class _Helper:
 _team = _Team()
 
 
-def _packed(function: Any, common: Any, *items: Any) -> bytes | None:
-    """What all calls share, for another process; None if it would not understand that or one of the items.
+def _packed(*things: Any) -> list[bytes]:
+    """The things for another process; none if it would not understand one of them.
 
     They must be made of what can be pickled, and nothing of the script that runs here.
     """
     try:
-        return None if from_main(function, common, *items) else pickle.dumps((function, common))
+        packed = [pickle.dumps(thing) for thing in things]
     except (pickle.PicklingError, AttributeError, TypeError):
-        return None
+        return []
+    return [] if any(of_main(part) for part in packed) else packed
 
 
 def _help(pipe: Connection) -> None:
     """Answer calls that come through the pipe, until it is closed or nothing comes any more."""
     left_to_parent()
     with contextlib.suppress(EOFError, OSError):
-        head = pipe.recv()
-        known = head, pickle.loads(head)  # which loads what is to be called; this process goes where that fails
+        pickle.loads(
+            pipe.recv()
+        )  # the function, and with it the modules it needs; where that fails this process is gone
+        known: tuple[Any, ...] = ()
         pipe.send((None, None))
         while pipe.poll(_IDLE):
-            head, index, item = pipe.recv()
+            case, index, item = pipe.recv()
             outcome = None
             with contextlib.suppress(Exception), warnings.catch_warnings():
                 # what fails or warns is called again where the caller hears of it
                 warnings.simplefilter("error")
                 warnings.simplefilter("ignore", DeprecationWarning)
-                if known[0] != head:
-                    known = head, pickle.loads(head)
-                function, common = known[1]
-                outcome = (function(common, item),)
+                if case is not None:
+                    known = ()  # which answers nothing, should the next line fail
+                    known = tuple(pickle.loads(part) for part in case)
+                function, common = known
+                outcome = (function(common, pickle.loads(item)),)
             pipe.send((index, outcome))
