@@ -10,8 +10,8 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 _GROUND = {"_lazy", "_validation", "_record", "_version", "_progress", "_threads", "_whole_file"}
 _MEDIA = _GROUND | {"media"}
 _PUNCH = _MEDIA | {"compliance", "punch"}
-_BEM = _PUNCH | {"indenters", "bem"}
-_CONTACT = _BEM | {"contact", "parallel"}
+_BEM = _PUNCH | {"indenters", "bem", "parallel"}
+_CONTACT = _BEM | {"contact"}
 _FILES = _CONTACT | {"files"}
 _PLOTS = _FILES | {"plots", "plots_adhesion", "plots_history", "plots_medium"}
 

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
 from flatpunch.contact.correction import correction
 from flatpunch.parallel import team
 from flatpunch.parallel.team import call_helpers, shared_out
@@ -177,6 +179,8 @@ _SCRIPT = """
 import sys, os, warnings
 import numpy as np
 import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
 from flatpunch.parallel import team
 import flatpunch._threads
 flatpunch._threads.cores = lambda: 2
@@ -215,3 +219,23 @@ def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
     assert len(team._team._helpers) == 1
     for name in ("force", "stiffness", "area", "contour"):
         assert np.array_equal(alone[name], shared[name], equal_nan=True), name
+
+
+def test_boundary_elements_do_not_depend_on_who_solves_them(monkeypatch):
+    """Nor on what else is asked for, but for steps so close that they start from the one before."""
+    kernel, tip = compliance(fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))), fp.Pyramid(4, 0.35)
+    depths = [*np.linspace(0.2, 2.0, 9), 2.001, 2.002]
+    results, told = [], []
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        told.clear()
+        results.append(bem.solve(kernel, tip, depths=depths, grid=64, progress=lambda *done: told.append(done)))
+        assert [steps for _, steps in told] == [11] * len(told)
+        assert [done for done, _ in told] == sorted({done for done, _ in told})
+        assert told[-1] == (11, 11)
+    assert len(team._team._helpers) == 1
+    for alone, shared in zip(*results, strict=True):
+        assert alone.force == shared.force
+        assert np.array_equal(alone.pressure, shared.pressure)
+    (single,) = bem.solve(kernel, tip, depths=depths[4], grid=64)
+    assert np.array_equal(single.pressure, results[0][4].pressure)

@@ -6,7 +6,7 @@ together start from the solution before, others from coarser grids.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,11 +31,15 @@ from flatpunch.bem.solver import State
 from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
+from flatpunch.parallel.team import shared_out
 
 DEFAULT_CELLS = 256
 
 _CLOSE = 0.005
 """Relative step of depth below which the solution before is as good a start as the next coarser grid."""
+
+_SHARED_CELLS = 512
+"""Cells per side up to which far steps are shared with helping processes, which hold as much as this one."""
 
 _GROWTHS = 8
 """How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
@@ -106,35 +110,108 @@ def solve(
     """
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
-    height = IndenterHeight(indenter)
+    course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
+    steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]
+    report = _Counted(progress, targets.size)
+    if isinstance(grid, Grid) or xp is not np or (grid or DEFAULT_CELLS) > _SHARED_CELLS:
+        return _solve_steps(course, steps, xp, report)
+    groups = shared_out(_solve_group, course, _together(steps), done=report.add)
+    return [solution for group in groups for solution in group]
+
+
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """What all steps share: the arguments of `solve`."""
+
+    kernel: Kernel
+    indenter: Indenter
+    by_depth: bool
+    grid: Grid | int | None
+    tolerance: float
+    limit: int
+    stiffness: bool | float
+    angles: int
+    single: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """Depth [m] or force [N], the box that is expected of its contact, and whether to look for that."""
+
+    target: float
+    hint: Extent | None
+    searched: bool
+
+
+class _Counted:
+    """Progress by steps done."""
+
+    def __init__(self, report: Report | None, steps: int) -> None:
+        self._report, self._done, self._steps = report, 0, steps
+
+    def add(self, solutions: list[Solution]) -> None:
+        """Some more are done."""
+        self._done += len(solutions)
+        if self._report is not None:
+            self._report(self._done, self._steps)
+
+
+def _together(steps: list[_Step]) -> list[list[_Step]]:
+    """Steps in a row that are close, of which each starts from the one before; all others stand alone."""
+    groups: list[list[_Step]] = []
+    for step in steps:
+        if groups and _near(step, groups[-1][-1]):
+            groups[-1].append(step)
+        else:
+            groups.append([step])
+    return groups
+
+
+def _near(step: _Step, before: _Step) -> bool:
+    """Whether the solution before is a better start than a coarser grid."""
+    return abs(step.target - before.target) < _CLOSE * step.target
+
+
+def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
+    return _solve_steps(course, steps, np, _Counted(None, len(steps)))
+
+
+def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted) -> list[Solution]:
+    """Solutions one after the other; grids that are chosen serve steps that are close."""
+    kernel, indenter, grid = course.kernel, course.indenter, course.grid
+    height = IndenterHeight(indenter)
     solutions: list[Solution] = []
     levels: Levels | None = None
     before: Levels | None = None
     state: State | None = None
     cells = grid.nx * grid.ny if isinstance(grid, Grid) else (grid or DEFAULT_CELLS) ** 2
     with fitting_threads(cells):
-        for i, target in enumerate(targets):
-            prescribed = {"depth": float(target)} if by_depth else {"force": float(target)}
+        for i, step in enumerate(steps):
+            prescribed = {"depth" if course.by_depth else "force": step.target}
+            close = i > 0 and _near(step, steps[i - 1])
             if isinstance(grid, Grid):
-                levels = levels or announced(Levels(kernel, grid, xp, single), 1)
+                levels = levels or announced(Levels(kernel, grid, xp, course.single), 1)
             else:
-                first = hints[i] or _first_extent(kernel, indenter, **prescribed)
-                extent = find_extent(kernel, height, first, **prescribed) if searched[i] or not hints[i] else first
-                if levels is None or not extent.fits(levels.grid):
-                    levels = announced(Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, single), targets.size)
-            start = state.pressure if state is not None and _near(target, targets[i - 1], before is levels) else None
+                first = step.hint or _first_extent(kernel, indenter, **prescribed)
+                extent = find_extent(kernel, height, first, **prescribed) if step.searched or not step.hint else first
+                if levels is None or not (close and extent.fits(levels.grid)):
+                    levels = announced(
+                        Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, course.single), len(steps)
+                    )
+            start = state.pressure if state is not None and close and before is levels else None
+            growths = 0 if isinstance(grid, Grid) else _GROWTHS
             levels, state, effort = _solve_inside(
-                levels, height, tolerance, limit, start, 0 if isinstance(grid, Grid) else _GROWTHS, **prescribed
+                levels, height, course.tolerance, course.limit, start, growths, **prescribed
             )
             before = levels
+            endless = indenter.reach == np.inf
             solutions.append(
                 solution_of(
-                    levels, height, state, effort, tolerance, angles, stiffness, endless=indenter.reach == np.inf
+                    levels, height, state, effort, course.tolerance, course.angles, course.stiffness, endless=endless
                 )
             )
-            if progress is not None:
-                progress(i + 1, targets.size)
+            report.add(solutions[-1:])
     return solutions
 
 
@@ -166,11 +243,6 @@ def _first_extent(
         return Extent(overlap_half_widths(indenter, depth), (0.0, 0.0))
     assert force is not None
     return Extent(loaded_half_widths(indenter, force, kernel.modulus), (0.0, 0.0))
-
-
-def _near(target: float, previous: float, same_grid: bool) -> bool:
-    """Whether the solution before is a better start than a coarser grid."""
-    return same_grid and abs(target - previous) < _CLOSE * target
 
 
 def _solve(

@@ -61,6 +61,10 @@ class Kernel:
     solution: PunchSolution | None = None
     cache: dict[object, object] = field(default_factory=dict, repr=False)
 
+    def __getstate__(self) -> dict[str, object]:
+        """All but what was computed already, which stays in this process."""
+        return self.__dict__ | {"cache": {}}
+
     @property
     def surface_length(self) -> float:
         """Depth to which the modulus of the surface reaches [m]: the length l, or less where a grading is steep."""

@@ -35,7 +35,7 @@ def solve(
     single: bool = False,
     progress: bool | Report | None = None,
 ) -> Curve:
-    """A whole curve; operator and grids are shared between the steps that fit on them.
+    """A whole curve; steps that are close share a grid, others are solved side by side where there are several cores.
 
     Parameters
     ----------

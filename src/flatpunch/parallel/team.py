@@ -34,7 +34,13 @@ _IDLE = 120.0
 """Seconds after which a helper that is not called goes."""
 
 
-def shared_out(function: Callable[[Any, Any], Any], common: Any, items: Sequence[Any]) -> list[Any]:
+def shared_out(
+    function: Callable[[Any, Any], Any],
+    common: Any,
+    items: Sequence[Any],
+    *,
+    done: Callable[[Any], None] = lambda outcome: None,
+) -> list[Any]:
     """Return function(common, item) of every item, in order, called here and in helpers.
 
     Parameters
@@ -45,12 +51,20 @@ def shared_out(function: Callable[[Any, Any], Any], common: Any, items: Sequence
         What all calls share; unpickled once.
     items : sequence
         One for each call. The last are called first: put those that take long at the end.
+    done : callable, optional
+        Called here with each outcome as it comes.
     """
+
+    def call(item: Any) -> Any:
+        outcome = function(common, item)
+        done(outcome)
+        return outcome
+
     if len(items) < 2 or not _team.lock.acquire(blocking=False):
-        return [function(common, item) for item in items]
+        return [call(item) for item in items]
     try:
         packed = _packed(function, common, *items)
-        return _team.shared(function, common, items, packed) if packed else [function(common, item) for item in items]
+        return _team.shared(call, items, packed, done) if packed else [call(item) for item in items]
     finally:
         _team.lock.release()
 
@@ -87,33 +101,36 @@ class _Team:
                     self._helpers.append(_Helper(function))
         return self._helpers[:wanted]
 
-    def shared(self, function: Any, common: Any, items: Sequence[Any], packed: list[bytes]) -> list[Any]:
+    def shared(
+        self, call: Callable[[Any], Any], items: Sequence[Any], packed: list[bytes], done: Callable[[Any], None]
+    ) -> list[Any]:
         """Outcomes of all items, in order; what a helper did not bring back is called here."""
         helpers, waiting = self.called(len(items), packed[0]), deque(range(len(items)))
         case = packed[:2]
         own: list[int] = []
-        done: dict[int, Any] = {}
+        found: dict[int, Any] = {}
         try:
-            while len(done) < len(items):
+            while len(found) < len(items):
                 for helper in helpers:
                     for index, outcome in helper.answers():
                         if outcome is None:
                             own.append(index)
                         else:
-                            done[index] = outcome[0]
+                            found[index] = outcome[0]
+                            done(outcome[0])
                     while waiting and helper.takes(len(waiting)):
                         index = waiting.pop()
                         helper.give(case, index, packed[2 + index])
                 if own or waiting:
                     index = own.pop() if own else waiting.pop()
-                    done[index] = function(common, items[index])
-                elif len(done) < len(items):
+                    found[index] = call(items[index])
+                elif len(found) < len(items):
                     wait([helper.pipe for helper in helpers if helper.at])
         except BaseException:
             # they are at what nobody waits for any more
             self.dismiss()
             raise
-        return [done[index] for index in range(len(items))]
+        return [found[index] for index in range(len(items))]
 
     def dismiss(self) -> None:
         """Let all helpers go."""
