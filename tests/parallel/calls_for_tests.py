@@ -53,6 +53,11 @@ def threads(here, item):
     return os.getpid(), os.environ.get("OMP_NUM_THREADS", "")
 
 
+def echo(here, item):
+    time.sleep(0.05)
+    return os.getpid(), item
+
+
 class Homesick:
     """Cannot be unpickled in another process."""
 

@@ -125,6 +125,14 @@ def test_what_cannot_be_handed_over_is_done_here():
     assert team._team._helpers == []
 
 
+def test_large_calls_and_large_answers_pass_each_other(helper):
+    """A helper with a large answer to give cannot read a large call at the same time."""
+    items = [bytes(5_000_000)] * 8
+    found = shared_out(calls.echo, HERE, items)
+    assert [answer for _, answer in found] == items
+    assert helper._process.pid in {pid for pid, _ in found}
+
+
 def test_what_another_process_cannot_unpack_is_done_here(helper):
     """And not with what it had unpacked before."""
     assert helper._process.pid in {pid for pid, _ in shared_out(calls.worker, HERE, [0.05] * 6)}

@@ -30,6 +30,8 @@ _FEWEST = 4
 """Calls for which helpers are started; those that are there help with two."""
 _AHEAD = 2
 """Calls that a helper has at hand, so that it need not wait until this process looks up from its own."""
+_SMALL = 2**14
+"""Bytes of a call that certainly fit into a pipe."""
 _IDLE = 120.0
 """Seconds after which a helper that is not called goes."""
 
@@ -60,7 +62,7 @@ def shared_out(
         done(outcome)
         return outcome
 
-    if len(items) < 2 or not _team.lock.acquire(blocking=False):
+    if len(items) < 2 or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
         return [call(item) for item in items]
     try:
         packed = _packed(function, common, *items)
@@ -71,7 +73,7 @@ def shared_out(
 
 def call_helpers(function: Callable[[Any, Any], Any], common: Any, calls: int) -> None:
     """Let helpers load what they need while there is other work to do, where so many calls of `shared_out` will follow."""
-    if calls < _FEWEST or not _team.lock.acquire(blocking=False):
+    if calls < _FEWEST or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
         return
     try:
         packed = _packed(function, common)
@@ -118,7 +120,7 @@ class _Team:
                         else:
                             found[index] = outcome[0]
                             done(outcome[0])
-                    while waiting and helper.takes(len(waiting)):
+                    while waiting and helper.takes(len(waiting), len(packed[2 + waiting[-1]])):
                         index = waiting.pop()
                         helper.give(case, index, packed[2 + index])
                 if own or waiting:
@@ -157,9 +159,13 @@ class _Helper:
     def alive(self) -> bool:
         return bool(self._process.is_alive())
 
-    def takes(self, waiting: int) -> bool:
-        """Whether it may have one more of those that wait; the last one is left to whoever is free."""
-        return self._ready and self.alive and (not self.at or (len(self.at) < _AHEAD and waiting > 1))
+    def takes(self, waiting: int, size: int) -> bool:
+        """Whether it may have one more of those that wait, of so many bytes; the last is left to whoever is free.
+
+        A busy helper does not read: what it gets ahead must fit into the pipe, or both would wait for each other.
+        """
+        ahead = len(self.at) < _AHEAD and waiting > 1 and size < _SMALL
+        return self._ready and self.alive and (not self.at or ahead)
 
     def give(self, case: list[bytes], index: int, item: bytes) -> None:
         """Hand over a call: its item, and function and common part if these are others than last time."""
@@ -214,9 +220,8 @@ def _help(pipe: Connection) -> None:
     """Answer calls that come through the pipe, until it is closed or nothing comes any more."""
     left_to_parent()
     with contextlib.suppress(EOFError, OSError):
-        pickle.loads(
-            pipe.recv()
-        )  # the function, and with it the modules it needs; where that fails this process is gone
+        # the function, and with it the modules it needs; where that fails this process is gone
+        pickle.loads(pipe.recv())
         known: tuple[Any, ...] = ()
         pipe.send((None, None))
         while pipe.poll(_IDLE):
