@@ -45,7 +45,7 @@ def test_parts_are_modules():
 
 def test_a_name_that_is_not_there_is_told():
     with pytest.raises(AttributeError, match="indentt"):
-        fp.indentt  # noqa: B018
+        fp.__getattr__("indentt")
 
 
 def test_the_command_line_is_there_without_physics():

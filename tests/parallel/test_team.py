@@ -154,7 +154,6 @@ def test_one_round_at_a_time(helper):
     assert {pid for pid, _ in other} == {HERE}
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="only where processes can be forked")
 def test_a_fork_leaves_the_helpers_of_its_parent_alone(helper):
     reading, writing = os.pipe()
     child = os.fork()
