@@ -13,7 +13,8 @@ import numpy as np
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import AREA, FORCE, OUTLINE, RADIUS, Correction
+from flatpunch.contact.correction import Correction
+from flatpunch.contact.correction_row import AREA, FORCE, OUTLINE, RADIUS
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
 from flatpunch.contact.theory_forms import reference_outline

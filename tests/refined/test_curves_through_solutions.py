@@ -34,7 +34,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         depths.extend(np.atleast_1d(options["depths"]).tolist())
         return solve(*args, **options)
 
-    monkeypatch.setattr("flatpunch.contact.correction.bem.solve", counted)
+    monkeypatch.setattr("flatpunch.contact.correction_row.bem.solve", counted)
     return depths
 
 

@@ -12,15 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
+from flatpunch.contact.correction_row import FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
@@ -34,7 +33,6 @@ from flatpunch.contact.node_spline import (
     steadied,
 )
 from flatpunch.contact.perturbed import Series
-from flatpunch.contact.ridges import traced
 from flatpunch.contact.solution_curves import FEWEST, ForceCurve, ShapeCurve, constant, error_between, standing
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
@@ -46,8 +44,6 @@ _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and ratios to the series stand still (they move like beta)."""
 _DECADES = 9
 """Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
-_TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
-"""Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
 _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
 _SHAPE_TOLERANCE = 5e-3
@@ -69,9 +65,6 @@ _ALIKE = 1.0
 """Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
-
-FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
-"""Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,7 +313,7 @@ class Correction:
     def solutions(self, positions: Array) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
         found = shared_out(
-            _solved, self._case, list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
+            solved_row, self._case, list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
         )
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
         return np.array([row for row, _ in found])
@@ -328,13 +321,13 @@ class Correction:
     def call_helpers(self, contacts: int) -> None:
         """Let other processes load boundary elements meanwhile, for a curve of so many contacts of which nothing is known."""
         if not self.known and not self._self_similar:
-            call_helpers(_solved, self._case, contacts)
+            call_helpers(solved_row, self._case, contacts)
 
     @cached_property
-    def _case(self) -> _Case:
+    def _case(self) -> Case:
         # the flat punches known of a medium are not needed for this, and may be many
         kernel = replace(self.kernel, solution=None, cache={})
-        return _Case(kernel, self.indenter, self.phi.size, self.cells)
+        return Case(kernel, self.indenter, self.phi.size, self.cells)
 
     def _boxes(self, positions: Array) -> tuple[Array, Array, Flags]:
         """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and which are well known, shape (n,).
@@ -357,41 +350,6 @@ class Correction:
         # contacts that are their own mirror images are told by their centre
         centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
         return half_widths, centers, sure
-
-
-@dataclass(frozen=True, slots=True)
-class _Case:
-    """Medium, indenter, polar angles of the outline and cells per side of the grid."""
-
-    kernel: Kernel
-    indenter: Indenter
-    angles: int
-    cells: int
-
-
-def _solved(case: _Case, place: tuple[float, Array, Array, bool]) -> tuple[Array, tuple[str, ...]]:
-    """Row of the solution at a depth [m], and what a user should know if it did not converge.
-
-    The place also has the expected half-widths and centre of the contact, and whether these are well known.
-    """
-    depth, half_widths, center, sure = place
-    options: dict[str, Any] = {
-        "grid": case.cells,
-        "tolerance": _TOLERANCE,
-        "stiffness": _STIFFNESS_TOLERANCE,
-        "angles": case.angles,
-    }
-    box: dict[str, Any] = {"half_widths": half_widths, "centers": center, "search": not sure}
-    try:
-        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **box, **options)
-    except bem.ContactTouchesEdge:
-        # under stiff films the series may expect outlines far off: then the contact is looked for by itself
-        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **options)
-    trace = traced(case.kernel, case.indenter, solution, case.angles)
-    lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
-    growth = solution.stiffness * depth / solution.force
-    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
-    return row, () if solution.converged else solution.notes
 
 
 @lru_cache(maxsize=32)

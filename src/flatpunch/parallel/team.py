@@ -111,7 +111,9 @@ class _Team:
         case = packed[:2]
         own: list[int] = []
         found: dict[int, Any] = {}
-        try:
+        with contextlib.ExitStack() as unless_finished:
+            # where it ends early, they are at what nobody waits for any more
+            unless_finished.callback(self.dismiss)
             while len(found) < len(items):
                 for helper in helpers:
                     for index, outcome in helper.answers():
@@ -128,10 +130,7 @@ class _Team:
                     found[index] = call(items[index])
                 elif len(found) < len(items):
                     wait([helper.pipe for helper in helpers if helper.at])
-        except BaseException:
-            # they are at what nobody waits for any more
-            self.dismiss()
-            raise
+            unless_finished.pop_all()
         return [found[index] for index in range(len(items))]
 
     def dismiss(self) -> None:

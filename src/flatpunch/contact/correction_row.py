@@ -1,0 +1,55 @@
+"""One boundary element solution as a row of numbers: what corrections keep, and what helping processes make of a depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch import bem
+from flatpunch._validation import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.ridges import traced
+from flatpunch.indenters.profile import Indenter
+
+_TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
+"""Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
+
+FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
+"""Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Medium, indenter, polar angles of the outline and cells per side of the grid."""
+
+    kernel: Kernel
+    indenter: Indenter
+    angles: int
+    cells: int
+
+
+def solved_row(case: Case, place: tuple[float, Array, Array, bool]) -> tuple[Array, tuple[str, ...]]:
+    """Row of the solution at a depth [m], and what a user should know if it did not converge.
+
+    The place also has the expected half-widths and centre of the contact, and whether these are well known.
+    """
+    depth, half_widths, center, sure = place
+    options: dict[str, Any] = {
+        "grid": case.cells,
+        "tolerance": _TOLERANCE,
+        "stiffness": _STIFFNESS_TOLERANCE,
+        "angles": case.angles,
+    }
+    box: dict[str, Any] = {"half_widths": half_widths, "centers": center, "search": not sure}
+    try:
+        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **box, **options)
+    except bem.ContactTouchesEdge:
+        # under stiff films the series may expect outlines far off: then the contact is looked for by itself
+        (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **options)
+    trace = traced(case.kernel, case.indenter, solution, case.angles)
+    lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
+    growth = solution.stiffness * depth / solution.force
+    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
+    return row, () if solution.converged else solution.notes
