@@ -71,6 +71,11 @@ def test_none_are_started_for_a_few_calls(count):
     assert team._team._helpers == []
 
 
+def test_none_where_they_would_take_too_much_memory():
+    assert {pid for pid, _ in shared_out(calls.worker, HERE, [0.0] * 8, helped=False)} == {HERE}
+    assert team._team._helpers == []
+
+
 def test_none_on_one_core(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     call_helpers(calls.worker, HERE, 8)
@@ -226,6 +231,16 @@ def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
     assert len(team._team._helpers) == 1
     for name in ("force", "stiffness", "area", "contour"):
         assert np.array_equal(alone[name], shared[name], equal_nan=True), name
+
+
+def test_long_rows_of_close_steps_are_shared_and_told_of():
+    kernel, told = compliance(fp.HalfSpace(1.0, 0.3)), []
+    depths = np.linspace(1.0, 1.1, 60)
+    found = bem.solve(kernel, fp.Pyramid(4, 0.35), depths=depths, grid=48, progress=lambda *done: told.append(done[0]))
+    assert sorted(np.diff([0, *told])) == [12, 16, 16, 16]
+    assert len(team._team._helpers) == 1
+    # force grows like the square of the depth, whoever began where
+    np.testing.assert_allclose([s.force / s.depth**2 for s in found], found[0].force / depths[0] ** 2, rtol=3e-3)
 
 
 def test_boundary_elements_do_not_depend_on_who_solves_them(monkeypatch):

@@ -38,7 +38,10 @@ DEFAULT_CELLS = 256
 _CLOSE = 0.005
 """Relative step of depth below which the solution before is as good a start as the next coarser grid."""
 
-_SHARED_CELLS = 512
+_TOGETHER = 16
+"""Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and told of too."""
+
+SHARED_CELLS = 512
 """Cells per side up to which far steps are shared with helping processes, which hold as much as this one."""
 
 _GROWTHS = 8
@@ -114,9 +117,10 @@ def solve(
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
     steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]
     report = _Counted(progress, targets.size)
-    if isinstance(grid, Grid) or xp is not np or (grid or DEFAULT_CELLS) > _SHARED_CELLS:
+    if isinstance(grid, Grid) or xp is not np:
         return _solve_steps(course, steps, xp, report)
-    groups = shared_out(_solve_group, course, _together(steps), done=report.add)
+    few = (grid or DEFAULT_CELLS) <= SHARED_CELLS
+    groups = shared_out(_solve_group, course, _together(steps), done=report.add, helped=few)
     return [solution for group in groups for solution in group]
 
 
@@ -158,10 +162,10 @@ class _Counted:
 
 
 def _together(steps: list[_Step]) -> list[list[_Step]]:
-    """Steps in a row that are close, of which each starts from the one before; all others stand alone."""
+    """Steps in a row that are close, of which each starts from the one before, some at a time; all others stand alone."""
     groups: list[list[_Step]] = []
     for step in steps:
-        if groups and _near(step, groups[-1][-1]):
+        if groups and len(groups[-1]) < _TOGETHER and _near(step, groups[-1][-1]):
             groups[-1].append(step)
         else:
             groups.append([step])

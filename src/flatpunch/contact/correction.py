@@ -17,6 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from flatpunch._validation import Array, Flags
+from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.correction_row import FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
@@ -312,15 +313,14 @@ class Correction:
 
     def solutions(self, positions: Array) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
-        found = shared_out(
-            solved_row, self._case, list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
-        )
+        places = list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
+        found = shared_out(solved_row, self._case, places, helped=self.cells <= SHARED_CELLS)
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
         return np.array([row for row, _ in found])
 
     def call_helpers(self, contacts: int) -> None:
         """Let other processes load boundary elements meanwhile, for a curve of so many contacts of which nothing is known."""
-        if not self.known and not self._self_similar:
+        if not self.known and not self._self_similar and self.cells <= SHARED_CELLS:
             call_helpers(solved_row, self._case, contacts)
 
     @cached_property

@@ -42,6 +42,7 @@ def shared_out(
     items: Sequence[Any],
     *,
     done: Callable[[Any], None] = lambda outcome: None,
+    helped: bool = True,
 ) -> list[Any]:
     """Return function(common, item) of every item, in order, called here and in helpers.
 
@@ -55,6 +56,8 @@ def shared_out(
         One for each call. The last are called first: put those that take long at the end.
     done : callable, optional
         Called here with each outcome as it comes.
+    helped : bool
+        Whether helpers may take part, each of which needs as much memory as this process.
     """
 
     def call(item: Any) -> Any:
@@ -62,7 +65,7 @@ def shared_out(
         done(outcome)
         return outcome
 
-    if len(items) < 2 or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
+    if not helped or len(items) < 2 or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
         return [call(item) for item in items]
     try:
         packed = _packed(function, common, *items)
