@@ -226,7 +226,7 @@ class PerturbedBranch:
 
     def _answers(self, beta: Array) -> Array:
         """R_m and k_m side by side, sampled on panels of ln(beta)."""
-        edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges({}, np.zeros(beta.size))
+        edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges.half_space(beta.size)
         unit = PowerProfile(self.profile.exponent, 1.0)
         answers = punch_family(self.kernel).at(beta)
         moments = unit.moments(np.ones(beta.size), answers.flat.shape[1])

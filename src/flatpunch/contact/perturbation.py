@@ -307,7 +307,7 @@ def edges_of(kernel: Kernel, beta: Array, orders: Indices) -> Edges | PowerLawEd
     """Edge functionals at radii beta, shape (nb,); beta = 0 is the half-space of the surface material."""
     if kernel.exponent:
         return PowerLawEdges(power_law_punch(kernel), edge_strength(punch_family(kernel).at(beta)))
-    return solve_edges(kernel, beta, orders) if beta.all() else Edges({}, np.zeros(beta.size))
+    return solve_edges(kernel, beta, orders) if beta.all() else Edges.half_space(beta.size)
 
 
 def act(weights: Array, field: Array) -> Array:

@@ -83,7 +83,7 @@ class PunchFamily:
         basis = polynomials_on(parts, np.log(beta[live]))
         for panel, inside in parts:
             n = _terms(panel)
-            found = basis[:, inside].T @ panel.series[:, : kinds * n]
+            found = basis[: panel.nodes, inside].T @ panel.series[:, : kinds * n]
             values[live[inside], :, :n] = found.reshape(-1, kinds, n)
         return values
 

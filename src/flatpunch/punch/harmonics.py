@@ -1,7 +1,16 @@
 """Answers of the punch matrices of all angular harmonics at once.
 
 The matrices of one parity are trailing blocks of D + B (T3.2). Turned end to end they are leading blocks, and one
-Cholesky factor holds the factors of all of them. Only the edge functionals are wanted: S[A_m^-1 b] = S0[b] + b.edge_m.
+Cholesky factor holds the factors of all of them. Only the edge functionals are wanted: S[A_m^-1 b] = S0[b] + b.v_m with
+v_m = A_m^-1 s - D_m^-1 s = -A_m^-1 r_m, r_m = B D_m^-1 s, and s.v_m, which the stiffening of edges is made of.
+
+Sums over n of s_n/D_n j_(m+2n)(x) = S_m(x) are slow: cut off at the size of the matrix they cost k_m 1e-9 at beta = 20, and all
+its digits at 200. Over all orders of a parity they are cos(x)/pi or sin(x)/pi (Rayleigh's expansion, DLMF 10.60.7, at the
+edge), so S_m is that less its first terms, up to the sign, r_m = 2 int (L - 1) S_m j_p dx, and
+
+    s.v_m = -2 int (L - 1) S_m^2 dx + r_m.A_m^-1 r_m,
+
+of which the matrix has to know the second part only, which is small in what it leaves out.
 """
 
 from __future__ import annotations
@@ -15,11 +24,15 @@ from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import edge_signs, half_space_diagonal, inverse_factors, power_moments
 from flatpunch.punch.graded import graded_harmonics
-from flatpunch.punch.matrix import effective_beta, kernel_matrix, sufficient_terms
+from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms
 
 _MOST_HARMONICS = 600
 """Beyond the terms of a round contact: what kinked outlines have above twice that is m^-3 = 1e-9 of their asymmetry, and
 matrices of contacts a few hundred layers wide stay below a few hundred megabytes."""
+_FELT = 6.0
+"""Half the highest harmonic that feels the medium, over beta: v_m is 1e-8 of what it is added to at m = 12 beta, and smaller
+still in what it does to an outline, whose harmonics fall like m^-2 or faster."""
+_SPARE = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,33 +42,32 @@ class Edges:
     Attributes
     ----------
     vectors : dict
-        m -> A_m^-1 s - D_m^-1 s, shape (nb, terms of that harmonic); harmonics that are missing feel the half-space only.
-    first : ndarray, shape (nb,)
-        s.(A_1^-1 - D_1^-1)s of the translation, m = 1.
-    sums : dict or None
-        Under a graded surface, where sums over a vector have no limit: m -> pi s.(A_m^-1 - D_m^-1)s less that of m = 1.
+        m -> v_m, shape (nb, terms of that harmonic); harmonics that are missing feel the half-space only.
+    sums : dict
+        m -> pi s.v_m less that of the translation m = 1, shape (nb,).
+    beyond : ndarray, shape (nb,)
+        The same of harmonics that are missing.
     """
 
     vectors: dict[int, Array]
-    first: Array
-    sums: dict[int, Array] | None = None
+    sums: dict[int, Array]
+    beyond: Array
+
+    @classmethod
+    def half_space(cls, radii: int) -> Edges:
+        """Those of a homogeneous half-space at so many radii."""
+        return cls({}, {}, np.zeros(radii))
 
     def stiffening(self, orders: Indices) -> Array:
         """k_m: relative gain of edge strength per root of the normal distance under the harmonic m of an outline.
 
         Shape (nb, len(orders)); k_1 = 0 is a translation.
         """
-        if self.sums is not None:
-            last = self.sums[max(self.sums)]
-            return np.stack([(m - 1) / 2 + self.sums.get(m, last) for m in orders.tolist()], axis=1)
-        k = np.broadcast_to((orders - 1) / 2, (self.first.size, orders.size)) - np.pi * self.first[:, None]
-        for column, vector in self._among(orders):
-            k[:, column] += np.pi * (vector @ edge_signs(vector.shape[1]))
-        return k
+        return np.stack([(m - 1) / 2 + self.sums.get(m, self.beyond) for m in orders.tolist()], axis=1)
 
     def power_edge(self, exponent: float, orders: Indices) -> Array:
         """S[A_m^-1 b[r^n]] for the displacement r^n cos(m phi), shape (nb, len(orders))."""
-        result = np.repeat(half_space_power_edge(exponent, orders)[None, :], self.first.size, axis=0)
+        result = np.repeat(half_space_power_edge(exponent, orders)[None, :], self.beyond.size, axis=0)
         for column, vector in self._among(orders):
             result[:, column] += vector @ power_moments(exponent, int(orders[column]), vector.shape[1])
         return result
@@ -74,7 +86,8 @@ def half_space_power_edge(exponent: float, orders: Indices) -> Array:
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
     """Terms of the common matrix: beyond order twice this, harmonics feel the half-space of the surface material only."""
-    return sufficient_terms(kernel, beta) + 8 + int(np.ceil(min(4 * effective_beta(kernel, beta), _MOST_HARMONICS / 2)))
+    terms = sufficient_terms(kernel, beta) + _SPARE
+    return max(terms, min(int(np.ceil(_FELT * effective_beta(kernel, beta))), terms + _MOST_HARMONICS // 2))
 
 
 def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
@@ -94,33 +107,48 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
     Edges
     """
     if kernel.homogeneous:
-        return Edges({}, np.zeros(beta.size))
+        return Edges.half_space(beta.size)
     if kernel.graded:
-        vectors, sums = graded_harmonics(kernel, beta, orders.tolist())
-        return Edges(vectors, np.zeros(beta.size), sums)
+        graded = graded_harmonics(kernel, beta, orders.tolist())
+        return Edges(*graded, beyond=graded[1][max(graded[1])])
     largest = float(beta.max())
-    # no more than the highest order asks for: few where the outline is smooth
-    size = min(harmonic_size(kernel, largest), sufficient_terms(kernel, largest) + int(max(orders, default=1)) // 2 + 8)
-    wanted = {1, *orders[orders < 2 * size].tolist()}
-    vectors = {}
+    most, terms = harmonic_size(kernel, largest), sufficient_terms(kernel, largest)
+    wanted = {1, *orders[orders < 2 * most].tolist()}
+    vectors: dict[int, Array] = {}
+    own: dict[int, Array] = {}
     for parity in (0, 1):
         chosen = sorted(m for m in wanted if m % 2 == parity)
         if chosen:
-            vectors |= _solve_parity(kernel, beta, size, parity, chosen)
-    return Edges(vectors, vectors[1] @ edge_signs(size))
+            # no more than the highest order asks for: few where the outline is smooth
+            parts = _solve_parity(kernel, beta, min(most, terms + chosen[-1] // 2 + _SPARE), parity, chosen)
+            vectors |= parts[0]
+            own |= parts[1]
+    return Edges(vectors, {m: np.pi * (value - own[1]) for m, value in own.items()}, -np.pi * own[1])
 
 
-def _solve_parity(kernel: Kernel, beta: Array, size: int, parity: int, orders: list[int]) -> dict[int, Array]:
-    block = kernel_matrix(kernel, beta, size, parity)
+def _solve_parity(
+    kernel: Kernel, beta: Array, size: int, parity: int, orders: list[int]
+) -> tuple[dict[int, Array], dict[int, Array]]:
+    """v_m, shape (nb, terms of it), and s.v_m, shape (nb,), of orders of one parity."""
+    rule = remainder_rule(kernel, beta, size, parity)
+    block = rule.matrix()
     matrix = block.copy()
-    matrix[:, range(size), range(size)] += half_space_diagonal(parity, size)
+    diagonal = half_space_diagonal(parity, size)
+    matrix[:, range(size), range(size)] += diagonal
     inverse = inverse_factors(matrix[:, ::-1, ::-1])
-    vectors = {}
+    # sums over all n, and over the first of them
+    every = (np.sin if parity else np.cos)(rule.table.x) / np.pi
+    slow = edge_signs(size) / diagonal
+    column, columns = rule.column(every), np.cumsum(block * slow, axis=2)
+    waves = np.cumsum(rule.table.j * slow[:, None], axis=0)
+    vectors, sums = {}, {}
     for m in orders:
         start = (m - parity) // 2
-        n = size - start
-        s = edge_signs(n) / half_space_diagonal(m, n)
-        right = -(block[:, start:, start:] @ s)[:, ::-1]
-        half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right)
-        vectors[m] = np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
-    return vectors
+        n, sign = size - start, (-1.0) ** start
+        wave, right = every, column
+        if start:
+            wave, right = every - waves[start - 1], column[:, start:] - columns[:, start:, start - 1]
+        half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right[:, ::-1])
+        vectors[m] = -sign * np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
+        sums[m] = np.sum(half**2, axis=1) - rule.weights @ wave**2
+    return vectors, sums

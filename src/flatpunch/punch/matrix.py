@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._threads import in_threads
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import half_space_diagonal
 from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
@@ -66,21 +66,46 @@ def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> A
         )
     if kernel.graded:
         return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
-    table, weights = _weighted(kernel, beta, terms, parity)
-    blocks = np.empty((beta.size, terms, terms))
-
-    used = np.searchsorted(table.x, kernel.cutoff * beta)
-
-    def fill(i: int) -> None:
-        j = table.j[:, : used[i]]
-        np.matmul(j * weights[i, : used[i]], j.T, out=blocks[i])
-
-    in_threads(fill, beta.size, operations=2.0 * terms**2 * float(used.sum()))
-    return blocks
+    return remainder_rule(kernel, beta, terms, parity).matrix()
 
 
-def _weighted(kernel: Kernel, beta: Array, terms: int, parity: int) -> tuple[BesselTable, Array]:
-    """Nodes x with the Bessel functions, and 2 (L - 1) dx on them, shape (nb, nodes)."""
+@dataclass(frozen=True, slots=True)
+class RemainderRule:
+    """Quadrature of 2 int (L - 1) f dx at nb punch radii.
+
+    Attributes
+    ----------
+    table : BesselTable
+        Nodes x and the functions j_p on them.
+    weights : ndarray, shape (nb, nodes)
+        2 (L - 1) dx.
+    used : ndarray of int, shape (nb,)
+        Number of nodes up to which L - 1 is felt.
+    """
+
+    table: BesselTable
+    weights: Array
+    used: Indices
+
+    def matrix(self) -> Array:
+        """B_pq, shape (nb, terms, terms)."""
+        terms = self.table.j.shape[0]
+        blocks = np.empty((self.used.size, terms, terms))
+
+        def fill(i: int) -> None:
+            j = self.table.j[:, : self.used[i]]
+            np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
+
+        in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
+        return blocks
+
+    def column(self, values: Array) -> Array:
+        """2 int (L - 1) f j_p dx for a function's values on the nodes, shape (nb, terms)."""
+        return np.asarray((self.weights * values) @ self.table.j.T)
+
+
+def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> RemainderRule:
+    """The quadrature for `terms` orders of a parity at radii beta, shape (nb,)."""
     low, high = float(beta.min()), float(beta.max())
     first = min(0, int(np.floor(np.log(kernel.floor * low) / np.log(4))))
     table = bessel_table(parity, terms, first, _x_high(kernel, high))
@@ -88,19 +113,7 @@ def _weighted(kernel: Kernel, beta: Array, terms: int, parity: int) -> tuple[Bes
     remainder = np.zeros_like(kappa)
     live = kappa < kernel.cutoff
     remainder[live] = kernel.remainder(kappa[live])
-    return table, 2 * remainder * table.w
-
-
-def edge_columns(kernel: Kernel, beta: Array, terms: int) -> tuple[Array, Array]:
-    """B D^-1 s and B D^-1 t of harmonic 0 without truncating the sums over n; shape (nb, terms) each.
-
-    sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1),
-    sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size of the matrix instead, what is slow in n (cones on films that
-    are thin against the punch) is lost: 1e-3 of the depth at beta = 100 under a film 1e4 times stiffer than its base.
-    """
-    table, weights = _weighted(kernel, beta, terms, 0)
-    value = (weights * np.cos(table.x)) @ table.j.T / np.pi
-    return value, (weights * table.x * np.sin(table.x)) @ table.j.T / np.pi
+    return RemainderRule(table, 2 * remainder * table.w, np.searchsorted(table.x, kernel.cutoff * beta))
 
 
 def _x_high(kernel: Kernel, beta: float) -> float:
@@ -133,11 +146,15 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
     if kernel.graded:
         return Answers(*graded_round(kernel, beta, terms))
-    block = kernel_matrix(kernel, beta, terms)
-    diagonal = half_space_diagonal(0, terms)
-    matrix = block.copy()
-    matrix[:, range(terms), range(terms)] += diagonal
-    value, slope = edge_columns(kernel, beta, terms)
+    rule = remainder_rule(kernel, beta, terms, 0)
+    matrix = rule.matrix()
+    matrix[:, range(terms), range(terms)] += half_space_diagonal(0, terms)
+    # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
+    # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
+    # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at
+    # beta = 100 under a film 1e4 times stiffer than its base.
+    x = rule.table.x
+    value, slope = rule.column(np.cos(x) / np.pi), rule.column(x * np.sin(x) / np.pi)
     first = np.zeros(terms)
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)

@@ -1,7 +1,8 @@
 """Functions of log(beta), sampled once on Chebyshev panels and kept.
 
-Everything that a medium's flat punches say is analytic in log(beta). Panels are built when first asked for, half a decade
-wide (a decade where the contact is small against every length of the medium), and halved until the series ends.
+Everything that a medium's flat punches say is analytic in log(beta). Panels are built when first asked for: a decade wide where
+the contact is small against every length of the medium, an eighth of one where it is large, as radii cost the more the larger
+they are and a panel should not reach far beyond what is asked. They are halved until the series ends.
 """
 
 from __future__ import annotations
@@ -18,14 +19,21 @@ from flatpunch.compliance import Kernel
 from flatpunch.punch.matrix import effective_beta
 
 NODES = 24
-"""Chebyshev nodes per panel: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
+"""Chebyshev nodes per panel of half a decade: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
+
+_QUARTER, _EIGHTH = 16, 12
+"""Nodes that leave the same on panels of a quarter and an eighth of a decade (1e-14 to 1e-12 of flat and edge answers, both)."""
 
 _TOLERANCE = 1e-10
 _GRADED_TOLERANCE = 1e-9
 """Responses of graded media are interpolated to 2e-12, so that their derivatives, which the edges need, know 1e-10 at best."""
 
 _NARROWEST = np.log(10) / 16
-_WIDTH = np.log(10) / 2
+_UNIT = np.log(10) / 8
+_DECADE, _HALF = 8, 4
+"""Widths of panels, in units."""
+_SMALL, _MIDDLE, _LARGE = 0.1, 4.0, 12.0
+"""Effective beta at the end of a half decade below which panels are a decade, half a decade, and a quarter wide."""
 
 Sampler = Callable[[Array], Array]
 """Radii beta, shape (n,), ascending or not -> values, shape (n, outputs)."""
@@ -39,7 +47,7 @@ def tail(series: Array) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """Chebyshev coefficients over log(beta) on one interval, shape (NODES, outputs), and the size of their tail."""
+    """Chebyshev coefficients over log(beta) on one interval, shape (nodes, outputs), and the size of their tail."""
 
     low: float
     high: float
@@ -48,13 +56,21 @@ class Panel:
 
     def at(self, log_beta: Array, outputs: int | None = None) -> Array:
         """Values of the first `outputs` columns (all by default), shape (n, outputs)."""
-        return np.asarray(polynomials(self.unit(log_beta)).T @ self.series[:, :outputs])
+        return np.asarray(self._basis(log_beta) @ self.series[:, :outputs])
 
     def with_slope(self, log_beta: Array) -> Array:
         """Values and derivatives by log(beta) side by side, shape (n, 2 outputs)."""
-        slopes = _derivative() @ self.series * (2 / (self.high - self.low))
-        basis = polynomials(self.unit(log_beta)).T
+        slopes = _derivative(self.nodes) @ self.series * (2 / (self.high - self.low))
+        basis = self._basis(log_beta)
         return np.hstack([basis @ self.series, basis[:, :-1] @ slopes])
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes and coefficients."""
+        return int(self.series.shape[0])
+
+    def _basis(self, log_beta: Array) -> Array:
+        return polynomials(self.unit(log_beta), self.nodes - 1).T
 
     def unit(self, log_beta: Array) -> Array:
         """Coordinate in [-1, 1]."""
@@ -85,23 +101,32 @@ class Panels:
 
     def over(self, logs: Array) -> Iterator[tuple[Panel, Flags]]:
         """Panels that hold the given log(beta), each with the mask of what it holds."""
-        index = np.floor(logs / _WIDTH).astype(int)
-        coarse = effective_beta(self.kernel, 1.0) * np.exp((index + 1) * _WIDTH) < (
-            np.inf if self.kernel.graded else 0.1
-        )
-        start = np.where(coarse, index - index % 2, index)
-        # the parity of the code tells wide panels from narrow ones
-        code = 2 * start + coarse
+        start, width = self._spans(logs)
+        # 16 is more than any width: the code tells them apart
+        code = 16 * start + width
         for key in np.unique(code):
-            first, wide = int(key) // 2, bool(key % 2)
-            span = (first * _WIDTH, (first + (2 if wide else 1)) * _WIDTH)
+            first, units = int(key) // 16, int(key) % 16
+            span = (first * _UNIT, (first + units) * _UNIT)
             if span not in self._panels:
-                self._panels[span] = self._build(*span)
+                self._panels[span] = self._build(*span, {1: _EIGHTH, 2: _QUARTER}.get(units, NODES))
             inside = code == key
             for panel in self._panels[span]:
-                chosen = inside & (logs >= panel.low) & ((logs < panel.high) | (panel.high == span[1]))
+                # rounding decides at the ends of the span, not a second comparison
+                above = (logs >= panel.low) | (panel.low == span[0])
+                below = (logs < panel.high) | (panel.high == span[1])
+                chosen = inside & above & below
                 if chosen.any():
                     yield panel, chosen
+
+    def _spans(self, logs: Array) -> tuple[Indices, Indices]:
+        """First unit and number of units of the span that each log(beta) is in."""
+        unit = np.floor(logs / _UNIT).astype(int)
+        if self.kernel.graded:
+            # radii of any size cost the same
+            return unit // _DECADE * _DECADE, np.full_like(unit, _DECADE)
+        largest = effective_beta(self.kernel, 1.0) * np.exp((unit // _HALF + 1) * _HALF * _UNIT)
+        width = np.select([largest < _SMALL, largest < _MIDDLE, largest < _LARGE], [_DECADE, _HALF, 2], 1)
+        return unit // width * width, width
 
     def at(self, logs: Array) -> Array:
         """Values at log(beta), shape (n, outputs); all panels must have the same number of outputs."""
@@ -122,42 +147,42 @@ class Panels:
             result[chosen] = values
         return result
 
-    def _build(self, low: float, high: float) -> list[Panel]:
-        series = nodal_transform() @ self.sample(nodes(low, high))
+    def _build(self, low: float, high: float, count: int) -> list[Panel]:
+        series = nodal_transform(count) @ self.sample(nodes(low, high, count))
         error = self.judge(series)
         tolerance = _GRADED_TOLERANCE if self.kernel.graded else _TOLERANCE
         if error > max(tolerance, self.floor(series)) and high - low > _NARROWEST:
             middle = (low + high) / 2
-            return self._build(low, middle) + self._build(middle, high)
+            return self._build(low, middle, count) + self._build(middle, high, count)
         return [Panel(low, high, series, error)]
 
 
 def polynomials_on(parts: list[tuple[Panel, Indices]], logs: Array) -> Array:
-    """Chebyshev polynomials at many log(beta), each of its own panel, shape (NODES, n): once for all panels, which is faster."""
+    """Chebyshev polynomials at many log(beta), each of its own panel, shape (nodes, n): once for all panels, which is faster."""
     x = np.empty_like(logs)
     for panel, inside in parts:
         x[inside] = panel.unit(logs[inside])
-    return polynomials(x)
+    return polynomials(x, max((panel.nodes for panel, _ in parts), default=1) - 1)
 
 
-def nodes(low: float, high: float) -> Array:
-    """Radii beta at the Chebyshev nodes of an interval of log(beta), shape (NODES,)."""
-    return np.asarray(np.exp((low + high) / 2 + (high - low) / 2 * _unit_nodes()))
+def nodes(low: float, high: float, count: int = NODES) -> Array:
+    """Radii beta at the Chebyshev nodes of an interval of log(beta), shape (count,)."""
+    return np.asarray(np.exp((low + high) / 2 + (high - low) / 2 * _unit_nodes(count)))
 
 
-def nodal_transform() -> Array:
+def nodal_transform(count: int = NODES) -> Array:
     """Matrix from values at the nodes to Chebyshev coefficients."""
-    transform = chebyshev.chebvander(_unit_nodes(), NODES - 1).T * 2 / NODES
+    transform = chebyshev.chebvander(_unit_nodes(count), count - 1).T * 2 / count
     transform[0] /= 2
     return np.asarray(transform)
 
 
 def log_derivative(beta: Array) -> Array:
-    """Matrix from values at the nodes `beta` of a panel to derivatives by log(beta) there, shape (NODES, NODES)."""
-    t = _unit_nodes()
+    """Matrix from values at the nodes `beta` of a panel to derivatives by log(beta) there, shape (nodes, nodes)."""
+    t = _unit_nodes(beta.size)
     stretch = (t[0] - t[-1]) / np.log(beta[0] / beta[-1])
-    coefficients = chebyshev.chebder(nodal_transform()) * stretch
-    return np.asarray(chebyshev.chebvander(t, NODES - 2) @ coefficients)
+    coefficients = chebyshev.chebder(nodal_transform(t.size)) * stretch
+    return np.asarray(chebyshev.chebvander(t, t.size - 2) @ coefficients)
 
 
 def polynomials(x: Array, degree: int = NODES - 1) -> Array:
@@ -173,11 +198,11 @@ def polynomials(x: Array, degree: int = NODES - 1) -> Array:
     return values
 
 
-@lru_cache(maxsize=1)
-def _derivative() -> Array:
-    """Matrix from Chebyshev coefficients to those of the derivative, shape (NODES - 1, NODES)."""
-    return np.asarray(chebyshev.chebder(np.eye(NODES)))
+@lru_cache
+def _derivative(count: int) -> Array:
+    """Matrix from Chebyshev coefficients to those of the derivative, shape (count - 1, count)."""
+    return np.asarray(chebyshev.chebder(np.eye(count)))
 
 
-def _unit_nodes() -> Array:
-    return np.asarray(np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES))
+def _unit_nodes(count: int) -> Array:
+    return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count))
