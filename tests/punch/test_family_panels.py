@@ -47,8 +47,8 @@ def test_family_at_random_radii_equals_direct_solves(medium):
 
 @media
 def test_family_at_the_seams_of_its_panels(medium):
-    # panels end at half decades and, for small contacts, at decades
-    seams = np.sqrt(10.0) ** np.arange(-8, 4)
+    # panels end at half decades; for small contacts at decades, for large ones at eighths of a decade
+    seams = 10.0 ** np.concatenate([np.arange(-8, 0) / 2, np.arange(20) / 8])
     betas = np.concatenate([seams * (1 - 1e-13), seams, seams * (1 + 1e-13)])
     compare(medium, betas)
     answers = punch_family(compliance(medium)).at(betas).flat[:, 0].reshape(3, -1)
