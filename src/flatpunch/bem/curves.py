@@ -190,6 +190,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
     before: Levels | None = None
     state: State | None = None
     cells = grid.nx * grid.ny if isinstance(grid, Grid) else (grid or DEFAULT_CELLS) ** 2
+    hinted = False
     with fitting_threads(cells):
         for i, step in enumerate(steps):
             prescribed = {"depth" if course.by_depth else "force": step.target}
@@ -198,7 +199,8 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                 levels = levels or announced(Levels(kernel, grid, xp, course.single), 1)
             else:
                 first = step.hint or _first_extent(kernel, indenter, **prescribed)
-                extent = find_extent(kernel, height, first, **prescribed) if step.searched or not step.hint else first
+                hinted = step.hint is not None and not step.searched
+                extent = first if hinted else find_extent(kernel, height, first, **prescribed)
                 if levels is None or not (close and extent.fits(levels.grid)):
                     levels = announced(
                         Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, course.single), len(steps)
@@ -206,7 +208,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
             start = state.pressure if state is not None and close and before is levels else None
             growths = 0 if isinstance(grid, Grid) else _GROWTHS
             levels, state, effort = _solve_inside(
-                levels, height, course.tolerance, course.limit, start, growths, **prescribed
+                levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, **prescribed
             )
             before = levels
             endless = indenter.reach == np.inf
@@ -273,16 +275,26 @@ def _solve_inside(
     limit: int,
     start: Any,
     growths: int,
+    *,
+    hinted: bool = False,
     **prescribed: float,
 ) -> tuple[Levels, State, Effort]:
-    """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times."""
+    """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times.
+
+    Where it was only `hinted` at, the contact is looked for first: growing would leave the cells as fine as they were.
+    """
     for left in range(growths, -1, -1):
         state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
         contact = to_numpy(state.contact).astype(bool)
         if not touches_edge(contact):
             return levels, state, effort
         if left:
-            levels, start = announced(replace(levels, grid=grown(levels.grid, contact)), 1), None
+            grid = grown(levels.grid, contact)
+            if hinted:
+                half_widths = grid.nx * grid.spacing / 2, grid.ny * grid.spacing / 2
+                found = find_extent(levels.kernel, height, Extent(half_widths, grid.center), **prescribed)
+                grid, hinted = found.grid(round(np.sqrt(levels.grid.nx * levels.grid.ny))), False
+            levels, start = announced(replace(levels, grid=grid), 1), None
     raise _too_small(levels, height, **prescribed)
 
 
