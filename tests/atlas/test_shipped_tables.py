@@ -95,6 +95,19 @@ def test_responses_are_those_of_perturbation_theory(name, exponent):
             assert found["stiffness"][0] == pytest.approx(gain, rel=1e-6)
 
 
+@pytest.mark.parametrize("name", WITH_RESPONSES)
+def test_responses_of_the_widest_contacts(name):
+    family = FAMILIES[name]
+    medium = family.make(**some_parameters(family, 11))
+    table, kernel = compliance(atlas.tabulated(medium)).solution, compliance(medium)
+    orders = np.array([2, 3, 8, 24, 41])
+    for beta in (30.0, 60.0, 99.0):
+        stiffening, strength = table.edges(np.array([beta]), orders, 1.0)
+        edges = edges_of(kernel, np.array([beta]), orders)
+        np.testing.assert_allclose(stiffening, edges.stiffening(orders), rtol=5e-6)
+        np.testing.assert_allclose(strength, edges.power_edge(1.0, orders), rtol=1e-6)
+
+
 def test_responses_on_the_half_space():
     # contacts a thousandth of the layer wide: R = 2/3 and chi = 5/24 for ellipses, exact Hertz; the layer is felt as beta
     found = atlas.table("sliding-layer").at().responses(1e-3, 2, 2)
