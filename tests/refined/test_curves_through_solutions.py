@@ -15,9 +15,17 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.correction import correction
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
-from flatpunch.contact.node_spline import continued, left_out_of_hermite, off_smoother, settled_slopes, steadied
+from flatpunch.contact.node_spline import (
+    continued,
+    curve_through,
+    leading,
+    left_out,
+    left_out_of_hermite,
+    off_smoother,
+    settled_slopes,
+)
 from flatpunch.contact.second_order import expansion_of
-from flatpunch.contact.solution_curves import ShapeCurve
+from flatpunch.contact.solution_curves import ForceCurve, ForcePart, ShapeCurve
 from flatpunch.indenters import Rounded, Truncated
 from flatpunch.indenters.angular_mean import GeometricMean
 
@@ -122,14 +130,52 @@ def test_curves_that_disagree_are_counted_as_an_error() -> None:
     np.testing.assert_allclose(error, [0.008, 0.004, 0.0])
 
 
-def test_scatter_is_evened_out_and_steps_are_not() -> None:
-    nodes, rng = np.linspace(0, 6, 25), np.random.default_rng(3)
-    smooth = np.sin(nodes)[:, None] * np.ones(200)
-    scatter = smooth + 0.004 * rng.standard_normal(smooth.shape)
-    evened = steadied(nodes, scatter, 0.006)
-    assert np.std((evened - smooth)[2:-2]) < 0.95 * np.std((scatter - smooth)[2:-2])
-    step = np.where(nodes < 3, 0.0, 1.0)[:, None]
-    np.testing.assert_allclose(steadied(nodes, step, 0.006), step, atol=1e-9)
+def test_a_rough_stretch_does_not_reach_far() -> None:
+    nodes = np.arange(10.0)
+    table = np.where(nodes < 6, 0.0, (-1.0) ** nodes)[:, None]
+    x = np.linspace(0, 4, 41)
+    assert not curve_through(nodes, table)(x).any()
+    assert not left_out(nodes, table)[:3].any()
+    assert left_out(nodes, table)[7:9].min() > 0.1
+
+
+def test_estimate_covers_the_error_of_local_curves() -> None:
+    nodes = np.linspace(-2, 3, 9)
+    x = np.linspace(nodes[1], nodes[-2], 500)
+    for function in (_bend, np.sin, lambda x: np.exp(x / 2)):
+        told = left_out(nodes, function(nodes)[:, None])[:, 0]
+        upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
+        assert np.all(
+            np.abs(curve_through(nodes, function(nodes))(x) - function(x))
+            <= 2 * np.maximum(told[upper - 1], told[upper])
+        )
+
+
+def test_each_gap_has_the_theory_that_is_trusted_there() -> None:
+    nodes = np.arange(5.0)
+    # the first theory is right up to 2 and has nothing to say beyond 3, the other is off by a little everywhere
+    first = ForcePart(
+        0,
+        CubicHermiteSpline(nodes[:4], np.zeros(4), np.zeros(4)),
+        *np.array([2 * [1e-6, 1e-6, 1e-2, np.inf]]).reshape(2, 4),
+    )
+    other = ForcePart(1, CubicHermiteSpline(nodes, np.zeros(5), np.zeros(5)), *np.full((2, 4), 1e-4))
+    curve = ForceCurve.of(nodes, [first, other])
+    # beside a gap where it errs much a theory is not trusted either
+    np.testing.assert_array_equal(curve.chosen, [[0, 1, 1, 1], [1, 0, 0, 1]])
+    x = np.array([0.5, 1.5, 3.5])
+    theory = np.column_stack([np.full(3, 7.0), np.full(3, 7.003)])
+    np.testing.assert_allclose(curve.at(x, theory), [7.0, 7.003, 7.003])
+    # where two theories speak their difference counts, where one does its own estimate
+    np.testing.assert_allclose(curve.estimate(x, theory), [0.7 * 0.003, 0.7 * 0.003, 2e-4])
+
+
+def test_theories_hold_up_to_the_first_gap_that_is_not_good() -> None:
+    good = np.ones(5, dtype=bool)
+    assert leading(good, good[1:]) == 5
+    assert leading(good, np.array([True, True, False, True])) == 3
+    assert leading(np.array([True, True, False, True, True]), good[1:]) == 2
+    assert leading(~good, good[1:]) == 0
 
 
 @pytest.mark.parametrize(

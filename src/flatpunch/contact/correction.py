@@ -2,7 +2,7 @@
 
 Over x = ln d the logarithm of the force is interpolated by its values and slopes (dF/dd is known to each solution), that of
 radius, area and outline by its values. What is interpolated are ratios to the second-order series or to its round base where
-these are smooth, and the quantities themselves where they are not (theory_forms.py).
+these are smooth, and the quantities themselves where they are not (theory_forms.py), gap by gap.
 Solutions are added where leaving one out changes the curve most, or where another curve through them differs most, until these
 estimates meet the tolerance; they are kept, so that a later curve on the same medium and tip costs nothing new.
 """
@@ -26,15 +26,23 @@ from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     between_good,
     continued,
+    curve_through,
+    leading,
     left_out,
     left_out_of_hermite,
     off_smoother,
     settled_slopes,
-    spline_through,
-    steadied,
 )
 from flatpunch.contact.perturbed import Series
-from flatpunch.contact.solution_curves import FEWEST, ForceCurve, ShapeCurve, constant, error_between, standing
+from flatpunch.contact.solution_curves import (
+    FEWEST,
+    ForceCurve,
+    ForcePart,
+    ShapeCurve,
+    constant,
+    error_between,
+    standing,
+)
 from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import call_helpers, shared_out
@@ -49,12 +57,10 @@ _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
 _SHAPE_TOLERANCE = 5e-3
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
-_CLOSE_TOLERANCE, _CORNER_CLOSE_TOLERANCE = 24e-3, 8e-3
+_CLOSE_TOLERANCE, _CORNER_CLOSE_TOLERANCE = 16e-3, 8e-3
 """The same between those that lie close, of smooth tips and of those with edges, whose points grow out."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
-_SCATTER, _CORNER_SCATTER = 1.5, 0.4
-"""Scatter of outlines over the mean radius, times the cells per side, of smooth tips and of those with edges."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
 """Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
 _RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.3
@@ -123,15 +129,14 @@ class Correction:
         """The same at known positions, shape (n,), from known solutions."""
         curve = self._force_curve(tuple(nodes))
         theory, rates = forces(self.series, contact)
-        logarithm, slope = curve.curve(at) + theory[:, curve.form], curve.curve(at, 1) + rates[:, curve.form]
         frozen = at != np.log(contact.depth)
+        there = np.array(theory)
         if frozen.any():
-            # ratios to the series stand still there, whatever is interpolated elsewhere
-            still = self._theory_at(at[frozen]).force
-            ratio = curve.curve(at[frozen]) + still[:, curve.form] - still[:, SERIES]
-            logarithm[frozen], slope[frozen] = ratio + theory[frozen, SERIES], rates[frozen, SERIES]
-        error = error_between(nodes, curve.error, at, curve.spread)
-        error = np.maximum(error, np.where(frozen, 0.0, curve.dispute(at, theory)))
+            there[frozen] = self._theory_at(at[frozen]).force
+        logarithm, slope, error = curve.at(at, there), curve.at(at, rates, 1), curve.estimate(at, there)
+        # ratios to the series stand still there, whatever is interpolated elsewhere
+        logarithm[frozen] += theory[frozen, SERIES] - there[frozen, SERIES]
+        slope[frozen] = rates[frozen, SERIES]
         error += (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
         force = np.exp(logarithm)
         return force, force * slope / contact.depth, error
@@ -180,33 +185,43 @@ class Correction:
         return Theory(theory.force[index], theory.growth[index], theory.shape[index], theory.radius[index])
 
     def _new_force_curve(self, known: tuple[float, ...]) -> ForceCurve:
-        """The curve through solutions that leaving one out changes least, and the next best."""
+        """The curves through solutions that leaving one out changes least."""
         nodes = np.array(known)
         rows, theory = np.array([self.known[node] for node in known]), self.theory.at(nodes)
         logarithm = rows[:, FORCE] + np.log(self.kernel.modulus)
         if nodes.size == 1:
             ratio = float(logarithm[0] - theory.force[0, SERIES])
             slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
-            return ForceCurve(SERIES, constant(ratio, slope), np.zeros(1), np.zeros(0))
-        found = []
+            return ForceCurve.of(nodes, [ForcePart(SERIES, constant(ratio, slope), np.zeros(1), np.zeros(1))])
         noise = (_CORNER_SLOPE_NOISE if self.indenter.corners else _SLOPE_NOISE) / self.cells
-        for form in self._forms(theory):
-            values, slopes = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
-            if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
-                continue
-            slopes, doubt = settled_slopes(nodes, values, slopes, noise)
-            wrong = left_out_of_hermite(nodes, values, slopes, doubt)
-            spread = off_smoother(nodes, values, slopes)
-            found.append(ForceCurve(form, CubicHermiteSpline(nodes, values, slopes), wrong, spread))
-        found.sort(key=lambda curve: float(curve.error.sum() + curve.spread.sum()))
-        return replace(found[0], other=found[1]) if found[1:] else found[0]
-
-    def _forms(self, theory: Theory) -> tuple[int, ...]:
-        """What forces may be compared with."""
-        if self.theory.folded(theory.radius):
-            return (NOTHING,)
-        round_only = np.array_equal(theory.force[:, SERIES], theory.force[:, BASE])
-        return (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING)
+        between, turning = self.theory.at((nodes[1:] + nodes[:-1]) / 2), self.theory.turning(theory.radius)
+        held: dict[int, Array] = {}
+        # slopes as the ratios to each theory have them, weighted by how well they are known
+        total, weight, least = np.zeros((3, nodes.size))
+        for form in (SERIES, BASE, NOTHING):
+            ratios, growths = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
+            there, inside = np.isfinite(ratios) & np.isfinite(growths), np.isfinite(between.force[:, form])
+            if form != NOTHING:
+                there, inside = there & (theory.radius < turning), inside & (between.radius < turning)
+            count = leading(there, inside)
+            if count > 1:
+                held[form] = ratios[:count]
+                slopes, doubt = settled_slopes(nodes[:count], ratios[:count], growths[:count], noise)
+                share = 1 / np.maximum(doubt, _ROUNDING) ** 2
+                total[:count] += share * (slopes + theory.growth[:count, form])
+                weight[:count] += share
+                least[:count] = np.maximum(least[:count], share)
+        settled, doubts = total / weight, 1 / np.sqrt(least)
+        parts = []
+        for form, ratios in held.items():
+            count = ratios.size
+            slopes = settled[:count] - theory.growth[:count, form]
+            beside = left_out_of_hermite(nodes[:count], ratios, slopes, doubts[:count])
+            error, spread = np.full((2, nodes.size - 1), np.inf)
+            error[: count - 1] = np.maximum(beside[1:], beside[:-1])
+            spread[: count - 1] = off_smoother(nodes[:count], ratios, slopes)
+            parts.append(ForcePart(form, CubicHermiteSpline(nodes[:count], ratios, slopes), error, spread))
+        return ForceCurve.of(nodes, parts)
 
     def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
         """Curves through the shapes and their ratios to the series, each trusted where leaving solutions out changes it least."""
@@ -221,11 +236,11 @@ class Correction:
         reach = np.exp(rows[:, 2:] - rows[:, :1])
         errors = [(left_out(nodes, table)[:, 2:] * reach).max(axis=1) for table in tables]
         share, wrong = np.zeros(nodes.size), errors[0]
-        if nodes.size > 2 and not self.theory.folded(theory.radius):
+        if nodes.size > 2:
             share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
+            share[theory.radius >= self.theory.turning(theory.radius)] = 0.0
             wrong = wrong + share * (errors[1] - wrong)
-        noise = (_CORNER_SCATTER if self.indenter.corners else _SCATTER) / self.cells
-        absolute, relative = (spline_through(nodes, steadied(nodes, table, noise)) for table in tables)
+        absolute, relative = (curve_through(nodes, table) for table in tables)
         return ShapeCurve(nodes, absolute, relative, share, wrong)
 
     @property
@@ -293,10 +308,7 @@ class Correction:
         nodes = np.array(known)
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
         theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
-        wrong = np.maximum.reduce(
-            [curve.error[1:], curve.error[:-1], curve.spread, curve.dispute(middles, theory.force)]
-        )
-        rough = (wrong > rtol) & (gaps > _FINEST)
+        rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > _FINEST)
         wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, theory.shape)[1]])
         limit = _CORNER_CLOSE_TOLERANCE if self.indenter.corners else _CLOSE_TOLERANCE
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)

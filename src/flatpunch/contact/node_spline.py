@@ -2,26 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from scipy.interpolate import BSpline, CubicHermiteSpline, CubicSpline, make_interp_spline
+from scipy.interpolate import Akima1DInterpolator, BSpline, CubicHermiteSpline, CubicSpline, PPoly, make_interp_spline
 
 from flatpunch._validation import Array, Flags
 
 _SAFETY = 8.0
 """Over what cubic Hermite curves miss of a node left out; their error grows sixteenfold where it is resolved."""
-_CHANCE = 0.1
-"""Least estimate over that of the nodes beside."""
+_CHANCE, _SLOPE_CHANCE = 0.1, 0.3
+"""Least estimate over that of the nodes beside, of values and of slopes."""
 _INSIDE = np.arange(1, 8) / 8
 """Where curves are compared between nodes."""
 _PLAIN_SAFETY = 5.0
-"""The same of the cubic through four values."""
+"""The same of local curves through values."""
+_ONE_SIDED = 3.0
+"""How much less a spline knows of the slopes at its ends."""
+_BESIDE = 3
+"""Nodes on either side that a local curve knows of."""
+
+Curve = Callable[..., Array]
 
 
-def spline_through(nodes: Array, table: Array) -> CubicSpline:
+def spline_through(nodes: Array, table: Array) -> Curve:
     """Spline through the solutions: not-a-knot cubic, lower degree where there are few."""
-    if nodes.size > 3:
-        return CubicSpline(nodes, table)
-    return make_interp_spline(nodes, table, k=nodes.size - 1)
+    few = nodes.size <= 3
+    curve: Curve = make_interp_spline(nodes, table, k=nodes.size - 1) if few else CubicSpline(nodes, table)
+    return curve
+
+
+def curve_through(nodes: Array, table: Array) -> Curve:
+    """Local curve through the solutions (Akima, with modified weights): a rough stretch does not reach beyond three nodes."""
+    if nodes.size <= 3:
+        return spline_through(nodes, table)
+    local = Akima1DInterpolator(nodes, table, method="makima")
+    # which by itself has no values beyond its ends, not even by rounding
+    curve: Curve = PPoly(local.c, local.x)
+    return curve
 
 
 def off_smoother(nodes: Array, values: Array, slopes: Array) -> Array:
@@ -51,7 +69,10 @@ def settled_slopes(nodes: Array, values: Array, slopes: Array, noise: float) -> 
     gaps = np.diff(nodes)
     gap = np.minimum(np.append(gaps, np.inf), np.insert(gaps, 0, np.inf))
     smooth = spline_through(nodes, values)(nodes, 1)
-    doubt = (3 * left_out(nodes, values[:, None])[:, 0] / gap) ** 2 + np.maximum((slopes - smooth) ** 2 - noise**2, 0.0)
+    wrong = 3 * _beside_too(left_out(nodes, values[:, None], spline_through, 2)[:, 0], _SLOPE_CHANCE) / gap
+    # the first and the last have neighbours on one side
+    wrong[[0, -1]] *= _ONE_SIDED
+    doubt = wrong**2 + np.maximum((slopes - smooth) ** 2 - noise**2, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(np.isfinite(doubt), doubt / (doubt + noise**2), 1.0)
     return np.asarray(smooth + share * (slopes - smooth)), np.sqrt(share) * noise
@@ -71,49 +92,34 @@ def left_out_of_hermite(nodes: Array, values: Array, slopes: Array, doubt: Array
         without = CubicHermiteSpline(nodes[beside], values[beside], slopes[beside])
         wrong[i] = abs(float(without(nodes[i])) - values[i]) / _SAFETY
     wrong[0], wrong[-1] = wrong[1], wrong[-2]
-    # what one node misses may vanish by chance
-    wrong = np.maximum(wrong, _CHANCE * np.maximum(np.append(wrong[1:], 0.0), np.insert(wrong[:-1], 0, 0.0)))
+    wrong = _beside_too(wrong, _CHANCE)
     gaps = np.diff(nodes)
     return np.asarray(wrong + doubt * np.maximum(np.append(gaps, 0.0), np.insert(gaps, 0, 0.0)) / 8)
 
 
-def left_out(nodes: Array, table: Array) -> Array:
-    """Estimated error of the spline beside each node, shape of table: a fifth of what the cubic through four neighbours misses.
+def _beside_too(wrong: Array, share: float) -> Array:
+    """At least a share of what is told of the nodes beside: what one node misses may vanish by chance."""
+    return np.asarray(np.maximum(wrong, share * np.maximum(np.append(wrong[1:], 0.0), np.insert(wrong[:-1], 0, 0.0))))
 
-    Leaving a node out doubles the local spacing, so the error of a cubic grows sixteenfold where it is resolved; five is on
-    the safe side. Only neighbours are asked, so that a rough stretch asks for no solutions elsewhere. At the ends, where leaving
-    out extrapolates, the next node's value stands.
+
+def left_out(
+    nodes: Array, table: Array, through: Callable[[Array, Array], Curve] = curve_through, beside: int = _BESIDE
+) -> Array:
+    """Estimated error of a curve beside each node, shape of table: a fifth of what it misses without that node.
+
+    Leaving a node out doubles the local spacing, so the error grows by eight or sixteen where it is resolved; five is on the
+    safe side. Only so many neighbours on either side are asked, so that a rough stretch asks for no solutions elsewhere. At the
+    ends, where leaving out extrapolates, the next node's value stands.
     """
     if nodes.size < 3:
         return np.full_like(table, np.inf)
-    wrong = np.abs(_off_neighbours(nodes, table)) / _PLAIN_SAFETY
+    wrong = np.zeros_like(table)
+    for i in range(1, nodes.size - 1):
+        first = max(0, min(i - beside, nodes.size - 2 * beside - 1))
+        near = [j for j in range(first, min(first + 2 * beside + 1, nodes.size)) if j != i]
+        wrong[i] = np.abs(through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
     wrong[0], wrong[-1] = wrong[1], wrong[-2]
     return wrong
-
-
-def steadied(nodes: Array, table: Array, noise: float) -> Array:
-    """Solutions with scatter, each moved halfway to the cubic through its neighbours as far as the difference is mere `noise`."""
-    off = _off_neighbours(nodes, table)
-    return np.asarray(table + off / 2 * np.exp(-((off / noise) ** 2)))
-
-
-def _off_neighbours(nodes: Array, table: Array) -> Array:
-    """Cubic through four neighbours minus the value, shape of table; zero at the ends."""
-    off = np.zeros_like(table)
-    for i in range(1, nodes.size - 1):
-        first = max(0, min(i - 2, nodes.size - 5))
-        near = [j for j in range(first, min(first + 5, nodes.size)) if j != i]
-        off[i] = _lagrange_weights(nodes[near], nodes[i]) @ table[near] - table[i]
-    return off
-
-
-def _lagrange_weights(nodes: Array, at: float) -> Array:
-    """Weights of values at the nodes, shape (n,), in the value at a point of the polynomial through them."""
-    distance = nodes[:, None] - nodes
-    np.fill_diagonal(distance, 1.0)
-    away = np.broadcast_to(at - nodes, distance.shape).copy()
-    np.fill_diagonal(away, 1.0)
-    return np.asarray(np.prod(away / distance, axis=1))
 
 
 def continued(nodes: Array, table: Array, good: Flags) -> Array:
@@ -137,3 +143,8 @@ def between_good(nodes: Array, good: Flags, x: Array) -> Flags:
     upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
     at = np.abs(nodes[upper] - x) < 1e-9
     return np.asarray((good[upper - 1] | at) & (good[upper] | (np.abs(nodes[upper - 1] - x) < 1e-9)))
+
+
+def leading(nodes: Flags, gaps: Flags) -> int:
+    """How many nodes there are before the first that is not good, or that follows a gap that is not."""
+    return int(min(np.argmin(np.append(nodes, False)), np.argmin(np.append(gaps, False)) + 1))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Indices
 
 FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
@@ -21,25 +21,86 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class ForceCurve:
-    """ln F over x = ln d as the sum of a theory's (column `form` of its forces) and a smooth curve.
+class ForcePart:
+    """A smooth curve that is added to column `form` of a theory's forces.
 
-    `error` is its estimated error at the nodes, shape (nodes,), and `spread` that between them, shape (nodes - 1,); `other` the
-    next best such curve, where there is one.
+    Both estimates of its error in each gap between the nodes, shape (gaps,), are infinite where it does not hold: `error` is what
+    leaving out a solution tells, `spread` what a smoother curve does.
     """
 
     form: int
     curve: Callable[..., Array]
     error: Array
     spread: Array
-    other: ForceCurve | None = None
 
-    def dispute(self, x: Array, theory: Array) -> Array:
-        """Estimated error from the difference to the other curve at x, shape (n,); `theory` has shape (n, forms)."""
-        if self.other is None:
+    @property
+    def wrong(self) -> Array:
+        """The larger of both in each gap."""
+        return np.asarray(np.maximum(self.error, self.spread))
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCurve:
+    """ln F over x = ln d: in each gap between solutions a theory's and the smooth curve that are trusted most there.
+
+    All pass through the same values and slopes. `chosen` are the numbers of the part for each gap and of the next best, which is
+    the same where there is no other; shape (2, gaps).
+    """
+
+    nodes: Array
+    parts: tuple[ForcePart, ...]
+    chosen: Indices
+
+    @classmethod
+    def of(cls, nodes: Array, parts: list[ForcePart]) -> ForceCurve:
+        """The parts with the least error in each gap and in those beside it: in one gap many may please by chance."""
+        wrong = np.array([part.wrong for part in parts])
+        beside = np.pad(np.where(np.isfinite(wrong), wrong, 0.0), ((0, 0), (1, 1)))
+        around = np.maximum(wrong, np.maximum(beside[:, :-2], beside[:, 2:]))
+        best, after = np.argsort(around, axis=0, kind="stable")[[0, min(1, len(parts) - 1)]]
+        holds = np.isfinite(wrong[after, np.arange(wrong.shape[1])])
+        return cls(nodes, tuple(parts), np.stack([best, np.where(holds, after, best)]))
+
+    def at(self, x: Array, theory: Array, nu: int = 0) -> Array:
+        """ln F at x, or its derivative, where the theory has forces or growths `theory`, shape (n, forms)."""
+        return self._by(self.chosen[0][self._gap(x)], x, theory, nu)
+
+    def estimate(self, x: Array, theory: Array) -> Array:
+        """Estimated error at x, shape (n,): none at a solution but for what curves may differ by."""
+        if self.nodes.size == 1:
             return np.zeros_like(x)
-        one, two = (part.curve(x) + theory[:, part.form] for part in (self, self.other))
-        return np.asarray(_DISPUTE * min(1.0, FEWEST / self.error.size) * np.abs(one - two))
+        gap = self._gap(x)
+        error, spread = self._of_best("error")[gap], self._of_best("spread")[gap]
+        solved = np.abs(self.nodes[:, None] - x).min(axis=0) < _ROUNDING
+        worse = np.where(solved, 0.0, np.maximum(_CAUTION * error, spread))
+        return np.asarray(np.maximum(worse, self._dispute(x, theory)))
+
+    def wrong(self, middles: Array, theory: Array) -> Array:
+        """What decides on another solution in each gap: the error without caution, and the dispute in its middle."""
+        return np.asarray(np.maximum(self._of_best("wrong"), self._dispute(middles, theory)))
+
+    def _of_best(self, name: str) -> Array:
+        """An estimate of the part chosen in each gap."""
+        values = np.array([getattr(part, name) for part in self.parts])
+        return np.asarray(np.take_along_axis(values, self.chosen[:1], axis=0)[0])
+
+    def _dispute(self, x: Array, theory: Array) -> Array:
+        """Estimated error from the difference to the next best curve."""
+        gap = self._gap(x)
+        one, two = (self._by(chosen[gap], x, theory, 0) for chosen in self.chosen)
+        return np.asarray(_DISPUTE * min(1.0, FEWEST / self.nodes.size) * np.abs(one - two))
+
+    def _gap(self, x: Array) -> Indices:
+        return np.clip(np.searchsorted(self.nodes, x) - 1, 0, self.chosen.shape[1] - 1)
+
+    def _by(self, chosen: Indices, x: Array, theory: Array, nu: int) -> Array:
+        """Curves of the numbers `chosen` at x, shape (n,)."""
+        values = np.empty_like(x)
+        for number, part in enumerate(self.parts):
+            here = chosen == number
+            if here.any():
+                values[here] = part.curve(x[here], nu) + theory[here, part.form]
+        return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +135,10 @@ def standing(table: Array) -> Callable[[Array], Array]:
     return lambda x: np.repeat(table, x.size, axis=0)
 
 
-def error_between(nodes: Array, error: Array, x: Array, spread: Array | float = 0.0) -> Array:
-    """Estimated error at points: between two solutions the worse of them counts or what is known of the gap, at one none."""
+def error_between(nodes: Array, error: Array, x: Array) -> Array:
+    """Estimated error at points: between two solutions the worse of them counts, at one none."""
     if nodes.size == 1:
         return np.zeros_like(x)
     upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    worse = np.maximum(
-        _CAUTION * np.maximum(error[upper - 1], error[upper]), np.broadcast_to(spread, nodes.size - 1)[upper - 1]
-    )
+    worse = _CAUTION * np.maximum(error[upper - 1], error[upper])
     return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))

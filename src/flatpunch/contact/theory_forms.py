@@ -70,10 +70,13 @@ class TheoryAt:
         kept = [self._kept[at] for at in x]
         return Theory(*(np.array(part) for part in zip(*kept, strict=True)))
 
-    def folded(self, radius: Array) -> bool:
-        """Whether the round base turns back between base radii, so that one depth has several."""
-        path = self.series.descent(np.geomspace(radius.min(), radius.max(), _SAMPLES))
-        return bool(path.depth_slope.min() <= 0)
+    def turning(self, radius: Array) -> float:
+        """Least base radius [m], up to the largest given, at which the depth of the round base turns back; else infinity.
+
+        It may do so under stiff films: one depth has several contacts beyond.
+        """
+        path = np.geomspace(radius.min(), radius.max(), _SAMPLES)
+        return float(path[self.series.descent(path).depth_slope <= 0].min(initial=np.inf))
 
 
 def forces(series: Series, contact: PathPoint | PerturbedContact) -> tuple[Array, Array]:
