@@ -29,6 +29,9 @@ _NEAR = 24.0
 _NODES, _FEW_NODES, _FAR = 8, 4, 6.0
 """Gauss points along a part of a cell, and along those farther from the origin than so many of their sides."""
 
+_KEPT = 385
+"""Offsets up to which the half-space's are kept, a megabyte: those of grids of 256 cells in all but the longest boxes."""
+
 _ROWS = 32
 """Rows of coefficients made at a time."""
 
@@ -74,6 +77,15 @@ def power_exponent(kernel: Kernel) -> float:
 
 def love_coefficients(shape: tuple[int, int]) -> Array:
     """int 1/r over the unit square around (j, i); shape (rows, columns)."""
+    return _few_love_coefficients()[: shape[0], : shape[1]].copy() if max(shape) <= _KEPT else _love_coefficients(shape)
+
+
+@lru_cache(maxsize=1)
+def _few_love_coefficients() -> Array:
+    return _love_coefficients((_KEPT, _KEPT))
+
+
+def _love_coefficients(shape: tuple[int, int]) -> Array:
     y = np.arange(-1, shape[0])[:, None] + 0.5
     x = np.arange(-1, shape[1])[None, :] + 0.5
     r = np.hypot(x, y)

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 
 from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
@@ -312,10 +313,10 @@ def edges_of(kernel: Kernel, beta: Array, orders: Indices) -> Edges | PowerLawEd
 
 def act(weights: Array, field: Array) -> Array:
     """Multiply the harmonics m > 0 of angular fields by weights, shape (nb, orders); the mean goes to zero."""
-    spectrum = np.fft.rfft(field)
+    spectrum = scipy.fft.rfft(field)
     weighted = np.zeros((weights.shape[0], spectrum.shape[-1]), dtype=complex)
     weighted[:, 1:] = weights * spectrum[..., 1:]
-    return np.asarray(np.fft.irfft(weighted, n=field.shape[-1], axis=-1))
+    return np.asarray(scipy.fft.irfft(weighted, n=field.shape[-1], axis=-1, overwrite_x=True))
 
 
 def expand(indenter: Indenter, lam: float) -> Angles:

@@ -125,16 +125,26 @@ class _Team:
                         else:
                             found[index] = outcome[0]
                             done(outcome[0])
-                    while waiting and helper.takes(len(waiting), len(packed[2 + waiting[-1]])):
-                        index = waiting.pop()
-                        helper.give(case, index, packed[2 + index])
-                if own or waiting:
-                    index = own.pop() if own else waiting.pop()
-                    found[index] = call(items[index])
+                # the longest that are left: one for each that is idle, one for this process, then what they have at hand
+                self._hand_out(helpers, waiting, case, packed, idle=True)
+                mine = own.pop() if own else waiting.pop() if waiting else None
+                self._hand_out(helpers, waiting, case, packed, idle=False)
+                if mine is not None:
+                    found[mine] = call(items[mine])
                 elif len(found) < len(items):
                     wait([helper.pipe for helper in helpers if helper.at])
             unless_finished.pop_all()
         return [found[index] for index in range(len(items))]
+
+    @staticmethod
+    def _hand_out(
+        helpers: list[_Helper], waiting: deque[int], case: list[bytes], packed: list[bytes], *, idle: bool
+    ) -> None:
+        """Give calls that wait to helpers that are idle, or to others as well."""
+        for helper in helpers:
+            while waiting and not (idle and helper.at) and helper.takes(len(waiting), len(packed[2 + waiting[-1]])):
+                index = waiting.pop()
+                helper.give(case, index, packed[2 + index])
 
     def dismiss(self) -> None:
         """Let all helpers go."""
