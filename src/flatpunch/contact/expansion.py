@@ -127,12 +127,15 @@ class PowerExpansion:
     order : "second" or "fourth"
         Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form. Outlines come from sqrt(psi)
         for tips with edges under fourth order and from ln psi for all others, which measured best (validation page).
+    terms : bool
+        Whether second order should know its third and fourth terms, by which it tells its error; else they are zero.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, order: Order) -> None:
+    def __init__(self, kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> None:
         assert indenter.exponent is not None
         self.kernel, self.order = kernel, order
-        self.series = PowerPerturbation(kernel, indenter, 0.0 if order == "second" else 0.5, fourth=True)
+        lam, fourth = (0.0, terms) if order == "second" else (0.5, True)
+        self.series = PowerPerturbation(kernel, indenter, lam, fourth=fourth)
         self.base = PowerProfile(indenter.exponent, self.series.angles.mean)
         self._shape, self._shape_base = self.series, self.base
         if order == "fourth" and not indenter.corners:
@@ -224,9 +227,9 @@ def _where_kept(logarithm: Array, growth: Array) -> Array:
 
 
 @lru_cache(maxsize=64)
-def power_expansion(kernel: Kernel, indenter: Indenter, order: Order) -> PowerExpansion:
+def power_expansion(kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> PowerExpansion:
     """The series of a medium and an indenter; what is already computed is shared."""
-    return PowerExpansion(kernel, indenter, order)
+    return PowerExpansion(kernel, indenter, order, terms=terms)
 
 
 def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Array) -> Array:

@@ -13,6 +13,7 @@ ln a are exact. Angular fields live on one period of the outline; R and k act on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
@@ -115,8 +116,8 @@ class PowerPerturbation:
         self.kernel, self.exponent, self.fourth = kernel, indenter.exponent, fourth
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
-        # edge functionals are smooth where the outline has poles, and dear
-        self._edges = Panels(kernel, self._edge_columns)
+        # edge functionals are smooth where the outline has poles, and dear: all series of an indenter share them
+        self._edges = _edge_panels(kernel, indenter.exponent, self.angles.orders.tobytes())
         self._outlines: dict[bytes, Panels] = {}
         self._known: dict[bytes, tuple[Array, Array, Base]] = {}
 
@@ -157,15 +158,9 @@ class PowerPerturbation:
             if beta.all():
                 power, stiffening = np.hsplit(self._edges.at(np.log(beta)), 2)
             else:
-                power, stiffening = np.hsplit(self._edge_columns(beta), 2)
+                power, stiffening = np.hsplit(_edge_columns(self.kernel, beta, self.exponent, self.angles.orders), 2)
             self._known[key] = (power / (base.edge * base.slope), stiffening, base)
         return self._known[key]
-
-    def _edge_columns(self, beta: Array) -> Array:
-        """S[A_m^-1 b[r^n]] and k_m for the orders of the outline side by side, shape (nb, 2 orders)."""
-        orders = self.angles.orders
-        edges = known_edges(self.kernel, beta, orders, self.exponent) or edges_of(self.kernel, beta, orders)
-        return np.hstack([edges.power_edge(self.exponent, orders), edges.stiffening(orders)])
 
     def _columns(self, beta: Array) -> Array:
         response, stiffening, base = self._response(beta)
@@ -179,6 +174,18 @@ class PowerPerturbation:
         outline = limited_exponential(w)
         means = [np.log(_mean(outline)), np.log(_mean(outline * outline)), np.abs(w).max(axis=1, keepdims=True)]
         return np.hstack([second_order_force(self.angles, base, w), *higher, gain[:, None], *means])
+
+
+@lru_cache(maxsize=64)
+def _edge_panels(kernel: Kernel, exponent: float, orders: bytes) -> Panels:
+    numbers = np.frombuffer(orders, dtype=int)
+    return Panels(kernel, lambda beta: _edge_columns(kernel, beta, exponent, numbers))
+
+
+def _edge_columns(kernel: Kernel, beta: Array, exponent: float, orders: Indices) -> Array:
+    """S[A_m^-1 b[r^n]] and k_m of the orders of an outline side by side, shape (nb, 2 orders)."""
+    edges = known_edges(kernel, beta, orders, exponent) or edges_of(kernel, beta, orders)
+    return np.hstack([edges.power_edge(exponent, orders), edges.stiffening(orders)])
 
 
 def second_order_force(angles: Angles, base: Base, w1: Array) -> Array:

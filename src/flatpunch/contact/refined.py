@@ -18,10 +18,9 @@ from flatpunch.contact.control import Loading
 from flatpunch.contact.correction import Refined, correction
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
-from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
+from flatpunch.contact.expansion import PathPoint, PerturbedContact, power_expansion, selected
 from flatpunch.contact.perturbed import Series, controlled, superpose_expansion
 from flatpunch.contact.round_series import round_series
-from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
 from flatpunch.contact.theory_forms import reference_outline
@@ -64,8 +63,11 @@ class RefinedExpansion:
         tables: bool = True,
     ) -> None:
         # the series of shapes that are no power law costs more than the solutions it would save
-        power_law = indenter.exponent is not None
-        self.series: Series = expansion_of(kernel, indenter) if power_law else round_series(kernel, indenter)
+        self.series: Series = (
+            round_series(kernel, indenter)
+            if indenter.exponent is None
+            else power_expansion(kernel, indenter, "second", terms=False)
+        )
         self.base, self.rtol = self.series.base, rtol
         self.table = tabulated_rows(kernel, indenter) if tables and rtol >= TABLE_ERROR else None
         self.correction = correction(kernel, indenter, self.series, ANGLES, cells, folder)
