@@ -234,7 +234,8 @@ class Correction:
             return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
         # errors of logarithms, over the mean radius
         reach = np.exp(rows[:, 2:] - rows[:, :1])
-        errors = [(left_out(nodes, table)[:, 2:] * reach).max(axis=1) for table in tables]
+        missed = np.hsplit(left_out(nodes, np.hstack(tables)), 2)
+        errors = [(wrong[:, 2:] * reach).max(axis=1) for wrong in missed]
         share, wrong = np.zeros(nodes.size), errors[0]
         if nodes.size > 2:
             share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))

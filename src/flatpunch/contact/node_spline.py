@@ -69,7 +69,7 @@ def settled_slopes(nodes: Array, values: Array, slopes: Array, noise: float) -> 
     gaps = np.diff(nodes)
     gap = np.minimum(np.append(gaps, np.inf), np.insert(gaps, 0, np.inf))
     smooth = spline_through(nodes, values)(nodes, 1)
-    wrong = 3 * _beside_too(left_out(nodes, values[:, None], spline_through, 2)[:, 0], _SLOPE_CHANCE) / gap
+    wrong = 3 * _beside_too(np.abs(_off_neighbours(nodes, values)) / _PLAIN_SAFETY, _SLOPE_CHANCE) / gap
     # the first and the last have neighbours on one side
     wrong[[0, -1]] *= _ONE_SIDED
     doubt = wrong**2 + np.maximum((slopes - smooth) ** 2 - noise**2, 0.0)
@@ -102,24 +102,42 @@ def _beside_too(wrong: Array, share: float) -> Array:
     return np.asarray(np.maximum(wrong, share * np.maximum(np.append(wrong[1:], 0.0), np.insert(wrong[:-1], 0, 0.0))))
 
 
-def left_out(
-    nodes: Array, table: Array, through: Callable[[Array, Array], Curve] = curve_through, beside: int = _BESIDE
-) -> Array:
-    """Estimated error of a curve beside each node, shape of table: a fifth of what it misses without that node.
+def left_out(nodes: Array, table: Array) -> Array:
+    """Estimated error of the local curve beside each node, shape of table: a fifth of what it misses without that node.
 
     Leaving a node out doubles the local spacing, so the error grows by eight or sixteen where it is resolved; five is on the
-    safe side. Only so many neighbours on either side are asked, so that a rough stretch asks for no solutions elsewhere. At the
-    ends, where leaving out extrapolates, the next node's value stands.
+    safe side. At the ends, where leaving out extrapolates, the next node's value stands.
     """
     if nodes.size < 3:
         return np.full_like(table, np.inf)
     wrong = np.zeros_like(table)
     for i in range(1, nodes.size - 1):
-        first = max(0, min(i - beside, nodes.size - 2 * beside - 1))
-        near = [j for j in range(first, min(first + 2 * beside + 1, nodes.size)) if j != i]
-        wrong[i] = np.abs(through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
+        near = _neighbours(i, nodes.size, _BESIDE)
+        wrong[i] = np.abs(curve_through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
     wrong[0], wrong[-1] = wrong[1], wrong[-2]
     return wrong
+
+
+def _off_neighbours(nodes: Array, values: Array) -> Array:
+    """Cubic through four neighbours minus the value, shape (n,); at the ends that of the next node, infinite for two nodes."""
+    if nodes.size < 3:
+        return np.full_like(values, np.inf)
+    off = np.zeros_like(values)
+    for i in range(1, nodes.size - 1):
+        near = _neighbours(i, nodes.size, 2)
+        away, distance = nodes[i] - nodes[near], nodes[near][:, None] - nodes[near]
+        np.fill_diagonal(distance, 1.0)
+        # Lagrange's polynomial
+        weights = np.prod(away) / (away * np.prod(distance, axis=1))
+        off[i] = weights @ values[near] - values[i]
+    off[0], off[-1] = off[1], off[-2]
+    return off
+
+
+def _neighbours(i: int, size: int, beside: int) -> list[int]:
+    """Numbers of the nodes around node i, so many on either side or more on one near the ends."""
+    first = max(0, min(i - beside, size - 2 * beside - 1))
+    return [j for j in range(first, min(first + 2 * beside + 1, size)) if j != i]
 
 
 def continued(nodes: Array, table: Array, good: Flags) -> Array:
