@@ -13,6 +13,7 @@ from flatpunch import bem
 from flatpunch.bem.threads import fitting_threads
 from flatpunch.compliance import compliance
 from flatpunch.contact.correction import correction
+from flatpunch.contact.curve import Control
 from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
@@ -24,6 +25,8 @@ from flatpunch.contact.node_spline import (
     off_smoother,
     settled_slopes,
 )
+from flatpunch.contact.perturbed import controlled
+from flatpunch.contact.refined import RefinedExpansion
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.solution_curves import ForceCurve, ForcePart, ShapeCurve
 from flatpunch.indenters import Rounded, Truncated
@@ -168,6 +171,24 @@ def test_each_gap_has_the_theory_that_is_trusted_there() -> None:
     np.testing.assert_allclose(curve.at(x, theory), [7.0, 7.003, 7.003])
     # where two theories speak their difference counts, where one does its own estimate
     np.testing.assert_allclose(curve.estimate(x, theory), [0.7 * 0.003, 0.7 * 0.003, 2e-4])
+    # a pole between solutions
+    theory[0, 0] = np.nan
+    assert curve.at(x, theory)[0] == pytest.approx(7.003)
+    assert curve.estimate(x, theory)[0] == np.inf
+
+
+def test_a_theory_does_not_vouch_for_itself() -> None:
+    """Tips that are no power law have the round contact for a series; it is no second opinion on its own."""
+    film = compliance(fp.Medium([fp.Layer(3.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)))
+    depth = np.geomspace(0.1, 0.5, 12)
+    for tip, theories in ((Rounded(fp.Pyramid(4, 0.5), 0.3), {0, 2}), (fp.Pyramid(4, 0.5), {0, 1, 2})):
+        expansion = RefinedExpansion(film, tip, 5e-4, 48)
+        refined = expansion.correction
+        contact = controlled(film, tip, expansion, Control("depth", depth))
+        refined.at(contact, 5e-4)
+        curve = refined._force_curve(tuple(sorted(refined.known)))
+        assert {part.form for part in curve.parts} == theories
+        assert np.all(curve.chosen[0] != curve.chosen[1])
 
 
 def test_theories_hold_up_to_the_first_gap_that_is_not_good() -> None:

@@ -198,7 +198,8 @@ class Correction:
         held: dict[int, Array] = {}
         # slopes as the ratios to each theory have them, weighted by how well they are known
         total, weight, least = np.zeros((3, nodes.size))
-        for form in (SERIES, BASE, NOTHING):
+        round_only = np.allclose(theory.force[:, SERIES], theory.force[:, BASE], rtol=0, atol=_ROUNDING)
+        for form in (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING):
             ratios, growths = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
             there, inside = np.isfinite(ratios) & np.isfinite(growths), np.isfinite(between.force[:, form])
             if form != NOTHING:

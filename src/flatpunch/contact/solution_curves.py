@@ -63,7 +63,10 @@ class ForceCurve:
 
     def at(self, x: Array, theory: Array, nu: int = 0) -> Array:
         """ln F at x, or its derivative, where the theory has forces or growths `theory`, shape (n, forms)."""
-        return self._by(self.chosen[0][self._gap(x)], x, theory, nu)
+        gap = self._gap(x)
+        best, after = (self._by(chosen[gap], x, theory, nu) for chosen in self.chosen)
+        # between solutions where it holds a series may still have a pole
+        return np.where(np.isfinite(best), best, after)
 
     def estimate(self, x: Array, theory: Array) -> Array:
         """Estimated error at x, shape (n,): none at a solution but for what curves may differ by."""
@@ -88,7 +91,8 @@ class ForceCurve:
         """Estimated error from the difference to the next best curve."""
         gap = self._gap(x)
         one, two = (self._by(chosen[gap], x, theory, 0) for chosen in self.chosen)
-        return np.asarray(_DISPUTE * min(1.0, FEWEST / self.nodes.size) * np.abs(one - two))
+        difference = np.nan_to_num(np.abs(one - two), nan=np.inf)
+        return np.asarray(_DISPUTE * min(1.0, FEWEST / self.nodes.size) * difference)
 
     def _gap(self, x: Array) -> Indices:
         return np.clip(np.searchsorted(self.nodes, x) - 1, 0, self.chosen.shape[1] - 1)
