@@ -57,8 +57,8 @@ _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
 _SHAPE_TOLERANCE = 5e-3
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
-_CLOSE_TOLERANCE, _CORNER_CLOSE_TOLERANCE = 16e-3, 8e-3
-"""The same between those that lie close, of smooth tips and of those with edges, whose points grow out."""
+_CLOSE_TOLERANCE = 8e-3
+"""The same between those that lie close."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
 _GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
@@ -312,9 +312,8 @@ class Correction:
         theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
         rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > _FINEST)
         wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, theory.shape)[1]])
-        limit = _CORNER_CLOSE_TOLERANCE if self.indenter.corners else _CLOSE_TOLERANCE
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
-        rough |= (wrong > limit) & (gaps > _FINEST)
+        rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > _FINEST)
         return np.asarray(rough)
 
     def _solve(self, positions: Array) -> None:
