@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -21,19 +21,19 @@ from flatpunch.punch.matrix import effective_beta
 NODES = 24
 """Chebyshev nodes per panel of half a decade: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
 
-_QUARTER, _EIGHTH = 16, 12
-"""Nodes that leave the same on panels of a quarter and an eighth of a decade (1e-14 to 1e-12 of flat and edge answers, both)."""
-
 _TOLERANCE = 1e-10
 _GRADED_TOLERANCE = 1e-9
 """Responses of graded media are interpolated to 2e-12, so that their derivatives, which the edges need, know 1e-10 at best."""
 
 _NARROWEST = np.log(10) / 16
 _UNIT = np.log(10) / 8
-_DECADE, _HALF = 8, 4
-"""Widths of panels, in units."""
-_SMALL, _MIDDLE, _LARGE = 0.1, 4.0, 12.0
-"""Effective beta at the end of a half decade below which panels are a decade, half a decade, and a quarter wide."""
+_HALF = 4
+_WIDTHS = np.array([8, _HALF, 2, 1])
+"""Widths of panels, in units: a decade, half of one, a quarter, an eighth."""
+_NODES = {8: NODES, _HALF: NODES, 2: 16, 1: 12}
+"""Nodes by width: 16 and 12 leave the same on the narrow ones (1e-14 to 1e-12 of flat and edge answers)."""
+_ENDS = np.array([0.1, 4.0, 12.0])
+"""Effective beta at the end of a half decade up to which panels are as wide as a decade, half of one, and a quarter."""
 
 Sampler = Callable[[Array], Array]
 """Radii beta, shape (n,), ascending or not -> values, shape (n, outputs)."""
@@ -101,32 +101,33 @@ class Panels:
 
     def over(self, logs: Array) -> Iterator[tuple[Panel, Flags]]:
         """Panels that hold the given log(beta), each with the mask of what it holds."""
-        start, width = self._spans(logs)
-        # 16 is more than any width: the code tells them apart
-        code = 16 * start + width
+        unit = np.floor(logs / _UNIT).astype(int)
+        width = _WIDTHS[np.searchsorted(self._bounds, unit // _HALF, side="right")]
+        # 16 is more than any width: the code tells spans apart
+        code = 16 * (unit // width * width) + width
         for key in np.unique(code):
             first, units = int(key) // 16, int(key) % 16
             span = (first * _UNIT, (first + units) * _UNIT)
             if span not in self._panels:
-                self._panels[span] = self._build(*span, {1: _EIGHTH, 2: _QUARTER}.get(units, NODES))
-            inside = code == key
-            for panel in self._panels[span]:
-                # rounding decides at the ends of the span, not a second comparison
-                above = (logs >= panel.low) | (panel.low == span[0])
-                below = (logs < panel.high) | (panel.high == span[1])
-                chosen = inside & above & below
+                self._panels[span] = self._build(*span, _NODES[units])
+            inside, panels = code == key, self._panels[span]
+            for panel in panels:
+                # the ends of the span are where the code has them, not where a second comparison does
+                above = inside if panel is panels[0] else inside & (logs >= panel.low)
+                chosen = above if panel is panels[-1] else above & (logs < panel.high)
                 if chosen.any():
                     yield panel, chosen
 
-    def _spans(self, logs: Array) -> tuple[Indices, Indices]:
-        """First unit and number of units of the span that each log(beta) is in."""
-        unit = np.floor(logs / _UNIT).astype(int)
+    @cached_property
+    def _bounds(self) -> Array:
+        """Half decades of log(beta) from which on panels are half a decade, a quarter and an eighth wide."""
         if self.kernel.graded:
             # radii of any size cost the same
-            return unit // _DECADE * _DECADE, np.full_like(unit, _DECADE)
-        largest = effective_beta(self.kernel, 1.0) * np.exp((unit // _HALF + 1) * _HALF * _UNIT)
-        width = np.select([largest < _SMALL, largest < _MIDDLE, largest < _LARGE], [_DECADE, _HALF, 2], 1)
-        return unit // width * width, width
+            return np.full(3, np.inf)
+        with np.errstate(divide="ignore"):
+            return np.asarray(
+                np.ceil(np.log(_ENDS / np.float64(effective_beta(self.kernel, 1.0))) / (_HALF * _UNIT) - 1)
+            )
 
     def at(self, logs: Array) -> Array:
         """Values at log(beta), shape (n, outputs); all panels must have the same number of outputs."""
