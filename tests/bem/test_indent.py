@@ -8,6 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch._validation import FlatpunchWarning
+from flatpunch.compliance import compliance
 
 COATED = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
 TIP = fp.Pyramid(4, 0.3)
@@ -117,3 +118,26 @@ def test_outlines_reach_into_the_points_that_edges_draw():
     contour = fine.contour.values[0]
     np.testing.assert_allclose(contour, np.roll(contour, 18), rtol=1e-12)
     assert float(fine.area[0]) == pytest.approx(np.pi * np.mean(contour**2), rel=2e-3)
+
+
+def test_an_ellipsoid_is_touched_beyond_its_shorter_half_axis():
+    """The contact of (15, 10) half-axes goes on to 11.0 along the longer one; it is no circle cut off at 9.5."""
+    tip, soft = fp.Ellipsoid(15.0, 10.0, 10.0), fp.HalfSpace(1.0, 0.3)
+    (solution,) = bem.solve(compliance(soft), tip, depths=6.0, grid=128)
+    # pressure falls to the rim along both axes: it would be singular at an edge
+    for line in (solution.pressure[solution.grid.ny // 2], solution.pressure[:, solution.grid.nx // 2]):
+        carried = line[line > 0]
+        assert carried[0] < 0.4 * carried.max()
+    for method in ("bem", "refined"):
+        curve = fp.indent(soft, tip, depth=6.0, method=method)
+        assert "reaches the end" not in curve.attrs["notes"]
+        assert float(curve.contour[0, 0]) == pytest.approx(11.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("method", ["bem", "refined"])
+def test_a_contact_that_reaches_the_end_of_a_measured_tip_says_so(method):
+    x = np.linspace(-1.0, 1.0, 81)
+    tip = fp.HeightMap(x, x, 0.2 * x[None, :] ** 2 + 0.15 * x[:, None] ** 2)
+    curve = fp.indent(fp.HalfSpace(1.0, 0.3), tip, depth=[0.1, 0.3], method=method)
+    assert "From a depth of 0.3 m on: the contact reaches the end of the indenter's shape" in curve.attrs["notes"]
+    assert "reaches the end" not in fp.indent(fp.HalfSpace(1.0, 0.3), tip, depth=0.1, method=method).attrs["notes"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, reach_along
 
 Height = Callable[[Grid], Array]
 
@@ -30,7 +30,7 @@ class IndenterHeight:
 
     def at(self, r: Array, phi: Array) -> Array:
         """Heights at polar coordinates (r, phi) of equal shape."""
-        reach = self.indenter.reach
+        reach = reach_along(self.indenter, phi)
         height = np.array(self.indenter.height(np.minimum(r, reach), phi), dtype=float)
         height[r > reach] = np.inf
         return height
@@ -57,7 +57,8 @@ class PunchHeight:
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
     """Half-widths of the bounding box of f < depth about the origin [m]: where a rigid surface would be cut."""
     phi = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
-    radii = np.array([_crossing(partial(_excess, indenter, depth, p), indenter.reach) for p in phi])
+    reach = reach_along(indenter, phi)
+    radii = np.array([_crossing(partial(_excess, indenter, depth, p), end) for p, end in zip(phi, reach, strict=True)])
     return _box(radii, phi)
 
 

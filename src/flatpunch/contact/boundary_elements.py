@@ -12,7 +12,7 @@ from flatpunch._progress import Report, reporting
 from flatpunch._validation import Array, Indices
 from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
-from flatpunch.contact.causes import steepness
+from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.contact.ridges import traced
 from flatpunch.indenters.profile import Indenter
@@ -112,7 +112,7 @@ def solve(
         stiffness=collect("stiffness"),
         contour=contour,
         valid=converged,
-        notes=notes + steepness(indenter, radius, depth),
+        notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
         extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
     )
 

@@ -10,7 +10,8 @@ from flatpunch._validation import Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.expansion import PerturbedContact, power_expansion
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter, reach_along
 from flatpunch.media import HalfSpace
 
 LARGEST_SWING = 1.2
@@ -19,6 +20,8 @@ _AMPLIFIED = 1.5
 """Swing over that on a half-space from which on the medium is the cause, not the tip."""
 _STEEP = 35.0
 """Mean inclination at the rim from which on shapes no longer enter by their heights alone [degrees]."""
+_AT_END = 0.98
+"""Share of the reach from which on a contact counts as ending there: outlines are off by a hundredth."""
 _DIRECTIONS = 2 * np.pi * (np.arange(36) + 0.382) / 36
 
 
@@ -63,6 +66,20 @@ def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...
         depth,
         f"faces at the rim are inclined by up to {angle:.0f} degrees on average. The theory takes slopes as small (surface and "
         "pressure move along z); from about 35 degrees on that costs some per cent, at 60 ten and more.",
+    )
+
+
+def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tuple[str, ...]:
+    """Whether outlines a(phi), shape (n, p), end where the shape of the indenter does, and not by themselves."""
+    if indenter.reach == np.inf or isinstance(indenter, Cylinder):
+        return ()
+    with np.errstate(invalid="ignore"):
+        at_end = np.any(contour > _AT_END * reach_along(indenter, phi), axis=1)
+    return first_failure(
+        np.asarray(at_end),
+        depth,
+        f"the contact reaches the end of the indenter's shape ({indenter.reach:.4g} m from the first touch) and is cut off "
+        "there as by the edge of a punch. Ask for less depth, or describe the tip farther out.",
     )
 
 

@@ -39,6 +39,10 @@ class Ellipsoid(Shape):
         """0.95 of the shorter half-axis; beyond the equator the height is infinite."""
         return USABLE * min(self.half_x, self.half_y)
 
+    def reach_along(self, phi: Array) -> Array:
+        """0.95 of the equator's radius in the directions phi [m]."""
+        return USABLE / np.sqrt(self._inverse_square(phi))
+
     @property
     def round(self) -> bool:
         """Whether the horizontal half-axes are equal."""

@@ -14,6 +14,9 @@ of an edge) may name two things more: `angular_tolerance`, the relative change o
 are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
 gives the smallest and the largest distance of such a line from the axis.
 
+A shape whose surface goes farther in some directions than its `reach` may tell how far, `reach_along(phi)` [m]; boundary elements
+take it up to there, the theories, whose contacts are round first of all, up to the reach.
+
 A shape whose height and slope come from one calculation may offer both at once, `height_and_slope(r, phi)`.
 """
 
@@ -67,6 +70,12 @@ def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, A
         return np.asarray(indenter.height(r, phi)), np.asarray(indenter.slope(r, phi))
     f, slope = both(r, phi)
     return np.asarray(f), np.asarray(slope)
+
+
+def reach_along(indenter: Indenter, phi: Array) -> Array:
+    """Radius up to which the shape is defined in the directions phi [m], of the shape of phi."""
+    along = getattr(indenter, "reach_along", None)
+    return np.broadcast_to(indenter.reach if along is None else along(phi), np.shape(phi))
 
 
 def split_angles(indenter: Indenter) -> list[float]:
