@@ -32,8 +32,8 @@ _FINE = 4.5e-3
 """Cells over the mean radius down to which looks are taken."""
 _NEXT = 3.0
 """Half-width in cells from which on the next look is taken."""
-_COARSE, _CORE = 0.02, 1.3
-"""Cells over the mean radius from which on the core of a star is looked at too, and its half-width over that radius."""
+_COARSE, _FINE_CORE, _CORE = 0.02, 0.0133, 1.3
+"""Cells over the mean radius from which on a star's core is looked at too, those it is looked at with, its half-width."""
 _SMOOTHED = 15
 """Cells over which the difference between measured and fitted half-widths is averaged."""
 _ROOT = 3.0
@@ -111,7 +111,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     """Outline of a boundary element solution, its points along the edges of the tip restored."""
     outline = solution.outline
     if indenter.corners and not np.isfinite(outline.contour[0]):
-        outline = _without_crumbs(kernel, indenter, solution, angles)
+        outline = _without_parts(kernel, indenter, solution, angles)
     contour, between, followed = np.array(outline.contour), np.ones(angles, dtype=bool), list[Polar]()
     if not np.isfinite(contour[0]):
         return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
@@ -136,40 +136,46 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     return Trace(contour, *_radius_and_area(contour, between, followed))
 
 
-def _without_crumbs(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
-    """Outline without cells along the edges that the grid has cut off a tongue."""
+def _without_parts(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
+    """Outline without those parts of tongues that the grid has cut off, where necks are thinner than a cell."""
     grid = solution.grid
     contact = solution.pressure > 0
     parts, count = label(contact, np.ones((3, 3)))
     if count < 2:
         return solution.outline
-    main = parts == 1 + np.argmax(np.bincount(parts.ravel())[1:])
-    rows, columns = np.nonzero(contact & ~main)
-    x, y = grid.x[columns], grid.y[rows]
-    beside = np.zeros(x.size, dtype=bool)
-    for corner in indenter.corners:
-        along, across = turned(x, y, -corner)
-        beside |= (along > 0) & (np.abs(across) < 1.5 * grid.spacing)
-    if not beside.all():
+    # tongues may be larger than the part about the point of first touch
+    main = int(parts[np.abs(grid.y).argmin(), np.abs(grid.x).argmin()])
+    rows, columns = np.nonzero(contact & (parts != main))
+    x, y, part = grid.x[columns], grid.y[rows], parts[rows, columns]
+    between, along_an_edge = np.ones(x.size, dtype=bool), [main]
+    for angle, wedge, _ in _wedges(indenter):
+        along, across = turned(x, y, -angle)
+        between &= (along <= 0) | (np.abs(across) > _FILLED * wedge * along + grid.spacing)
+        along_an_edge += part[(along > 0) & (np.abs(across) < 1.5 * grid.spacing)].tolist()
+    if main == 0 or between.any() or set(along_an_edge) != set(range(1, count + 1)):
         return solution.outline
-    pressure = np.where(main, solution.pressure, 0.0)
+    pressure = np.where(parts == main, solution.pressure, 0.0)
     return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.surface_length)
 
 
-def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
+def _wedges(indenter: Indenter) -> list[tuple[float, float, bool]]:
+    """Polar angles of the edges [rad], tangents of half the angle to the next one, and whether they are rounded."""
     rounded = tuple(getattr(indenter, "rounded_edges", ()))
     angles = np.array(sorted(indenter.corners + rounded))
     gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
-    nearest, finer = (_BESIDE_CORE * mean, _FINER_STAR) if star else (_NEAREST * mean, _FINER)
     half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
-    edges = [
-        Edge(float(angle), float(np.tan(h)), nearest, mean, finer, angle in rounded)
-        for angle, h in zip(angles, half, strict=True)
+    return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]
+
+
+def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
+    """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap."""
+    nearest, finer = (_BESIDE_CORE * mean, _FINER_STAR) if star else (_NEAREST * mean, _FINER)
+    phi, closed = np.linspace(0, 2 * np.pi, contour.size + 1), np.append(contour, contour[0])
+    return [
+        Edge(angle, wedge, nearest, mean, finer, rounded)
+        for angle, wedge, rounded in _wedges(indenter)
+        if not rounded or np.interp(np.mod(angle, 2 * np.pi), phi, closed) > _DRAWN_OUT * mean
     ]
-    # rounded edges draw out contacts that reach beyond the cap
-    phi = np.linspace(0, 2 * np.pi, contour.size + 1)
-    drawn = np.interp(np.mod(angles, 2 * np.pi), phi, np.append(contour, contour[0])) > _DRAWN_OUT * mean
-    return [edge for edge, far in zip(edges, drawn, strict=True) if far or not edge.rounded]
 
 
 def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Polar, Polar] | None:
@@ -202,7 +208,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
 
 def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
     """Replace a(phi) between the tongues of a star, whose core has few cells."""
-    fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_COARSE * mean))
+    fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_FINE_CORE * mean))
     cells = 2 * int(_CORE * mean / fine)
     grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
