@@ -15,9 +15,9 @@ import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.correction import Correction
 from flatpunch.contact.correction_row import AREA, FORCE, OUTLINE, RADIUS
-from flatpunch.contact.second_order import expansion_of
-from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, sector
-from flatpunch.contact.theory_forms import reference_outline
+from flatpunch.contact.expansion import power_expansion
+from flatpunch.contact.round_series import round_series
+from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, reference_outline, sector
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
 CELLS = 512
@@ -27,12 +27,13 @@ CELLS = 512
 def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
     """Logarithms of the ratios at all nodes of beta, the outline averaged over the symmetric sectors."""
     kernel = compliance(medium)
-    correction = Correction(kernel, tip, expansion_of(kernel, tip), ANGLES, cells, None)
-    series = correction.series.evaluate(BETAS)
-    solved = correction.solutions(np.log(series.depth))
-    force = solved[:, FORCE] + np.log(kernel.modulus / series.force)
+    correction = Correction(kernel, tip, round_series(kernel, tip), ANGLES, cells, None)
+    series = power_expansion(kernel, tip, "second", terms=False)
+    contact = series.evaluate(BETAS)
+    solved = correction.solutions(np.log(contact.depth))
+    force = solved[:, FORCE] + np.log(kernel.modulus / contact.force)
     radius, area = solved[:, RADIUS] - np.log(BETAS), 2 * (solved[:, AREA] - np.log(BETAS))
-    outline = solved[:, OUTLINE:] - np.log(reference_outline(correction.series, series, correction.phi))
+    outline = solved[:, OUTLINE:] - np.log(reference_outline(series, contact, correction.phi))
     count = sector(name)
     period = 2 * (count - 1)
     outline = outline.reshape(len(BETAS), -1, period).mean(axis=1)

@@ -29,6 +29,7 @@ from flatpunch.contact.perturbed import controlled
 from flatpunch.contact.refined import RefinedExpansion
 from flatpunch.contact.second_order import expansion_of
 from flatpunch.contact.solution_curves import ForceCurve, ForcePart, ShapeCurve
+from flatpunch.contact.theory_forms import BASE, NOTHING
 from flatpunch.indenters import Rounded, Truncated
 from flatpunch.indenters.angular_mean import GeometricMean
 
@@ -127,7 +128,7 @@ def test_curves_that_disagree_are_counted_as_an_error() -> None:
         error=np.zeros(2),
     )
     x = np.array([0.0, 0.5, 1.0])
-    logarithms, error = curve.blended(x, np.zeros((3, 5)))
+    logarithms, error = curve.blended(x, np.zeros(3))
     np.testing.assert_allclose(logarithms[:, 0], [0.02, 0.01, 0.0])
     # of what the ratios change, two fifths
     np.testing.assert_allclose(error, [0.008, 0.004, 0.0])
@@ -171,23 +172,23 @@ def test_each_gap_has_the_theory_that_is_trusted_there() -> None:
     np.testing.assert_allclose(curve.at(x, theory), [7.0, 7.003, 7.003])
     # where two theories speak their difference counts, where one does its own estimate
     np.testing.assert_allclose(curve.estimate(x, theory), [0.7 * 0.003, 0.7 * 0.003, 2e-4])
-    # a pole between solutions
+    # a depth that turns back between solutions
     theory[0, 0] = np.nan
     assert curve.at(x, theory)[0] == pytest.approx(7.003)
     assert curve.estimate(x, theory)[0] == np.inf
 
 
 def test_a_theory_does_not_vouch_for_itself() -> None:
-    """Tips that are no power law have the round contact for a series; it is no second opinion on its own."""
+    """Curves by way of the round contact and without it are the two opinions in every gap."""
     film = compliance(fp.Medium([fp.Layer(3.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)))
     depth = np.geomspace(0.1, 0.5, 12)
-    for tip, theories in ((Rounded(fp.Pyramid(4, 0.5), 0.3), {0, 2}), (fp.Pyramid(4, 0.5), {0, 1, 2})):
+    for tip in (Rounded(fp.Pyramid(4, 0.5), 0.3), fp.Pyramid(4, 0.5)):
         expansion = RefinedExpansion(film, tip, 5e-4, 48)
         refined = expansion.correction
         contact = controlled(film, tip, expansion, Control("depth", depth))
         refined.at(contact, 5e-4)
         curve = refined._force_curve(tuple(sorted(refined.known)))
-        assert {part.form for part in curve.parts} == theories
+        assert {part.form for part in curve.parts} == {BASE, NOTHING}
         assert np.all(curve.chosen[0] != curve.chosen[1])
 
 
@@ -239,7 +240,8 @@ def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     film, tip = fp.Medium([fp.Layer(20.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.37)
     depth, options = np.array([0.3, 2.7, 1.1, 0.3]), {"method": "refined", "cells": 96}
     few = fp.indent(film, tip, depth=depth, **options)
-    np.testing.assert_allclose(np.sort(solved), np.unique(depth))
+    # needles on so few cells are solved anew on smaller ones
+    np.testing.assert_allclose(np.unique(solved), np.unique(depth))
     correction.cache_clear()
     for step in range(3):
         alone = fp.indent(film, tip, depth=depth[step], **options)
@@ -254,11 +256,11 @@ def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
             np.testing.assert_allclose(few[name][step], alone[name][0], rtol=scatter, err_msg=name)
         correction.cache_clear()
     # what is told is the error of the cells alone
-    np.testing.assert_allclose(few.force_error, 3.5 / 96**2)
+    np.testing.assert_allclose(few.force_error, 2.4 * few.contour.max("phi") / few.radius / 96**2, rtol=1e-3)
     # a curve over the range interpolates, and takes what is known already
     solved.clear()
     fp.indent(film, tip, depth=np.geomspace(0.3, 2.7, 50), **options)
-    assert 0 < len(solved) < 15
+    assert 0 < len(solved) < 20
     # a depth inside it costs nothing any more
     solved.clear()
     between = fp.indent(film, tip, depth=[0.5, 1.1], **options)

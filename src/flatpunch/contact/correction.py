@@ -1,8 +1,8 @@
 """A few boundary element solutions along the loading path, and the smooth curves through them.
 
 Over x = ln d the logarithm of the force is interpolated by its values and slopes (dF/dd is known to each solution), that of
-radius, area and outline by its values. What is interpolated are ratios to the second-order series or to its round base where
-these are smooth, and the quantities themselves where they are not (theory_forms.py), gap by gap.
+radius, area and outline by its values. What is interpolated are ratios to the round contact of the mean profile where these are
+smooth, and the quantities themselves where they are not (theory_forms.py), gap by gap.
 Solutions are added where leaving one out changes the curve most, or where another curve through them differs most, until these
 estimates meet the tolerance; they are kept, so that a later curve on the same medium and tip costs nothing new.
 """
@@ -33,7 +33,7 @@ from flatpunch.contact.node_spline import (
     off_smoother,
     settled_slopes,
 )
-from flatpunch.contact.perturbed import Series
+from flatpunch.contact.round_series import RoundSeries
 from flatpunch.contact.solution_curves import (
     FEWEST,
     ForceCurve,
@@ -43,14 +43,17 @@ from flatpunch.contact.solution_curves import (
     error_between,
     standing,
 )
-from flatpunch.contact.theory_forms import BASE, NOTHING, SERIES, Theory, TheoryAt, forces, shapes
+from flatpunch.contact.theory_forms import BASE, NOTHING, Theory, TheoryAt, forces
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import call_helpers, shared_out
 
 _FINEST, _FAR_APART = 1 / 4, 1 / 2
 """Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
+_FINEST_TONGUES, _GROWING, _LONG = 1 / 8, 0.1, 6.0
+"""The first of these where tongues under edges set in, by how much ln(reach/mean radius) rises in a gap there, and up to which
+reach: needles grow evenly. Likewise between contacts with an outline and without."""
 _THINNEST = 0.01
-"""beta below which a medium is its surface's half-space and ratios to the series stand still (they move like beta)."""
+"""beta below which a medium is its surface's half-space and ratios to the round contact stand still (they move like beta)."""
 _DECADES = 9
 """Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
 _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
@@ -61,8 +64,9 @@ _CLOSE_TOLERANCE = 8e-3
 """The same between those that lie close."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
-_GRID_ERROR, _CORNER_GRID_ERROR = 1.2, 3.5
-"""Relative force error of the grid times the number of cells, of smooth tips and of those with edges (catalogue)."""
+_GRID_ERROR, _CORNER_GRID_ERROR, _APART = 1.6, 2.4, 9.0
+"""Relative force error of the grid times the number of cells, of smooth tips and, over their reach, of those with edges, which is
+taken for this where the contact has no outline (catalogue)."""
 _RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.3
 """Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 _USUAL, _CLOSEST = 2, 1 / 8
@@ -96,7 +100,7 @@ class Correction:
     Parameters
     ----------
     kernel, indenter, series
-        Medium, indenter, and the series that stands beside their solutions.
+        Medium, indenter, and the round contacts that stand beside their solutions.
     angles : int
         Polar angles of the outline.
     cells : int
@@ -106,11 +110,11 @@ class Correction:
     """
 
     def __init__(
-        self, kernel: Kernel, indenter: Indenter, series: Series, angles: int, cells: int, folder: str | None
+        self, kernel: Kernel, indenter: Indenter, series: RoundSeries, angles: int, cells: int, folder: str | None
     ) -> None:
         self.kernel, self.indenter, self.series = kernel, indenter, series
         self.phi, self.cells = np.asarray(np.arange(angles) * (2 * np.pi / angles)), cells
-        self.theory = TheoryAt(kernel, indenter, series, self.phi)
+        self.theory = TheoryAt(kernel, indenter, series)
         self.spacing = Spacing(kernel, indenter, series.base)
         self._cache = CorrectionCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
         # what lies through the same solutions serves call after call
@@ -121,28 +125,27 @@ class Correction:
         self.notes: dict[str, None] = {}
 
     def loading(self, contact: PathPoint | PerturbedContact, rtol: float) -> tuple[Array, Array, Array]:
-        """Force [N], dF/dd [N/m] and estimated relative error of the force where the series has `contact`, shape (n,) each."""
+        """Force [N], dF/dd [N/m] and estimated error of the interpolated force beside round contacts, shape (n,) each."""
         at = self._clipped(np.log(contact.depth))
         return self._loading(contact, at, self._nodes(at, rtol))
 
     def _loading(self, contact: PathPoint | PerturbedContact, at: Array, nodes: Array) -> tuple[Array, Array, Array]:
         """The same at known positions, shape (n,), from known solutions."""
         curve = self._force_curve(tuple(nodes))
-        theory, rates = forces(self.series, contact)
+        theory, rates = forces(contact)
         frozen = at != np.log(contact.depth)
         there = np.array(theory)
         if frozen.any():
             there[frozen] = self._theory_at(at[frozen]).force
         logarithm, slope, error = curve.at(at, there), curve.at(at, rates, 1), curve.estimate(at, there)
-        # ratios to the series stand still there, whatever is interpolated elsewhere
-        logarithm[frozen] += theory[frozen, SERIES] - there[frozen, SERIES]
-        slope[frozen] = rates[frozen, SERIES]
-        error += (_CORNER_GRID_ERROR if self.indenter.corners else _GRID_ERROR) / self.cells**2
+        # ratios to the round contact stand still there, whatever is interpolated elsewhere
+        logarithm[frozen] += theory[frozen, BASE] - there[frozen, BASE]
+        slope[frozen] = rates[frozen, BASE]
         force = np.exp(logarithm)
         return force, force * slope / contact.depth, error
 
     def at(self, contact: PerturbedContact, rtol: float, *, exactly: bool = False) -> Refined:
-        """Refined contacts where the series has `contact`, interpolated to `rtol` in force.
+        """Refined contacts beside round ones, interpolated to `rtol` in force.
 
         The first call over a range costs a boundary element solution per 3/8 of a decade of the radius, and more as it takes;
         with `exactly` one per contact, where that is no more.
@@ -154,17 +157,25 @@ class Correction:
         curve = self._shape_curve(tuple(nodes))
         shape, wrong, frozen = curve.absolute(at), error_between(nodes, curve.error, at), at != x
         if curve.weight.any() or frozen.any():
-            theory = shapes(self.series, contact, self.phi)
+            theory = np.log(contact.radius)
             still = np.array(theory)
             if frozen.any():
-                still[frozen] = self._theory_at(at[frozen]).shape
+                still[frozen] = np.log(self._theory_at(at[frozen]).radius)
             shape, dispute = curve.blended(at, still)
             wrong = np.maximum(wrong, dispute)
-            # where ratios to the series stand still it carries on
-            shape += theory - still
+            # where ratios to the round contact stand still it carries on
+            shape += (theory - still)[:, None]
         outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
+        error += self._grid_error(shape)
         shape_error = np.maximum(wrong, self._rim_error(shape))
         return Refined(force, stiffness, shape, error, shape_error, between_good(nodes, outlined, at))
+
+    def _grid_error(self, shape: Array) -> Array:
+        """Relative error of the force that the cells make, shape (n,): they are wider where needles want a larger grid."""
+        if not self.indenter.corners:
+            return np.full(shape.shape[0], _GRID_ERROR / self.cells**2)
+        reach = np.exp(shape[:, 2:].max(axis=1) - shape[:, 0])
+        return _CORNER_GRID_ERROR * np.where(np.isfinite(reach), reach, _APART) / self.cells**2
 
     def _rim_error(self, shape: Array) -> Array:
         """Error of outlines over their mean radius that the cells make, shape (n,).
@@ -182,7 +193,7 @@ class Correction:
         """Theory where ratios stand still, which is at one depth or a few."""
         places, index = np.unique(x, return_inverse=True)
         theory = self.theory.at(places)
-        return Theory(theory.force[index], theory.growth[index], theory.shape[index], theory.radius[index])
+        return Theory(theory.force[index], theory.growth[index], theory.radius[index])
 
     def _new_force_curve(self, known: tuple[float, ...]) -> ForceCurve:
         """The curves through solutions that leaving one out changes least."""
@@ -190,16 +201,15 @@ class Correction:
         rows, theory = np.array([self.known[node] for node in known]), self.theory.at(nodes)
         logarithm = rows[:, FORCE] + np.log(self.kernel.modulus)
         if nodes.size == 1:
-            ratio = float(logarithm[0] - theory.force[0, SERIES])
-            slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, SERIES])
-            return ForceCurve.of(nodes, [ForcePart(SERIES, constant(ratio, slope), np.zeros(1), np.zeros(1))])
+            ratio = float(logarithm[0] - theory.force[0, BASE])
+            slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, BASE])
+            return ForceCurve.of(nodes, [ForcePart(BASE, constant(ratio, slope), np.zeros(1), np.zeros(1))])
         noise = (_CORNER_SLOPE_NOISE if self.indenter.corners else _SLOPE_NOISE) / self.cells
         between, turning = self.theory.at((nodes[1:] + nodes[:-1]) / 2), self.theory.turning(theory.radius)
         held: dict[int, Array] = {}
-        # slopes as the ratios to each theory have them, weighted by how well they are known
+        # slopes as the ratios to either have them, weighted by how well they are known
         total, weight, least = np.zeros((3, nodes.size))
-        round_only = np.allclose(theory.force[:, SERIES], theory.force[:, BASE], rtol=0, atol=_ROUNDING)
-        for form in (SERIES, NOTHING) if round_only else (SERIES, BASE, NOTHING):
+        for form in (BASE, NOTHING):
             ratios, growths = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
             there, inside = np.isfinite(ratios) & np.isfinite(growths), np.isfinite(between.force[:, form])
             if form != NOTHING:
@@ -225,16 +235,17 @@ class Correction:
         return ForceCurve.of(nodes, parts)
 
     def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
-        """Curves through the shapes and their ratios to the series, each trusted where leaving solutions out changes it least."""
+        """Curves through shapes and their ratios to the round contact, trusted where leaving solutions out changes them least."""
         nodes = np.array(known)
         rows, theory = np.array([self.known[node][RADIUS:] for node in known]), self.theory.at(nodes)
         rows = continued(nodes, rows, np.isfinite(rows[:, -1]))
-        tables = (rows, rows - theory.shape)
+        tables = (rows, rows - np.log(theory.radius)[:, None])
         if nodes.size == 1:
             absolute, relative = (standing(table) for table in tables)
             return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
-        # errors of logarithms, over the mean radius
-        reach = np.exp(rows[:, 2:] - rows[:, :1])
+        # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
+        steepness = (np.roll(rows[:, 2:], -1, axis=1) - np.roll(rows[:, 2:], 1, axis=1)) / (2 * self.phi[1])
+        reach = np.exp(rows[:, 2:] - rows[:, :1]) / np.hypot(1.0, steepness)
         missed = np.hsplit(left_out(nodes, np.hstack(tables)), 2)
         errors = [(wrong[:, 2:] * reach).max(axis=1) for wrong in missed]
         share, wrong = np.zeros(nodes.size), errors[0]
@@ -267,7 +278,7 @@ class Correction:
 
     def _own_nodes(self, x: Array) -> Array:
         """Positions of the solutions at x and between them, made where they are not known."""
-        self._solve(self._unknown(x))
+        self._solve(self._unknown(x), alone=True)
         known = np.array(sorted(self.known))
         return np.asarray(known[(known > x.min() - _ROUNDING) & (known < x.max() + _ROUNDING)])
 
@@ -310,23 +321,26 @@ class Correction:
         nodes = np.array(known)
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
         theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
-        rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > _FINEST)
-        wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, theory.shape)[1]])
+        reach = np.array([row[OUTLINE:].max() - row[RADIUS] for row in (self.known[node] for node in known)])
+        tongues = (np.diff(reach) > _GROWING) & (reach[:-1] < np.log(_LONG)) | np.diff(np.isfinite(reach))
+        finest = np.where(tongues, _FINEST_TONGUES, _FINEST)
+        rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > finest)
+        wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, np.log(theory.radius))[1]])
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
-        rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > _FINEST)
+        rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > finest)
         return np.asarray(rough)
 
-    def _solve(self, positions: Array) -> None:
-        """Boundary element solutions at new positions ln d."""
+    def _solve(self, positions: Array, *, alone: bool = False) -> None:
+        """Boundary element solutions at new positions ln d; `alone` where there is no curve between them."""
         if not positions.size:
             return
-        self.known.update(zip(positions.tolist(), self.solutions(positions), strict=True))
+        self.known.update(zip(positions.tolist(), self.solutions(positions, alone=alone), strict=True))
         if self._cache:
             self._cache.save(self.known)
 
-    def solutions(self, positions: Array) -> Array:
+    def solutions(self, positions: Array, *, alone: bool = False) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
-        places = list(zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True))
+        places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True)]
         found = shared_out(solved_row, self._case, places, helped=self.cells <= SHARED_CELLS)
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
         return np.array([row for row, _ in found])
@@ -345,9 +359,10 @@ class Correction:
     def _boxes(self, positions: Array) -> tuple[Array, Array, Flags]:
         """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and which are well known, shape (n,).
 
-        They are from solutions on both sides, or from the theory.
+        They are from solutions on both sides, or from the round contact.
         """
-        every, logarithms = np.array(sorted(self.known)), self.theory.at(positions).shape[:, 2:]
+        every = np.array(sorted(self.known))
+        logarithms = np.repeat(np.log(self.theory.at(positions).radius)[:, None], self.phi.size, axis=1)
         sure = np.zeros(positions.size, dtype=bool)
         for row, x in enumerate(positions):
             upper = int(np.searchsorted(every, x))
@@ -367,7 +382,7 @@ class Correction:
 
 @lru_cache(maxsize=32)
 def correction(
-    kernel: Kernel, indenter: Indenter, series: Series, angles: int, cells: int, folder: str | None = None
+    kernel: Kernel, indenter: Indenter, series: RoundSeries, angles: int, cells: int, folder: str | None = None
 ) -> Correction:
     """The solutions of a medium and an indenter; those already made are shared."""
     return Correction(kernel, indenter, series, angles, cells, folder)

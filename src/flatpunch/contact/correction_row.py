@@ -10,11 +10,14 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 """Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
+
+_COARSE = 0.06
+"""Cells over the mean radius from which on stars deserve smaller ones: there these are off by several per cent."""
 
 FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
 """Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
@@ -30,14 +33,29 @@ class Case:
     cells: int
 
 
-def solved_row(case: Case, place: tuple[float, Array, Array, bool]) -> tuple[Array, tuple[str, ...]]:
-    """Row of the solution at a depth [m], and what a user should know if it did not converge.
+Place = tuple[float, Array, Array, bool, bool]
+"""Depth [m], expected half-widths and centre of the contact [m], whether they are well known, and whether this is no curve."""
 
-    The place also has the expected half-widths and centre of the contact, and whether these are well known.
+
+def solved_row(case: Case, place: Place) -> tuple[Array, tuple[str, ...]]:
+    """Row of the solution at a place, and what a user should know if it did not converge.
+
+    Where this is no curve, stars are solved anew on twice the cells a side, of which curves could not afford many.
     """
-    depth, half_widths, center, sure = place
+    solution, trace = _solved(case, place, case.cells)
+    if place[-1] and solution.grid.spacing > _COARSE * trace.radius:
+        solution, trace = _solved(case, place, 2 * case.cells)
+    lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
+    growth = solution.stiffness * solution.depth / solution.force
+    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
+    return row, () if solution.converged else solution.notes
+
+
+def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
+    """Solution and outline on a grid of so many cells a side."""
+    depth, half_widths, center, sure, _ = place
     options: dict[str, Any] = {
-        "grid": case.cells,
+        "grid": cells,
         "tolerance": _TOLERANCE,
         "stiffness": _STIFFNESS_TOLERANCE,
         "angles": case.angles,
@@ -48,8 +66,4 @@ def solved_row(case: Case, place: tuple[float, Array, Array, bool]) -> tuple[Arr
     except bem.ContactTouchesEdge:
         # under stiff films the series may expect outlines far off: then the contact is looked for by itself
         (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **options)
-    trace = traced(case.kernel, case.indenter, solution, case.angles)
-    lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
-    growth = solution.stiffness * depth / solution.force
-    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
-    return row, () if solution.converged else solution.notes
+    return solution, traced(case.kernel, case.indenter, solution, case.angles)

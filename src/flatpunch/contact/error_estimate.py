@@ -35,8 +35,8 @@ _SPREAD = 0.7
 """Fourth order: share of |x4| swing^2, of the size of the sixth order."""
 _LAYERS, _LAYERS_OUTLINE = 1.8, 2.5
 """First order: what layers make of its error on a half-space, in force and outline."""
-_FLOOR, _SAMPLED_FLOOR = 1e-5, 4e-5
-"""Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-5."""
+_FLOOR, _SAMPLED_FLOOR = 4e-6, 4e-5
+"""Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-6."""
 _LOST = 3.0
 """|ln a/abar| at which general outlines are cut: there the force is lost as well."""
 _FLAT_FORCE, _FLAT_OUTLINE = 0.5, 1.0

@@ -150,10 +150,6 @@ class PowerExpansion:
         """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""
         return self._loading(radius, *self.series.at(radius))[0]
 
-    def unperturbed(self, radius: Array) -> Loading:
-        """Contacts of the round base at base radii of shape (n,), >= 0 [m]."""
-        return round_contact(self.kernel, self.base, radius)
-
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self.series.at(radius)

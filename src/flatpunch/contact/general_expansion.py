@@ -78,12 +78,6 @@ class GeneralExpansion:
         values, slopes = self._at(radius)
         return self._path(radius, values, slopes)
 
-    def unperturbed(self, radius: Array) -> PathPoint:
-        """The same with the force of the round base alone."""
-        values, slopes = self._at(radius)
-        values[:, _X2] = slopes[:, _X2] = 0.0
-        return self._path(radius, values, slopes)
-
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self._at(radius)

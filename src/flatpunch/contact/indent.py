@@ -78,7 +78,7 @@ def indent(
         Exactly one: indentation depth [m], normal force [N], or mean contact radius a0 [m].
     method : str, optional
         "first-order": the paper's method. "second-order": exact perturbation theory, any shape. "fourth-order": the same for
-        power-law shapes, far closer. "refined": second order corrected by a few boundary element solutions. "bem":
+        power-law shapes, far closer. "refined": round contacts corrected by a few boundary element solutions. "bem":
         boundary elements. All are exact for round indenters except "bem". By default the one that measured best for its
         cost, `default_method`.
     angles : int

@@ -114,7 +114,7 @@ def left_out(nodes: Array, table: Array) -> Array:
     for i in range(1, nodes.size - 1):
         near = _neighbours(i, nodes.size, _BESIDE)
         wrong[i] = np.abs(curve_through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
-    wrong[0], wrong[-1] = wrong[1], wrong[-2]
+    wrong[0], wrong[-1] = _ONE_SIDED * wrong[1], _ONE_SIDED * wrong[-2]
     return wrong
 
 

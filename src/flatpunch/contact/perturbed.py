@@ -16,7 +16,7 @@ from flatpunch.contact.causes import outline_causes, steepness
 from flatpunch.contact.checks import soundness
 from flatpunch.contact.control import Loading, radius_for
 from flatpunch.contact.curve import Control, Curve, check_reach
-from flatpunch.contact.expansion import PathPoint, PerturbedContact
+from flatpunch.contact.expansion import PerturbedContact
 from flatpunch.contact.flat_end import punch_stiffness
 from flatpunch.contact.history import History, log_radii, spline, spline_outline, superpose
 from flatpunch.contact.mean import half_space_radius, resolved_radius
@@ -49,16 +49,6 @@ class Expansion(Hashable, Protocol):
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Outlines a(phi), shape (n, p)."""
-
-
-class Series(Expansion, Protocol):
-    """An expansion whose base contact can be had by itself."""
-
-    def loading(self, radius: Array) -> PathPoint:
-        """Depth, force and their derivatives at base radii, shape (n,)."""
-
-    def unperturbed(self, radius: Array) -> Loading:
-        """The same path with the force of the round base alone, shape (n,)."""
 
 
 def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control) -> PerturbedContact:

@@ -8,10 +8,11 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.axisymmetric import round_contact
+from flatpunch.contact.axisymmetric import PowerProfile, RoundProfile, round_contact
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.log_table import LogTable
 from flatpunch.contact.mean import mean_profile
+from flatpunch.contact.perturbation import expand
 from flatpunch.indenters.profile import Indenter
 
 
@@ -25,7 +26,7 @@ class RoundSeries:
     """
 
     def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
-        self.kernel, self.base = kernel, mean_profile(indenter)
+        self.kernel, self.base = kernel, _round_base(indenter)
         self._table = LogTable(self._columns, indenter.reach, kinks=indenter.rings)
 
     def descent(self, radius: Array) -> PathPoint:
@@ -49,10 +50,6 @@ class RoundSeries:
         measures = (contact.depth, contact.force / (modulus * radius), contact.stiffness / modulus, contact.depth_slope)
         return np.column_stack(measures) / radius[:, None]
 
-    def unperturbed(self, radius: Array) -> PathPoint:
-        """The same."""
-        return self.loading(radius)
-
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at radii, shape (n,), >= 0 [m]; their outlines are circles."""
         path, zero = self.loading(radius), np.zeros_like(radius)
@@ -74,6 +71,13 @@ class RoundSeries:
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Circles, shape (n, p) [m]."""
         return np.repeat(contact.size[:, None], phi.size, axis=1)
+
+
+def _round_base(indenter: Indenter) -> RoundProfile:
+    """Angular mean of an indenter, of power-law shapes that of second order, which a contact is closer to (lam = 0)."""
+    if indenter.exponent is None:
+        return mean_profile(indenter)
+    return PowerProfile(indenter.exponent, expand(indenter, 0.0).mean)
 
 
 @lru_cache(maxsize=64)

@@ -11,7 +11,7 @@ from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.error_estimate import estimates, second_order_error
 from flatpunch.contact.expansion import power_expansion
 from flatpunch.contact.general_expansion import general_expansion
-from flatpunch.contact.perturbed import Series, solve_expansion, superpose_expansion
+from flatpunch.contact.perturbed import Expansion, solve_expansion, superpose_expansion
 from flatpunch.indenters.profile import Indenter
 
 
@@ -30,7 +30,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     return superpose_expansion(kernel, indenter, expansion_of(kernel, indenter), control, r, phi)
 
 
-def expansion_of(kernel: Kernel, indenter: Indenter) -> Series:
+def expansion_of(kernel: Kernel, indenter: Indenter) -> Expansion:
     """The second-order series of an indenter on a medium."""
     if indenter.exponent is None:
         return general_expansion(kernel, indenter)

@@ -16,7 +16,7 @@ _CAUTION = 2.0
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
 _SHAPE_DISPUTE = 0.4
-"""The same of the outline, over what the ratios to the series change of it."""
+"""The same of the outline, over what the ratios to the round contact change of it."""
 _ROUNDING = 1e-9
 
 
@@ -65,7 +65,7 @@ class ForceCurve:
         """ln F at x, or its derivative, where the theory has forces or growths `theory`, shape (n, forms)."""
         gap = self._gap(x)
         best, after = (self._by(chosen[gap], x, theory, nu) for chosen in self.chosen)
-        # between solutions where it holds a series may still have a pole
+        # between solutions the round contact may turn back
         return np.where(np.isfinite(best), best, after)
 
     def estimate(self, x: Array, theory: Array) -> Array:
@@ -109,7 +109,7 @@ class ForceCurve:
 
 @dataclass(frozen=True, slots=True)
 class ShapeCurve:
-    """Logarithms of shapes over x = ln d: curves through them and through their ratios to the series, one value per column.
+    """Logarithms of shapes over x = ln d: curves through them and their ratios to the round contact, one value per column.
 
     `weight` is that of the latter at the nodes and `error` the estimated error there over the mean radius, shape (nodes,).
     """
@@ -121,9 +121,9 @@ class ShapeCurve:
     error: Array
 
     def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
-        """Logarithms at x where the series has `theory`, shape (n, columns) each, and the error their difference tells, (n,)."""
+        """Logarithms at x, (n, columns), where the round radius has `theory`, and the error their difference tells, (n,)."""
         absolute = self.absolute(x)
-        change = np.interp(x, self.nodes, self.weight)[:, None] * (self.relative(x) + theory - absolute)
+        change = np.interp(x, self.nodes, self.weight)[:, None] * (self.relative(x) + theory[:, None] - absolute)
         blended = absolute + change
         dispute = np.abs(change[:, 2:]) * np.exp(blended[:, 2:] - blended[:, :1])
         return blended, _SHAPE_DISPUTE * dispute.max(axis=1)

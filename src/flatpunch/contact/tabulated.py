@@ -19,7 +19,7 @@ import numpy as np
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.correction import Refined
-from flatpunch.contact.expansion import PerturbedContact
+from flatpunch.contact.expansion import PerturbedContact, PowerExpansion, power_expansion
 from flatpunch.contact.node_spline import spline_through
 from flatpunch.indenters import EllipticParaboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
@@ -41,12 +41,16 @@ OUTLINE_ERROR = 5e-3
 
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
 _SAME = 1e-9
+_PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
+_FAR = 2.0
+"""Swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8."""
 
 
 @dataclass(frozen=True, slots=True)
 class TableRows:
-    """Nodes ln a, shape (n,), and rows of logarithms of ratios there, shape (n, 3 + ANGLES)."""
+    """A second-order series, nodes ln a, shape (n,), and rows of logarithms of ratios to it there, shape (n, 3 + ANGLES)."""
 
+    series: PowerExpansion
     nodes: Array
     rows: Array
 
@@ -74,12 +78,14 @@ def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
     rows = np.tensordot(media, _table()[tip[0]], axes=1)
     if tip[0] == "ellipse":
         rows = np.tensordot(tip[1], rows, axes=1)
-    return TableRows(np.log(BETAS * kernel.length), _full_turn(rows, tip[0], tip[2]))
+    series = power_expansion(kernel, indenter, "second", terms=False)
+    return TableRows(series, np.log(BETAS * kernel.length), _full_turn(rows, tip[0], tip[2]))
 
 
-def tabulated(table: TableRows, contact: PerturbedContact, outline: Array) -> Refined:
-    """Refined contacts from the table where the series has `contact`; `outline` (n, ANGLES) is its outline to compare with."""
-    x = np.log(contact.radius)
+def tabulated(table: TableRows, radius: Array) -> Refined:
+    """Refined contacts from the table at base radii, shape (n,)."""
+    contact, x = table.series.evaluate(radius), np.log(radius)
+    outline = reference_outline(table.series, contact, _PHI)
     at = np.maximum(x, table.nodes[0])
     spline = spline_through(table.nodes, table.rows)
     values, growth = spline(at), np.where(x > table.nodes[0], spline(at, nu=1)[:, 0], 0.0)
@@ -92,6 +98,15 @@ def tabulated(table: TableRows, contact: PerturbedContact, outline: Array) -> Re
         shape_error=OUTLINE_ERROR * ones,
         traced=np.ones(x.size, dtype=bool),
     )
+
+
+def reference_outline(series: PowerExpansion, contact: PerturbedContact, phi: Array) -> Array:
+    """What outlines are compared with, shape (n, p) [m]: smooth in the base radius even through the poles of w."""
+    size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
+    with np.errstate(divide="ignore"):
+        w = np.log(series.outline(contact, phi) / size)
+    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
+    return np.asarray(contact.radius[:, None] * np.exp(damped))
 
 
 def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:

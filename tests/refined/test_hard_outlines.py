@@ -1,0 +1,59 @@
+"""Outlines between the solutions of a curve where they change fastest: to a per cent of the mean radius."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cases import cases
+from outlines import distance
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.ridges import traced
+
+RAYS = 2520
+"""On which all edges of tips of up to ten sides lie."""
+KNOWN = {case.number: case for case in cases()}
+
+
+def test_distance_of_outlines() -> None:
+    phi = 2 * np.pi * np.arange(360) / 360
+    circle, moved = np.ones(720), 0.1 * np.cos(phi) + np.sqrt(1 - (0.1 * np.sin(phi)) ** 2)
+    assert distance(moved, circle) == pytest.approx(0.1, rel=1e-3)
+    # radii change by a half on the flank of this needle, which is a hundredth thicker
+    needle, thicker = (1 + 9 * np.maximum(1 - np.abs(np.sin(phi / 2)) / width, 0) for width in (0.1, 0.101))
+    assert np.abs(needle - thicker).max() > 5 * distance(thicker, needle)
+
+
+@pytest.mark.parametrize(
+    ("number", "grid"),
+    [
+        (42, 1024),  # ellipse, film 30
+        (75, 1024),  # five sides on a layer that softens with depth, ten times as wide as it is thick
+        (84, 1024),  # six sides, film 10: the contact falls apart at a little more depth
+        (96, 1024),  # eight sides, film 30: eight needles
+        (
+            212,
+            1024,
+        ),  # rounded edges, film 100: needles six mean radii long, of which nothing is to be seen at half the depth
+        (268, 1024),  # three sides, film 7
+        (271, 1024),  # four sides, film 50: needles have just begun to grow
+        (
+            283,
+            2048,
+        ),  # seven sides, film 50: from 1024 cells its needles are too short by a hundredth of the mean radius
+    ],
+)
+def test_outline_between_solutions(number: int, grid: int) -> None:
+    case = KNOWN[number]
+    (medium, tip), depth = case.build(), case.depth()
+    depths = depth * np.unique([*np.geomspace(1 / 8, 1.5, 40), 1.0])
+    curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False)
+    found = curve.isel(step=int(np.searchsorted(depths, depth)))
+    kernel = compliance(medium)
+    (solution,) = bem.solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6, angles=RAYS)
+    truth = traced(kernel, tip, solution, RAYS)
+    assert distance(found.contour.values, truth.contour) < 0.01 * truth.radius
+    assert float(found.force) == pytest.approx(solution.force, rel=1e-3)
+    assert float(found.radius) == pytest.approx(truth.radius, rel=0.01)
