@@ -26,14 +26,13 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINER, _FINER_STAR = 2, 4
-"""Cells of a closer look per cell, and the same along the needles of a star."""
 _FINE = 4.5e-3
 """Cells over the mean radius down to which looks are taken."""
-_NEXT = 3.0
-"""Half-width in cells from which on the next look is taken."""
-_COARSE, _FINE_CORE, _CORE = 0.02, 0.0133, 1.3
-"""Cells over the mean radius from which on a star's core is looked at too, those it is looked at with, its half-width."""
+_CROWDED = 0.6
+"""Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
+_COARSE, _FINE_CORE, _CORE, _WITHIN = 0.02, 0.0133, 1.3, 1.0
+"""Cells over the mean radius from which on a star's core is looked at too, those it is looked at with, its least half-width,
+and up to where it is to be known."""
 _SMOOTHED = 15
 """Cells over which the difference between measured and fitted half-widths is averaged."""
 _ROOT = 3.0
@@ -46,8 +45,10 @@ _EXCESS = 0.07
 """By how much these are too many on each side, in cells: those covered in part count (0.04 to 0.11 found)."""
 _TAIL = (0.7, 6.0)
 """Half-widths in cells from which the end is extrapolated."""
-_LOST = 4.0
-"""How far it may lie beyond the last cell in contact, in cells."""
+_LONGEST = 60
+"""Cells of a needle from which its end is extrapolated."""
+_LOST = 10.0
+"""How far it may lie beyond the last cell in contact, in cells (2 to 9 found)."""
 _FEWEST = 5
 _NEAREST, _BESIDE_CORE = 0.3, 0.9
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
@@ -59,7 +60,7 @@ _ROUNDING = 1e-9
 Side = tuple[Array, Array]
 """Points (x, b) [m] of one side of a tongue: along its edge and across, up to the end."""
 Polar = tuple[Array, Array]
-"""The same as polar angles from the edge [rad], increasing and of either sign, and radii [m]."""
+"""The same as polar angles from the edge [rad], of either sign, and radii [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,14 +70,38 @@ class Trace:
     Attributes
     ----------
     contour : ndarray, shape (angles,)
-        a(phi) [m] at equal angles from 0; NaN where the contact has no outline.
+        a(phi) [m] at equal angles from 0, the farthest point in contact; NaN where the contact has no outline.
     radius, area : float
-        Mean of a(phi) [m] and area [m^2]; of contacts without outline the area of the cells and the radius of that disc.
+        Mean length of rays in contact [m] and area [m^2]; of contacts without outline the area of the cells and the
+        radius of that disc.
     """
 
     contour: Array
     radius: float
     area: float
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """How a tongue is looked at closer and closer: the last numbers hold for all looks after.
+
+    Attributes
+    ----------
+    finer : tuple of int
+        Cells of each look per cell of the one before.
+    narrow : tuple of float
+        Half-width of the tongue, in cells of each look, from which on the next is taken.
+    """
+
+    finer: tuple[int, ...]
+    narrow: tuple[float, ...]
+
+    def step(self, done: int) -> tuple[int, float]:
+        """Cells per cell and the half-width of the next look after so many."""
+        return self.finer[min(done, len(self.finer) - 1)], self.narrow[min(done, len(self.narrow) - 1)]
+
+
+_TONGUES, _NEEDLES, _MANY_NEEDLES = Looks((2,), (3.0,)), Looks((4, 2, 4), (5.0, 3.0)), Looks((8, 3, 4), (3.0,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +118,8 @@ class Edge:
         Distance from the point of first touch at which it may begin [m].
     mean : float
         Mean radius of the contact [m].
-    finer : int
-        Cells of a closer look per cell.
+    looks : Looks
+        How it is looked at.
     rounded : bool
         Whether the edge is rounded.
     """
@@ -103,7 +128,7 @@ class Edge:
     wedge: float
     nearest: float
     mean: float
-    finer: int
+    looks: Looks
     rounded: bool
 
 
@@ -112,7 +137,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     outline = solution.outline
     if indenter.corners and not np.isfinite(outline.contour[0]):
         outline = _without_parts(kernel, indenter, solution, angles)
-    contour, between, followed = np.array(outline.contour), np.ones(angles, dtype=bool), list[Polar]()
+    contour, between, followed = np.array(outline.contour), np.ones(angles, dtype=bool), list[tuple[float, Polar]]()
     if not np.isfinite(contour[0]):
         return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
@@ -120,19 +145,16 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     if star:
         _refine_core(kernel, indenter, solution.depth, whole, contour, outline.radius)
     fold = rotational_symmetry(indenter)
-    if angles % fold == 0:
-        # cells lie differently in each sector
-        contour = np.tile(contour.reshape(fold, -1).mean(axis=0), fold)
-    for edge in _edges(indenter, contour, outline.radius, star):
-        # one of those that turning the tip carries into each other
-        if edge.angle >= 2 * np.pi / fold - _ROUNDING:
-            continue
+    # cells lie differently in each sector
+    rays = np.arange(angles) / angles
+    contour = np.mean([np.interp(rays + turn / fold, rays, contour, period=1.0) for turn in range(fold)], axis=0)
+    for edge in _edges(indenter, contour, outline.radius, star, fold):
         sides = _tongue(kernel, indenter, solution.depth, whole, edge)
         if sides is not None:
             for turn in range(fold):
                 corner = edge.angle + 2 * np.pi * turn / fold
                 between &= ~_restore(contour, sides, corner)
-                followed += [(corner + angle, radius) for angle, radius in sides]
+                followed += [(corner, side) for side in sides]
     return Trace(contour, *_radius_and_area(contour, between, followed))
 
 
@@ -167,15 +189,24 @@ def _wedges(indenter: Indenter) -> list[tuple[float, float, bool]]:
     return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]
 
 
-def _edges(indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
-    """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap."""
-    nearest, finer = (_BESIDE_CORE * mean, _FINER_STAR) if star else (_NEAREST * mean, _FINER)
+def _edges(indenter: Indenter, contour: Array, mean: float, star: bool, fold: int) -> list[Edge]:
+    """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap.
+
+    Of those that turning the tip carries into each other the one that lies along rows of cells, if there is one.
+    """
+    nearest = (_BESIDE_CORE if star else _NEAREST) * mean
     phi, closed = np.linspace(0, 2 * np.pi, contour.size + 1), np.append(contour, contour[0])
-    return [
-        Edge(angle, wedge, nearest, mean, finer, rounded)
-        for angle, wedge, rounded in _wedges(indenter)
-        if not rounded or np.interp(np.mod(angle, 2 * np.pi), phi, closed) > _DRAWN_OUT * mean
-    ]
+    chosen: dict[float, Edge] = {}
+    for angle, wedge, rounded in sorted(_wedges(indenter), key=lambda edge: abs(np.sin(2 * edge[0]))):
+        if not rounded or np.interp(np.mod(angle, 2 * np.pi), phi, closed) > _DRAWN_OUT * mean:
+            place = round(angle * fold / (2 * np.pi), 6) % 1
+            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, _looks(wedge) if star else _TONGUES, rounded))
+    return list(chosen.values())
+
+
+def _looks(wedge: float) -> Looks:
+    """How needles are looked at that lie so close together."""
+    return _MANY_NEEDLES if wedge < _CROWDED else _NEEDLES
 
 
 def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Polar, Polar] | None:
@@ -184,7 +215,8 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
     looks: list[list[Side]] = []
     while not looks or patch.grid.spacing > _FINE * edge.mean:
-        grid = _window(patch, edge, widest)
+        finer, narrow = edge.looks.step(len(looks))
+        grid = _window(patch, edge, widest, finer)
         if grid is None:
             break
         # beside its beginning the finer cells still feel that the others stand still
@@ -195,7 +227,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         if len(found) < len(sides) or not patch.converged:
             break
         looks.append(found)
-        widest = _NEXT * patch.grid.spacing
+        widest = narrow * patch.grid.spacing
     if not looks:
         return None
     left, right = (_joined([look[side] for look in looks]) for side in (0, -1))
@@ -209,7 +241,8 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
 def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
     """Replace a(phi) between the tongues of a star, whose core has few cells."""
     fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_FINE_CORE * mean))
-    cells = 2 * int(_CORE * mean / fine)
+    half_width = max(_CORE * mean, _WITHIN * mean + _ROOT * whole.grid.spacing)
+    cells = 2 * int(half_width / fine)
     grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
     if not core.converged:
@@ -219,7 +252,7 @@ def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch,
     contour[inside] = closer[inside]
 
 
-def _window(patch: Patch, edge: Edge, widest: float) -> Grid | None:
+def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
     """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
     h, turn = patch.grid.spacing, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
@@ -238,7 +271,7 @@ def _window(patch: Patch, edge: Edge, widest: float) -> Grid | None:
     with np.errstate(divide="ignore"):
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
     end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
-    fine = h / edge.finer
+    fine = h / finer
     nx, ny = (
         max(8, round((end - start) / fine)),
         2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine),
@@ -268,12 +301,13 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool) -> Side | None:
         return None
     # blunt ends are narrow over a few cells only
     first = min(wide[-1] + 1 if wide.size else 0, max(seen[-1] + 1 - 2 * _FEWEST, 0))
-    tail = slice(first, seen[-1] + 1)
+    tail = slice(max(first, seen[-1] + 1 - _LONGEST), seen[-1] + 1)
     far, beside = q[tail][q[tail] > 0], x[tail][q[tail] > 0]
     if far.size < _FEWEST:
         return None
     last = x[np.flatnonzero(width)[-1]] + h / 2
-    end = np.linalg.lstsq(np.column_stack([np.ones_like(far), far, far * np.log(far)]), beside, rcond=None)[0][0]
+    bend = far**2 if tail.start > first else far * np.log(far)
+    end = np.linalg.lstsq(np.column_stack([np.ones_like(far), far, bend]), beside, rcond=None)[0][0]
     end = min(max(end, last), last + _LOST * h)
     keep = (half > low) & (x < end)
     return np.append(x[keep], end), np.append(half[keep], 0.0)
@@ -288,29 +322,47 @@ def _joined(looks: list[Side]) -> Side:
 
 
 def _polar(side: Side, sign: float) -> Polar:
-    """Points of one side as angles from the edge and radii, by increasing angle."""
+    """Points of one side as angles from the edge and radii."""
     along, half = side
-    angle = sign * np.arctan2(half, along)
-    order = np.argsort(angle)
-    return angle[order], np.hypot(along, half)[order]
+    return sign * np.arctan2(half, along), np.hypot(along, half)
 
 
 def _restore(contour: Array, sides: tuple[Polar, Polar], corner: float) -> Flags:
-    """Replace a(phi) on the rays that meet the tongue along one edge, and say which they are."""
+    """Replace a(phi) on the rays that meet the tongue along one edge, and say which they are.
+
+    Needles may be thinner at their root than farther out, where rays leave the contact and meet it again: then a is their
+    farthest point, as everywhere.
+    """
     turn = np.mod(2 * np.pi * np.arange(contour.size) / contour.size - corner + np.pi, 2 * np.pi) - np.pi
     met = np.zeros(contour.size, dtype=bool)
     for sign, (angle, radius) in zip((1.0, -1.0), sides, strict=True):
-        on_side = (sign * turn >= 0) & (np.abs(turn) < np.abs(angle).max())
-        contour[on_side] = np.interp(turn[on_side], angle, radius)
+        inwards = np.argsort(-radius)
+        widest = np.maximum.accumulate(np.abs(angle[inwards]))
+        farthest = np.append(True, widest[1:] > widest[:-1])
+        on_side = (sign * turn >= 0) & (np.abs(turn) < widest[-1])
+        contour[on_side] = np.interp(np.abs(turn[on_side]), widest[farthest], radius[inwards][farthest])
         met |= on_side
     return met
 
 
-def _radius_and_area(contour: Array, between: Flags, followed: list[Polar]) -> tuple[float, float]:
-    """Mean of a(phi) [m] and area [m^2], by rays `between` the tongues and the points of these, which rays may miss."""
+def _radius_and_area(contour: Array, between: Flags, followed: list[tuple[float, Polar]]) -> tuple[float, float]:
+    """Mean length of the rays in contact [m] and area [m^2].
+
+    By the rays `between` the tongues and by the points of the sides of these, which rays may miss. Where rays leave a needle
+    and meet it again, what lies between does not count.
+    """
     rays = 2 * np.pi * np.arange(contour.size) / contour.size
-    phi = np.concatenate([rays[between], *(np.mod(angle, 2 * np.pi) for angle, _ in followed)])
-    order = np.argsort(phi)
-    phi, a = phi[order], np.concatenate([contour[between], *(radius for _, radius in followed)])[order]
-    phi, a = np.append(phi, phi[0] + 2 * np.pi), np.append(a, a[0])
-    return float(np.trapezoid(a, phi)) / (2 * np.pi), float(np.trapezoid(a**2, phi)) / 2
+    phi, a, sums = [rays[between]], [contour[between]], np.zeros(2)
+    for corner, (angle, radius) in followed:
+        # from the widest angle at the root on, in the place of the sector between it and the edge
+        root = angle[np.abs(angle).argmax()]
+        path, reach = np.append(root, angle), np.append(radius[0], radius)
+        sums += [abs(np.trapezoid(reach**power, path)) - abs(root) * radius[0] ** power for power in (1, 2)]
+        phi.append(np.mod([corner + root], 2 * np.pi))
+        a.append(radius[:1])
+    points, radii = np.concatenate(phi), np.concatenate(a)
+    order = np.argsort(points)
+    points, radii = points[order], radii[order]
+    points, radii = np.append(points, points[0] + 2 * np.pi), np.append(radii, radii[0])
+    length, square = sums + [np.trapezoid(radii**power, points) for power in (1, 2)]
+    return float(length) / (2 * np.pi), float(square) / 2
