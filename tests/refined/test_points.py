@@ -75,7 +75,22 @@ def test_area_and_radius_of_points_narrower_than_rays_are_apart() -> None:
     assert np.pi * np.mean(few.contour**2) > 1.05 * truth
 
 
-# farthest points from 4096 cells; those of 1024 and 2048 end 0.02 mean radii before at the larger depth
+def test_needles_thinner_at_their_root_than_farther_out() -> None:
+    """Rays leave them and meet them again: a(phi) is their farthest point, radius and area count what is in contact."""
+    medium, tip = _film(100.0), fp.Pyramid(8, 0.35)
+    coarse, fine = _traced(medium, tip, 5.5, 256), _traced(medium, tip, 5.5, 1024, 3600)
+    cells = bem.solve(compliance(medium), tip, depths=5.5, grid=1024, tolerance=1e-6)[0].area
+    # a hundredth of the mean radius off along the necks, and that by 4 %, where these were looked at with coarser cells
+    assert distance(coarse.contour, fine.contour) < 0.005 * fine.radius
+    assert coarse.radius == pytest.approx(fine.radius, rel=2e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=4e-3)
+    # cells covered in part count whole
+    assert 0.98 * cells < fine.area < cells
+    assert np.pi * np.mean(fine.contour**2) > 1.05 * fine.area
+    assert fine.contour.mean() > 1.03 * fine.radius
+
+
+# farthest points from 4096 cells; of 1024 and 2048 cells the last ones in contact end 0.02 mean radii before that at the larger depth
 @pytest.mark.parametrize(("depth", "reach"), [(1.0, 1.2087), (1.6, 3.5505)])
 def test_the_estimate_holds_on_rays_beside_a_needle(depth: float, reach: float) -> None:
     """Rays one degree beside it meet its flank aslant: at the larger depth 0.2 mean radii off along them, 0.005 across it."""

@@ -1,11 +1,12 @@
 """Contact outline beside the edges of a tip, to a fraction of a cell.
 
 An edge draws the contact out into a tongue that ends in a point, narrower than a cell long before its end; the cells lose
-the last two or three of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, once or
-twice (bem/closeup.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
+the last two to nine of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, two or three
+times (bem/closeup.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
 per length q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where the tongue is wide enough to be measured, each side of the edge by
 itself, and q gives the rest. A rounded edge is a cylinder there, and b has a term in the root of q besides. A line load sinks in
-by q ln(1/q), while what it has to follow is straight: so the end is where x = x_end + c_1 q + c_2 q ln q says.
+by q ln(1/q), while what it has to follow is straight: so the end is where x = x_end + c_1 q + c_2 q ln q says, or along needles,
+where this does not hold as far as they are narrow, a parabola through the last of q.
 """
 
 from __future__ import annotations
