@@ -90,7 +90,7 @@ def test_needles_thinner_at_their_root_than_farther_out() -> None:
     assert fine.contour.mean() > 1.03 * fine.radius
 
 
-# farthest points from 4096 cells; of 1024 and 2048 cells the last ones in contact end 0.02 mean radii before that at the larger depth
+# farthest points from 4096 cells; of 1024 and 2048 the last ones in contact end 0.02 mean radii before that at the larger depth
 @pytest.mark.parametrize(("depth", "reach"), [(1.0, 1.2087), (1.6, 3.5505)])
 def test_the_estimate_holds_on_rays_beside_a_needle(depth: float, reach: float) -> None:
     """Rays one degree beside it meet its flank aslant: at the larger depth 0.2 mean radii off along them, 0.005 across it."""
