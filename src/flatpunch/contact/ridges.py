@@ -215,20 +215,23 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
     looks: list[list[Side]] = []
-    while not looks or patch.grid.spacing > _FINE * edge.mean:
-        finer, narrow = edge.looks.step(len(looks))
+    taken = 0
+    while patch.grid.spacing > _FINE * edge.mean or not taken:
+        finer, narrow = edge.looks.step(taken)
         grid = _window(patch, edge, widest, finer)
         if grid is None:
             break
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + _ROOT * patch.grid.spacing
-        patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, even=even)
+        patch, taken = look_closer(kernel, indenter, depth, patch, grid, edge.angle, even=even), taken + 1
         sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
-        if len(found) < len(sides) or not patch.converged:
+        if not patch.converged or (looks and len(found) < len(sides)):
             break
-        looks.append(found)
-        widest = narrow * patch.grid.spacing
+        if len(found) == len(sides):
+            # needles may be too narrow for the cells of the first look
+            looks.append(found)
+            widest = narrow * grid.spacing
     if not looks:
         return None
     left, right = (_joined([look[side] for look in looks]) for side in (0, -1))
