@@ -62,15 +62,18 @@ class Outline:
     phi : ndarray, shape (n,)
         Polar angles [rad], equally spaced over the full turn.
     contour : ndarray, shape (n,)
-        a(phi) [m]; NaN when the contact has no single-valued outline.
+        a(phi), the farthest points in contact [m]; NaN when the contact has several parts or holes.
     radius : float
-        Mean radius a0, the mean of a over the polar angle [m].
+        Mean radius a0 [m]: the mean over the polar angle of a, less what lies in `gaps`.
     area : float
-        Area inside the outline [m^2], or of the cells in contact where there is no outline.
+        Area inside the outline less that in `gaps` [m^2], or of the cells in contact where there is no outline.
     half_axes : (float, float)
         Half-axes of the ellipse with the same second moments, the longer first [m].
     eccentricity : float
         sqrt(1 - (b/a)^2) of these half-axes.
+    gaps : ndarray, shape (n, 2)
+        Where rays leave the contact and meet it again: the sums of r_2 - r_1 [m] and of r_2^2 - r_1^2 [m^2] from leaving to
+        meeting it.
     note : str
         Why there is no outline, or why it is only good to a cell; empty otherwise.
     """
@@ -81,6 +84,7 @@ class Outline:
     area: float
     half_axes: tuple[float, float]
     eccentricity: float
+    gaps: Array
     note: str = ""
 
 
@@ -117,8 +121,9 @@ def trace_outline(
     cells = float(contact.sum()) * grid.cell_area
     note = _why_none(grid, contact)
     if note:
-        return Outline(phi[told], np.full(angles, np.nan), float("nan"), cells, (float("nan"),) * 2, float("nan"), note)
-    contour, narrowest = rim_along(grid, pressure, rays, rim, length, sharp)
+        none, nothing = float("nan"), np.full((angles, 2), np.nan)
+        return Outline(phi[told], nothing[:, 0], none, cells, (none, none), none, nothing, note)
+    contour, narrowest, gaps = rim_along(grid, pressure, rays, rim, length, sharp)
     if narrowest < _FEWEST:
         note = (
             f"the contact is only {2 * narrowest:.0f} cells across at its narrowest: its outline is good "
@@ -126,8 +131,9 @@ def trace_outline(
         )
     axes = _half_axes(phi, contour)
     eccentricity = float(np.sqrt(max(0.0, 1 - (axes[1] / axes[0]) ** 2)))
-    area = cells if sharp else float(np.pi * np.mean(contour**2))
-    return Outline(phi[told], contour[told], float(contour.mean()), area, axes, eccentricity, note)
+    area = cells if sharp else float(np.pi * np.mean(contour**2 - gaps[:, 1]))
+    radius = float(np.mean(contour - gaps[:, 0]))
+    return Outline(phi[told], contour[told], radius, area, axes, eccentricity, gaps[told], note)
 
 
 def enough_rays(angles: int) -> int:
@@ -137,16 +143,16 @@ def enough_rays(angles: int) -> int:
 
 def rim_along(
     grid: Grid, pressure: Array, angles: int, rim: float, length: float, sharp: bool = False
-) -> tuple[Array, float]:
-    """Radii where the contact ends along rays from the point of first touch, and the least of them in cells.
+) -> tuple[Array, float, Array]:
+    """Radii where the contact ends along rays from the point of first touch, the least of them in cells, and the gaps before.
 
-    The parameters are those of `trace_outline`.
+    The parameters are those of `trace_outline`, the gaps those of `Outline`.
     """
     phi = 2 * np.pi * np.arange(angles) / angles
     # rays that are mirror images of others follow from those
     different, of_ray = np.unique(first_images(np.arange(angles), angles, mirrors(grid, pressure)), return_inverse=True)
     rays, contact = phi[different], (pressure > 0).astype(float)
-    contour = _cell_outline(grid, contact, rays)
+    contour, gaps = _cell_outline(grid, contact, rays)
     narrowest = float(contour.min() / grid.spacing)
     if narrowest >= _FEWEST and not sharp:
         followed, bent = contour, np.inf
@@ -157,10 +163,10 @@ def rim_along(
             contour = followed
         else:
             # what blurring takes off the points of an outline grows like the square of its width
-            wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays) for width in _BLURS)
+            wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays)[0] for width in _BLURS)
             contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
             contour -= _EXCESS * grid.spacing * np.minimum(np.hypot(1.0, slope), _MOST_ASLANT)
-    return contour[of_ray], narrowest
+    return contour[of_ray], narrowest, gaps[of_ray]
 
 
 def mirrors(grid: Grid, values: Array) -> tuple[bool, bool]:
@@ -198,8 +204,8 @@ def _why_none(grid: Grid, contact: Mask) -> str:
     return ""
 
 
-def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
-    """Largest radius along each ray where the indicator of contact, interpolated, falls through one half."""
+def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> tuple[Array, Array]:
+    """Largest radius along each ray where the indicator of contact, interpolated, falls through one half; and gaps before it."""
     h, step = grid.spacing, 0.25
     rows, columns = np.nonzero(indicator)
     radii = np.arange(0.0, np.hypot(grid.x[columns], grid.y[rows]).max() / h + 3, step)
@@ -207,7 +213,9 @@ def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> Array:
     last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
     ray = np.arange(phi.size)
     inner, outer = values[ray, last], values[ray, last + 1]
-    return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer)))
+    out = (values < 0.5) & (radii < radii[last, None])
+    gaps = np.column_stack([h * step * out.sum(axis=1), h**2 * step * (out @ (2 * radii))])
+    return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer))), gaps
 
 
 def _follow_to_zero(

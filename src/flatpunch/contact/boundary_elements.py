@@ -103,7 +103,7 @@ def solve(
     depth = collect("depth")
     notes = tuple(dict.fromkeys(note for solution in found for note in solution.notes))
     if np.isnan(contour).any():
-        notes += ("Where the contact has no outline the radius is that of a disc of equal area.",)
+        notes += ("Where the contact has no outline the radius is the mean length of its rays in contact.",)
     return Curve(
         depth=depth,
         force=collect("force"),

@@ -192,7 +192,7 @@ def solve(
     notes = first_failure(
         ~traced,
         contact.depth,
-        "the contact has holes or several parts, so it has no outline a(phi); the radius is that of a disc of equal area.",
+        "the contact has holes or several parts, so it has no outline a(phi); the radius is the mean length of rays in contact.",
     )
     notes += tuple(expansion.correction.notes)
     notes += steepness(indenter, contact.mean_radius, contact.depth)

@@ -19,7 +19,7 @@ from scipy.ndimage import label, uniform_filter1d
 from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.closeup import Patch, look_closer, turned
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import Outline, rim_along, trace_outline
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
@@ -73,8 +73,7 @@ class Trace:
     contour : ndarray, shape (angles,)
         a(phi) [m] at equal angles from 0, the farthest point in contact; NaN where the contact has no outline.
     radius, area : float
-        Mean length of rays in contact [m] and area [m^2]; of contacts without outline the area of the cells and the
-        radius of that disc.
+        Mean length of rays in contact [m] and area [m^2]; of contacts without outline those of the cells.
     """
 
     contour: Array
@@ -138,13 +137,14 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     outline = solution.outline
     if indenter.corners and not np.isfinite(outline.contour[0]):
         outline = _without_parts(kernel, indenter, solution, angles)
-    contour, between, followed = np.array(outline.contour), np.ones(angles, dtype=bool), list[tuple[float, Polar]]()
+    contour, gaps = np.array(outline.contour), np.array(outline.gaps)
+    between, followed = np.ones(angles, dtype=bool), list[tuple[float, Polar]]()
     if not np.isfinite(contour[0]):
-        return Trace(contour, float(np.sqrt(solution.area / np.pi)), solution.area)
+        return Trace(contour, _mean_ray(solution.grid, solution.contact), solution.area)
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
     star = solution.grid.spacing > _COARSE * outline.radius
     if star:
-        _refine_core(kernel, indenter, solution.depth, whole, contour, outline.radius)
+        _refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
     fold = rotational_symmetry(indenter)
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
@@ -156,7 +156,17 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
                 corner = edge.angle + 2 * np.pi * turn / fold
                 between &= ~_restore(contour, sides, corner)
                 followed += [(corner, side) for side in sides]
-    return Trace(contour, *_radius_and_area(contour, between, followed))
+    return Trace(contour, *_radius_and_area(contour, gaps, between, followed))
+
+
+def _mean_ray(grid: Grid, contact: Mask) -> float:
+    """Mean length of the rays from the point of first touch in contact [m]: the integral of 1/r over the cells, by 2 pi."""
+    x, y = (np.append(v - grid.spacing / 2, v[-1] + grid.spacing / 2) for v in (grid.x, grid.y))
+    x, y = x[None, :], y[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # zero on the axes, where arcsinh(1/0) times zero is none
+        corner = np.nan_to_num(x * np.arcsinh(y / np.abs(x))) + np.nan_to_num(y * np.arcsinh(x / np.abs(y)))
+    return float(np.diff(np.diff(corner, axis=0), axis=1)[contact].sum()) / (2 * np.pi)
 
 
 def _without_parts(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
@@ -242,8 +252,10 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     return _polar(left, 1.0), _polar(right, -1.0)
 
 
-def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, mean: float) -> None:
-    """Replace a(phi) between the tongues of a star, whose core has few cells."""
+def _refine_core(
+    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, gaps: Array, mean: float
+) -> None:
+    """Replace a(phi) between the tongues of a star, whose core has few cells, where rays do not meet the contact again."""
     fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_FINE_CORE * mean))
     half_width = max(_CORE * mean, _WITHIN * mean + _ROOT * whole.grid.spacing)
     cells = 2 * int(half_width / fine)
@@ -251,9 +263,9 @@ def _refine_core(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch,
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
     if not core.converged:
         return
-    closer, _ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
-    inside = closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing
-    contour[inside] = closer[inside]
+    closer, *_ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
+    inside = (closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing) & (gaps[:, 0] < _ROOT * whole.grid.spacing)
+    contour[inside], gaps[inside] = closer[inside], 0.0
 
 
 def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
@@ -349,19 +361,21 @@ def _restore(contour: Array, sides: tuple[Polar, Polar], corner: float) -> Flags
     return met
 
 
-def _radius_and_area(contour: Array, between: Flags, followed: list[tuple[float, Polar]]) -> tuple[float, float]:
+def _radius_and_area(
+    contour: Array, gaps: Array, between: Flags, followed: list[tuple[float, Polar]]
+) -> tuple[float, float]:
     """Mean length of the rays in contact [m] and area [m^2].
 
-    By the rays `between` the tongues and by the points of the sides of these, which rays may miss. Where rays leave a needle
+    By the rays `between` the tongues and by the points of the sides of these, which rays may miss. Where rays leave the contact
     and meet it again, what lies between does not count.
     """
     rays = 2 * np.pi * np.arange(contour.size) / contour.size
-    phi, a, sums = [rays[between]], [contour[between]], np.zeros(2)
+    phi, a, sums = [rays[between]], [contour[between]], -gaps[between].sum(axis=0) * (2 * np.pi / contour.size)
     for corner, (angle, radius) in followed:
         # from the widest angle at the root on, in the place of the sector between it and the edge
         root = angle[np.abs(angle).argmax()]
         path, reach = np.append(root, angle), np.append(radius[0], radius)
-        sums += [abs(np.trapezoid(reach**power, path)) - abs(root) * radius[0] ** power for power in (1, 2)]
+        sums = sums + [abs(np.trapezoid(reach**power, path)) - abs(root) * radius[0] ** power for power in (1, 2)]
         phi.append(np.mod([corner + root], 2 * np.pi))
         a.append(radius[:1])
     points, radii = np.concatenate(phi), np.concatenate(a)
