@@ -30,6 +30,23 @@ def test_ellipse_of_exact_pressure(turn):
     assert outline.note == ""
 
 
+def test_rays_that_leave_the_contact_and_meet_it_again():
+    """A disc and a sector of a ring, joined by a bridge along its middle."""
+    grid = Grid(500, 500, 0.014)
+    r, phi = np.hypot(grid.x, grid.y[:, None]), np.arctan2(grid.y[:, None], grid.x)
+    disc, sector = r < 1, (r > 2) & (r < 3) & (np.abs(phi) < 0.8)
+    bridge = (grid.x > 0) & (grid.x < 2.1) & (np.abs(grid.y[:, None]) < 0.1)
+    outline = trace_outline(grid, (disc | sector | bridge).astype(float), angles=720, sharp=True)
+    across = np.arctan(0.1 / 1.5)
+    assert outline.note == ""
+    assert outline.contour[[0, 60, 360]] == pytest.approx([3.0, 3.0, 1.0], abs=0.02)
+    assert outline.gaps[60] == pytest.approx([1.0, 3.0], rel=0.02)
+    assert outline.gaps[[0, 360]] == pytest.approx(0.0)
+    assert outline.radius == pytest.approx(1 + (1.6 + 2 * across) / (2 * np.pi), rel=5e-3)
+    parabola = trace_outline(grid, disc + sector + bridge.astype(float), angles=720)
+    assert parabola.area == pytest.approx(np.pi + 0.8 * 5 + 0.2, rel=0.02)
+
+
 def test_rim_of_solved_contacts_is_not_biased():
     offsets, scatter = [], []
     for a in np.linspace(0.9, 1.0, 5):

@@ -62,7 +62,7 @@ class Outline:
     phi : ndarray, shape (n,)
         Polar angles [rad], equally spaced over the full turn.
     contour : ndarray, shape (n,)
-        a(phi), the farthest points in contact [m]; NaN when the contact has several parts or holes.
+        a(phi), the farthest points in contact [m]; NaN where there is none, for the reason in `note`.
     radius : float
         Mean radius a0 [m]: the mean over the polar angle of a, less what lies in `gaps`.
     area : float
