@@ -260,7 +260,8 @@ def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     # a curve over the range interpolates, and takes what is known already
     solved.clear()
     fp.indent(film, tip, depth=np.geomspace(0.3, 2.7, 50), **options)
-    assert 0 < len(solved) < 20
+    # fourteen, and two closer ones where tongues set in
+    assert 0 < len(solved) <= 16
     # a depth inside it costs nothing any more
     solved.clear()
     between = fp.indent(film, tip, depth=[0.5, 1.1], **options)

@@ -111,18 +111,18 @@ def test_contacts_that_rays_meet_again() -> None:
     assert np.abs(np.diff(np.log(curve.radius))).max() < 0.05
 
 
-# farthest points from 4096 cells; of 1024 and 2048 the last ones in contact end 0.02 mean radii before that at the larger depth
+# farthest points from 4096 cells
 @pytest.mark.parametrize(("depth", "reach"), [(1.0, 1.2087), (1.6, 3.5505)])
 def test_the_estimate_holds_on_rays_beside_a_needle(depth: float, reach: float) -> None:
-    """Rays one degree beside it meet its flank aslant: at the larger depth 0.2 mean radii off along them, 0.005 across it."""
+    """Rays one degree beside it meet its flank aslant: at the larger depth 0.08 mean radii off along them, 0.002 across it."""
     medium, tip = _film(50.0), fp.Pyramid(3, 0.4)
     found = fp.indent(medium, tip, depth=depth, method="refined").isel(step=0)
     truth = _traced(medium, tip, depth, 1024, 3600)
-    off = np.abs(found.contour.values - truth.contour[::10]).max() / truth.radius
+    off = np.abs(found.contour.values - truth.contour[::10]) / truth.radius
     assert float(found.contour.max()) == pytest.approx(reach, abs=0.01 * truth.radius)
-    ends = found.contour.values > 0.99 * float(found.contour.max())
-    assert distance(np.where(ends, truth.contour[::10], found.contour.values), truth.contour) < 0.01 * truth.radius
-    assert off < float(found.contour_error) < 20 * off
+    assert distance(found.contour.values, truth.contour) < 0.005 * truth.radius
+    assert off[::5].max() < 0.01
+    assert off.max() < float(found.contour_error) < 20 * off.max()
 
 
 @pytest.mark.parametrize("angles", [1, 4, 7, 500])
