@@ -237,12 +237,12 @@ def _nested_depth(
     if start is None and coarser is not None:
         state, effort = _nested_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit, None)
         before, start = effort.iterations, levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid))
-    cells, taken = levels.cells(height), 0
+    cells, taken, direct = levels.cells(height), 0, True
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
-        taken, start = part.iterations, window.embed(part.pressure, cells)
-    state = _solve(levels, cells, depth, start, tolerance, limit - taken)
+        taken, start, direct = part.iterations, window.embed(part.pressure, cells), part.direct
+    state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
     return state, Effort((*before, taken + state.iterations))
 
 
@@ -333,7 +333,15 @@ def _newton(
 
 
 def _solve(
-    levels: Levels, cells: Any, depth: float, start: Any, tolerance: float, limit: int, aim: Aim | None = None
+    levels: Levels,
+    cells: Any,
+    depth: float,
+    start: Any,
+    tolerance: float,
+    limit: int,
+    aim: Aim | None = None,
+    *,
+    direct: bool = True,
 ) -> State:
     return solve_contact(
         levels.operator,
@@ -343,6 +351,7 @@ def _solve(
         inner=levels.inner,
         guide=levels.guide,
         eager=levels.eager,
+        direct=direct,
         aim=aim,
         tolerance=tolerance,
         limit=limit,

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import repeat
 from typing import Any
 
@@ -33,6 +34,9 @@ BYTES_PER_CELL = 200
 
 _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 """Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
+
+_STEP, _TABULATED = 1 / 64, 256
+"""Step in ln k of the compliances that approximate inverses read, and at how many a medium is asked at a time."""
 
 SINGLE_FLOOR = 1e-5
 """Smallest relative error that single precision is asked for."""
@@ -257,10 +261,18 @@ def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Ar
 
 
 def compliance_values(kernel: Kernel, k: Array) -> Array:
-    """C(k) for many wavenumbers, interpolated in ln k where that is cheaper than the kernel itself."""
-    table = np.exp(np.linspace(np.log(k.min()), np.log(k.max()), 400))
-    values = np.log(np.asarray(kernel(table)))
-    return np.asarray(np.exp(np.interp(np.log(k), np.log(table), values)))
+    """C(k) at many wavenumbers, linear in ln k between those of a grid that all operators of a medium share."""
+    x = np.log(k) / _STEP
+    first, last = int(x.min()) // _TABULATED - 1, int(x.max()) // _TABULATED + 1
+    values = np.concatenate([_compliance_block(kernel, block) for block in range(first, last + 1)])
+    return np.asarray(np.exp(np.interp(x - first * _TABULATED, np.arange(values.size), values)))
+
+
+@lru_cache(maxsize=64)
+def _compliance_block(kernel: Kernel, block: int) -> Array:
+    """ln C at ln k = n step."""
+    n = np.arange(block * _TABULATED, (block + 1) * _TABULATED)
+    return np.log(np.asarray(kernel(np.exp(n * _STEP))))
 
 
 def to_numpy(values: Any) -> Array:

@@ -47,6 +47,8 @@ class Removal:
         Whether contacts of few cells may be solved directly.
     once : bool
         Whether there is but one contact, on which one step is enough.
+    directly : bool
+        Whether the last step was a direct one.
     """
 
     operator: Operator
@@ -55,6 +57,7 @@ class Removal:
     eager: bool = False
     direct: bool = True
     once: bool = False
+    directly: bool = False
     _modes: SmoothModes | None = None
     _known: int = 0
     _trying: bool = False
@@ -66,9 +69,11 @@ class Removal:
     def __call__(self, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
         """Pressure on `contact` that reduces the gap there by about `drop`, with the iterations taken; see `remove_gap`."""
         cells = int(self.operator.xp.count_nonzero(contact))
+        self.directly = False
         if self.direct and affordable(self.operator, cells, slow=self._slow, once=self.once):
             change = self._directly(contact, gap)
             if change is not None:
+                self.directly = True
                 return change, 1
             self.direct = False
         modes = self._modes_for(contact, cells)

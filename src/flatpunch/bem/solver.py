@@ -60,6 +60,8 @@ class State:
         Inner iterations, and free-space convolutions in all.
     converged : bool
         Whether both errors are within the tolerance.
+    direct : bool
+        Whether the last steps were direct ones.
     """
 
     pressure: Any
@@ -72,6 +74,7 @@ class State:
     iterations: int
     convolutions: int
     converged: bool
+    direct: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +120,9 @@ def solve_contact(
     inner: Operator | None = None,
     guide: Operator | None = None,
     eager: bool = False,
+    trusted: bool = False,
+    direct: bool = True,
+    drop: float = DROP,
     aim: Aim | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
@@ -139,6 +145,12 @@ def solve_contact(
         The medium's operator on a coarse grid that covers this one, for the smooth part of the approximate inverse.
     eager : bool
         Whether that part is made at once; else only when the inner loop turns out to be slow.
+    trusted : bool
+        Whether the contact of `start` is better known than its load: then cells that overlap join after the first step only.
+    direct : bool
+        Whether contacts of few cells may be solved directly: not worth it where a window was solved without and little is left.
+    drop : float
+        Reduction asked of the inner loop.
     aim : Aim, optional
         Force to be met; the depth then follows. Where that does not go well `depth` is kept, and the force is not met.
     tolerance : float
@@ -152,7 +164,7 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
-    removal = Removal(operator, inner, guide, eager)
+    removal = Removal(operator, inner, guide, eager, direct)
     first_depth, least = depth, np.inf
     while True:
         if aim is not None:
@@ -170,12 +182,12 @@ def solve_contact(
         careful, contact = waited >= _PATIENCE, now.pressure > 0
         if not careful or now.penetration > now.gap_error:
             overlapping = ~contact & (now.gap < 0)
-            # a start knows its contact better than its load, and by a load too small far more overlaps than will touch
-            if iterations or not 0 < xp.count_nonzero(contact) < xp.count_nonzero(overlapping):
+            # a start may know its contact better than its load, and by a load too small far more overlaps than will touch
+            touching = xp.count_nonzero(contact)
+            if iterations or not touching or not (trusted or touching < xp.count_nonzero(overlapping)):
                 contact = contact | overlapping
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        drop = max(DROP, 0.3 * tolerance / error)
-        change, count = removal(contact, gap, drop, limit - iterations)
+        change, count = removal(contact, gap, max(drop, 0.3 * tolerance / error), limit - iterations)
         now, tried = _advance(operator, height, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
@@ -189,6 +201,7 @@ def solve_contact(
         iterations=iterations,
         convolutions=convolutions,
         converged=error <= tolerance,
+        direct=removal.directly,
     )
 
 

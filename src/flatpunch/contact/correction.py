@@ -22,6 +22,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.correction_row import FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
+from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     between_good,
@@ -71,9 +72,7 @@ _RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.3
 """Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
-_ROUNDING, _CENTRED = 1e-9, 0.02
-_ALIKE = 1.0
-"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
+_ROUNDING = 1e-9
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
 
@@ -340,7 +339,9 @@ class Correction:
 
     def solutions(self, positions: Array, *, alone: bool = False) -> Array:
         """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
-        places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *self._boxes(positions), strict=True)]
+        outlines = {x: row[OUTLINE:] for x, row in self.known.items()}
+        boxes = boxes_between(positions, outlines, self.theory.at(positions).radius, self._level_line, self.phi)
+        places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *boxes, strict=True)]
         found = shared_out(solved_row, self._case, places, helped=self.cells <= SHARED_CELLS)
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
         return np.array([row for row, _ in found])
@@ -351,33 +352,14 @@ class Correction:
             call_helpers(solved_row, self._case, contacts)
 
     @cached_property
+    def _level_line(self) -> Array:
+        return level_line(self.indenter, self.phi)
+
+    @cached_property
     def _case(self) -> Case:
         # the flat punches known of a medium are not needed for this, and may be many
         kernel = replace(self.kernel, solution=None, cache={})
         return Case(kernel, self.indenter, self.phi.size, self.cells)
-
-    def _boxes(self, positions: Array) -> tuple[Array, Array, Flags]:
-        """Expected half-widths and centres of the contacts at ln d, shape (n, 2) each, and which are well known, shape (n,).
-
-        They are from solutions on both sides, or from the round contact.
-        """
-        every = np.array(sorted(self.known))
-        logarithms = np.repeat(np.log(self.theory.at(positions).radius)[:, None], self.phi.size, axis=1)
-        sure = np.zeros(positions.size, dtype=bool)
-        for row, x in enumerate(positions):
-            upper = int(np.searchsorted(every, x))
-            if 0 < upper < every.size:
-                low, high = (self.known[node][OUTLINE:] for node in every[upper - 1 : upper + 1])
-                between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
-                sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
-                logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
-        outlines = np.exp(logarithms)
-        sides = [outlines * trig(self.phi) for trig in (np.cos, np.sin)]
-        half_widths = np.column_stack([np.ptp(side, axis=1) / 2 for side in sides])
-        centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
-        # contacts that are their own mirror images are told by their centre
-        centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
-        return half_widths, centers, sure
 
 
 @lru_cache(maxsize=32)

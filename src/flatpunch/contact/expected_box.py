@@ -1,0 +1,67 @@
+"""Where boundary elements look for a contact first: from the solutions around, or from the round contact and the tip's shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags
+from flatpunch.indenters.profile import Indenter
+
+_ALIKE = 1.0
+"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
+_CENTRED = 0.02
+"""Distance of the centre over the half-width below which it is the point of first touch."""
+_DRAWN_OUT, _WIDER = 1.25, 0.1
+"""Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
+
+
+def boxes_between(
+    positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
+) -> tuple[Array, Array, Flags]:
+    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which are well known, shape (n,).
+
+    Parameters
+    ----------
+    positions : array, shape (n,)
+        ln d.
+    known : mapping
+        Outlines ln a(phi) of the solutions at their ln d; NaN where there is none.
+    round_radius : array, shape (n,)
+        Radii of the round contacts [m].
+    level_line : array, shape (angles,)
+        From `level_line`.
+    phi : array, shape (angles,)
+        Polar angles [rad].
+    """
+    every = np.array(sorted(known))
+    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_line + _WIDER * (level_line != 0).any()
+    sure = np.zeros(positions.size, dtype=bool)
+    for row, x in enumerate(positions):
+        upper = int(np.searchsorted(every, x))
+        if 0 < upper < every.size:
+            low, high = (known[node] for node in every[upper - 1 : upper + 1])
+            between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
+            sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
+            logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
+    half_widths, centers = boxes_around(np.exp(logarithms), phi)
+    # contacts that are their own mirror images are told by their centre
+    centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
+    return half_widths, centers, sure
+
+
+def boxes_around(outlines: Array, phi: Array) -> tuple[Array, Array]:
+    """Half-widths and centres of the boxes around outlines a(phi) [m], shape (n, angles) -> (n, 2) each."""
+    sides = [outlines * trig(phi) for trig in (np.cos, np.sin)]
+    half_widths = np.column_stack([np.ptp(side, axis=1) / 2 for side in sides])
+    centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
+    return half_widths, centers
+
+
+def level_line(indenter: Indenter, phi: Array) -> Array:
+    """ln r on a line of equal height, less its mean, shape (angles,); zero for tips whose lines differ in shape."""
+    if indenter.exponent is None:
+        return np.zeros_like(phi)
+    line = -np.log(indenter.height(np.ones_like(phi), phi)) / indenter.exponent
+    return np.asarray(line - line.mean())
