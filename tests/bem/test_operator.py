@@ -10,7 +10,7 @@ from flatpunch import media
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
 from flatpunch.bem.levels import Levels, solve_depth, solve_force
-from flatpunch.bem.operator import BYTES_PER_CELL, build_operator
+from flatpunch.bem.operator import BYTES_PER_CELL, build_operator, compliance_values
 from flatpunch.compliance import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))
@@ -44,6 +44,26 @@ def test_operator_is_symmetric_and_its_approximate_inverse_positive():
     assert np.vdot(q, operator.apply(p)) == pytest.approx(np.vdot(p, operator.apply(q)), rel=1e-12)
     assert operator.inverse.min() > 0
     assert np.vdot(p, operator.precondition(p)) > 0
+
+
+GRADED = media.Medium([media.GradedLayer(media.LinearModulus(1e9, 3e9, 1.0), 0.3, 1.0)], base=media.HalfSpace(3e9, 0.3))
+
+
+@pytest.mark.parametrize(
+    "medium",
+    [
+        media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()),
+        GRADED,
+        media.PowerLawHalfSpace(1e9, 1.0, 0.4, 0.3),
+    ],
+    ids=["soft layer", "graded", "power law"],
+)
+@pytest.mark.parametrize(("low", "high"), [(1e-6, 1e-3), (0.3, 0.31), (0.01, 1e7)])
+def test_compliances_between_the_wavenumbers_that_operators_share(medium, low, high):
+    kernel = compliance(medium)
+    k = np.geomspace(low, high, 997)
+    # an incompressible layer drains like k^2 there: that changes by 3 % from one of them to the next
+    np.testing.assert_allclose(compliance_values(kernel, k.reshape(-1, 1)).ravel(), kernel(k), rtol=1e-4)
 
 
 def test_array_api_path_gives_the_same_numbers():

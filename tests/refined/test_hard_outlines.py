@@ -39,6 +39,7 @@ def test_distance_of_outlines() -> None:
         ),  # rounded edges, film 100: needles six mean radii long, of which nothing is to be seen at half the depth
         (268, 1024),  # three sides, film 7
         (271, 1024),  # four sides, film 50: needles have just begun to grow
+        (278, 1024),  # seven sides, film 50: needles of six mean radii, whose ends ask for looks that converge
         (
             283,
             2048,

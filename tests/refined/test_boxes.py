@@ -1,0 +1,81 @@
+"""Where boundary elements look for a contact first, and what becomes of needles that outgrow the box that is found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.correction_row import OUTLINE, Case, solved_row
+from flatpunch.contact.expected_box import boxes_around, boxes_between, level_line
+from flatpunch.contact.round_series import round_series
+from flatpunch.contact.theory_forms import TheoryAt
+from flatpunch.indenters import Rounded
+from flatpunch.indenters.profile import Indenter
+
+PHI = 2 * np.pi * np.arange(360) / 360
+
+
+def _film(ratio: float) -> fp.Medium:
+    return fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+
+
+@pytest.mark.parametrize(
+    "medium", [fp.HalfSpace(1.0, 0.3), _film(0.1), _film(4.0)], ids=["half-space", "soft", "stiff"]
+)
+@pytest.mark.parametrize(
+    "tip", [fp.Pyramid(3, 0.3), fp.Pyramid(4, 0.3), fp.EllipticParaboloid(1.0, 0.1), fp.EllipticParaboloid(0.1, 1.0)]
+)
+def test_first_boxes_hold_the_contact_and_not_much_more(medium: fp.Medium, tip: Indenter) -> None:
+    """A coarse grid around the box has a rim of a quarter; a contact that fills less than half of it is looked for anew."""
+    kernel, depth = compliance(medium), 0.1
+    radius = TheoryAt(kernel, tip, round_series(kernel, tip)).at(np.log([depth])).radius
+    (half_widths,), (center,), (sure,) = boxes_between(np.log([depth]), {}, radius, level_line(tip, PHI), PHI)
+    (solution,) = bem.solve(kernel, tip, depths=depth, grid=128)
+    (true,), (middle,) = boxes_around(solution.outline.contour[None], PHI)
+    assert not sure
+    assert (np.abs(middle - center) + true < 1.2 * half_widths).all()
+    assert (true > 0.6 * half_widths).all()
+
+
+def test_boxes_between_solutions_are_those_of_the_outlines() -> None:
+    phi, positions = PHI, np.array([0.5])
+    known = {0.0: np.zeros(360), 1.0: np.full(360, 0.8), 2.0: np.full(360, np.nan)}
+    half_widths, center, sure = boxes_between(positions, known, np.array([9.0]), np.zeros(360), phi)
+    assert half_widths[0] == pytest.approx(np.exp(0.4))
+    assert (center == 0).all()
+    assert sure.all()
+    # next to a contact without outline only the round contact is known
+    half_widths, _, sure = boxes_between(positions + 1, known, np.array([9.0]), np.zeros(360), phi)
+    assert half_widths[0] == pytest.approx(9.0)
+    assert not sure.any()
+
+
+def test_level_lines() -> None:
+    line = level_line(fp.Pyramid(4, 0.3), PHI)
+    assert np.ptp(line) == pytest.approx(np.log(np.sqrt(2)), rel=1e-12)
+    assert line.mean() == pytest.approx(0.0, abs=1e-12)
+    # which change their shape with the height
+    assert (level_line(Rounded(fp.Pyramid(4, 0.3), 0.1), PHI) == 0).all()
+
+
+def test_a_needle_that_outgrows_its_box() -> None:
+    """256 cells lose the last hundredths of it, so that the contact of the cells does not touch the edge."""
+    tip, depth = fp.Pyramid(3, 0.4), 1.0
+    case = Case(compliance(_film(50.0)), tip, 360, 256)
+    # the needle along negative x leaves the first of these by a hundredth
+    narrow = (depth, np.array([0.78, 0.95]), np.array([1.25 * 0.78 - 1.19, 0.0]), True, False)
+    wide = (depth, np.array([1.0, 1.0]), np.array([-0.3, 0.0]), True, False)
+    (cut,) = bem.solve(
+        case.kernel, tip, depths=depth, half_widths=narrow[1], centers=narrow[2], search=False, grid=256, tolerance=1e-6
+    )
+    whole = np.exp(solved_row(case, wide)[0][OUTLINE:])
+    edge = cut.grid.x[0] - cut.grid.spacing / 2
+    assert edge == pytest.approx(-1.19, abs=cut.grid.spacing)
+    assert whole.max() > -edge
+    again = np.exp(solved_row(case, narrow)[0][OUTLINE:])
+    assert again.max() == pytest.approx(whole.max(), rel=1e-3)
+    # farthest point from 4096 cells
+    assert again.max() == pytest.approx(1.2087, abs=0.01 * 0.364)
