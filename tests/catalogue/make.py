@@ -24,6 +24,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.correction import correction
+from flatpunch.contact.expected_box import outgrown
 from flatpunch.contact.ridges import traced
 
 HERE = Path(__file__).parent
@@ -63,8 +64,13 @@ def solve(case: Case, grids: tuple[int, int] = GRIDS) -> Truth:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fp.FlatpunchWarning)
         coarse, fine = (bem.solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6)[0] for grid in grids)
-    # at edges the outline is followed along them; 360 angles so that every symmetry divides them
-    trace = traced(kernel, tip, fine, 360)
+        # at edges the outline is followed along them; 360 angles so that every symmetry divides them
+        trace = traced(kernel, tip, fine, 360)
+        larger = outgrown(fine.grid, trace.contour)
+        if larger is not None:
+            print(case, "on a larger grid", flush=True)
+            (fine,) = bem.solve(kernel, tip, depths=depth, grid=grids[-1], tolerance=1e-6, **larger)
+            trace = traced(kernel, tip, fine, 360)
     outline = trace.contour[:: 360 // ANGLES]
     return Truth(
         case,

@@ -9,7 +9,8 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.correction_row import OUTLINE, Case, solved_row
-from flatpunch.contact.expected_box import boxes_around, boxes_between, level_line
+from flatpunch.contact.expected_box import boxes_around, boxes_between, level_line, outgrown
+from flatpunch.contact.ridges import traced
 from flatpunch.contact.round_series import round_series
 from flatpunch.contact.theory_forms import TheoryAt
 from flatpunch.indenters import Rounded
@@ -79,3 +80,20 @@ def test_a_needle_that_outgrows_its_box() -> None:
     assert again.max() == pytest.approx(whole.max(), rel=1e-3)
     # farthest point from 4096 cells
     assert again.max() == pytest.approx(1.2087, abs=0.01 * 0.364)
+
+
+def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
+    """At this depth the needles of the first solution end 0.14 mean radii too early, at the edge of its grid."""
+    tip, kernel = fp.Pyramid(3, 0.4), compliance(_film(50.0))
+    (cut,) = bem.solve(kernel, tip, depths=1.4374, grid=128, tolerance=1e-6)
+    contour = traced(kernel, tip, cut, 360).contour
+    larger = outgrown(cut.grid, contour)
+    assert larger is not None
+    curve = fp.indent(_film(50.0), tip, depth=[0.3, 1.4374], method="bem", grid=128)
+    fine = fp.indent(_film(50.0), tip, depth=1.4374, method="bem", grid=512)
+    radius = float(fine.radius[0])
+    assert contour.max() < float(fine.contour.max()) - 0.1 * radius
+    assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=0.01 * radius)
+    # a grid that was asked for stays
+    same = fp.indent(_film(50.0), tip, depth=1.4374, method="bem", grid=cut.grid)
+    assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)

@@ -14,6 +14,7 @@ from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.expected_box import outgrown
 from flatpunch.contact.ridges import traced
 from flatpunch.indenters.profile import Indenter
 
@@ -63,20 +64,20 @@ def solve(
             0
         ].grid
     rays = enough_rays(phi.size)
-    with reporting("Boundary elements", progress) as report:
-        found = _solutions(
-            kernel,
-            indenter,
-            control.name,
-            targets,
-            grid,
-            tolerance,
-            single,
-            rays,
-            limit=limit,
-            stiffness=True,
-            progress=report,
+
+    def solved(some: Array, **options: Any) -> list[bem.Solution]:
+        return _solutions(
+            kernel, indenter, control.name, some, grid, tolerance, single, rays, limit=limit, stiffness=True, **options
         )
+
+    with reporting("Boundary elements", progress) as report:
+        found = solved(targets, progress=report)
+    traces = [traced(kernel, indenter, solution, rays) for solution in found]
+    for step, trace in enumerate(traces if not isinstance(grid, bem.Grid) else ()):
+        larger = outgrown(found[step].grid, trace.contour)
+        if larger is not None:
+            (found[step],) = solved(targets[[step]], **larger)
+            traces[step] = traced(kernel, indenter, found[step], rays)
     rows = np.flatnonzero(live)
 
     def collect(name: str) -> Array:
@@ -86,8 +87,7 @@ def solve(
 
     contour = np.zeros((control.values.size, phi.size))
     radius, area = np.zeros(control.values.size), np.zeros(control.values.size)
-    for row, solution in zip(rows, found, strict=True):
-        trace = traced(kernel, indenter, solution, rays)
+    for row, trace in zip(rows, traces, strict=True):
         contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
     converged = np.ones(control.values.size, dtype=bool)
     converged[rows] = [solution.converged for solution in found]
@@ -158,8 +158,7 @@ def _solutions(
     angles: int = 360,
     *,
     limit: int = _LIMIT,
-    stiffness: bool = False,
-    progress: Report | None = None,
+    **options: Any,
 ) -> list[bem.Solution]:
     if not targets.size:
         return []
@@ -173,8 +172,7 @@ def _solutions(
         limit=limit,
         single=single,
         angles=angles,
-        stiffness=stiffness,
-        progress=progress,
+        **options,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.expected_box import boxes_around
+from flatpunch.contact.expected_box import outgrown
 from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
@@ -19,9 +19,6 @@ _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 
 _COARSE = 0.06
 """Cells over the mean radius from which on stars deserve smaller ones: there these are off by several per cent."""
-
-_RIM = 2
-"""Cells of the outermost rings that an outline must not reach."""
 
 FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
 """Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
@@ -74,15 +71,5 @@ def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
     except bem.ContactTouchesEdge:
         # under stiff films the series may expect outlines far off: then the contact is looked for by itself
         solution, trace = solved()
-    phi = np.asarray(np.arange(case.angles) * (2 * np.pi / case.angles))
-    half_widths, center = (sides[0] for sides in boxes_around(trace.contour[None], phi))
-    if not _holds(solution.grid, half_widths, center):
-        # cells lose the ends of needles, and with them a box that is found on coarse ones
-        solution, trace = solved(half_widths=half_widths, centers=center, search=False)
-    return solution, trace
-
-
-def _holds(grid: bem.Grid, half_widths: Array, center: Array) -> bool:
-    """Whether a box lies inside a grid, but for the outermost cells; so it does where there is none."""
-    inside = np.array([grid.nx, grid.ny]) / 2 - _RIM
-    return not (np.abs(center - grid.center) + half_widths > inside * grid.spacing).any()
+    larger = outgrown(solution.grid, trace.contour)
+    return (solution, trace) if larger is None else solved(**larger)

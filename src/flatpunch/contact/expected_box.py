@@ -1,18 +1,22 @@
-"""Where boundary elements look for a contact first: from the solutions around, or from the round contact and the tip's shape."""
+"""Where boundary elements look for a contact: from the solutions around, from the round contact and the tip, or once more."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from flatpunch._validation import Array, Flags
+from flatpunch.bem.grid import Grid
 from flatpunch.indenters.profile import Indenter
 
 _ALIKE = 1.0
 """Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
 _CENTRED = 0.02
 """Distance of the centre over the half-width below which it is the point of first touch."""
+_RIM = 2
+"""Outermost cells that an outline must not reach."""
 _DRAWN_OUT, _WIDER = 1.25, 0.1
 """Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
 
@@ -57,6 +61,20 @@ def boxes_around(outlines: Array, phi: Array) -> tuple[Array, Array]:
     half_widths = np.column_stack([np.ptp(side, axis=1) / 2 for side in sides])
     centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
     return half_widths, centers
+
+
+def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
+    """Box for another solution where an outline a(phi) [m] leaves its grid, as arguments of `bem.solve`; else None.
+
+    Coarse cells lose the ends of needles, and with them the box that the grid was laid around.
+    """
+    half_widths, center = (
+        sides[0] for sides in boxes_around(contour[None], 2 * np.pi * np.arange(contour.size) / contour.size)
+    )
+    inside = (np.array([grid.nx, grid.ny]) / 2 - _RIM) * grid.spacing
+    if not (np.abs(center - grid.center) + half_widths > inside).any():
+        return None
+    return {"half_widths": half_widths, "centers": center, "search": False}
 
 
 def level_line(indenter: Indenter, phi: Array) -> Array:

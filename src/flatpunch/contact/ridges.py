@@ -27,7 +27,7 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINE = 4.5e-3
+_FINE = 6e-3
 """Cells over the mean radius down to which looks are taken."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
