@@ -56,9 +56,9 @@ def bounding_box(grid: Grid, contact: Mask) -> Extent:
     )
 
 
-def touches_edge(contact: Mask) -> bool:
-    """Whether a cell of the outermost ring is in contact."""
-    return bool(contact[0].any() or contact[-1].any() or contact[:, 0].any() or contact[:, -1].any())
+def touches_edge(contact: Mask, rings: int = 1) -> bool:
+    """Whether a cell of the outermost rings is in contact."""
+    return bool(np.count_nonzero(contact) > np.count_nonzero(contact[rings:-rings, rings:-rings]))
 
 
 def find_extent(

@@ -10,7 +10,7 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.expected_box import outgrown
+from flatpunch.contact.expected_box import crowded, outgrown
 from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
@@ -62,14 +62,24 @@ def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
         "angles": case.angles,
     }
 
-    def solved(**box: Any) -> tuple[bem.Solution, Trace]:
+    def solved(**box: Any) -> bem.Solution:
         (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **box, **options)
-        return solution, traced(case.kernel, case.indenter, solution, case.angles)
+        return solution
+
+    def outline_of(solution: bem.Solution) -> Trace:
+        return traced(case.kernel, case.indenter, solution, case.angles)
 
     try:
-        solution, trace = solved(half_widths=half_widths, centers=center, search=not sure)
+        solution = solved(half_widths=half_widths, centers=center, search=not sure)
     except bem.ContactTouchesEdge:
         # under stiff films the series may expect outlines far off: then the contact is looked for by itself
-        solution, trace = solved()
+        solution = solved()
+    larger = crowded(solution.grid, solution.contact) if case.indenter.corners else None
+    if larger is not None:
+        solution = solved(**larger)
+    trace = outline_of(solution)
     larger = outgrown(solution.grid, trace.contour)
-    return (solution, trace) if larger is None else solved(**larger)
+    if larger is not None:
+        solution = solved(**larger)
+        trace = outline_of(solution)
+    return solution, trace

@@ -228,6 +228,9 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     taken = 0
     while patch.grid.spacing > _FINE * edge.mean or not taken:
         finer, narrow = edge.looks.step(taken)
+        if taken:
+            # no finer than the last look has to be
+            finer = min(finer, max(2, int(np.ceil(patch.grid.spacing / (_FINE * edge.mean)))))
         grid = _window(patch, edge, widest, finer)
         if grid is None:
             break
