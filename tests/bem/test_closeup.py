@@ -53,7 +53,9 @@ def test_mirror_images_are_solved_once() -> None:
     solution = bem.solve(FILM, tip, depths=0.4, grid=96)[0]
     along = tip.corners[0]
     window = bem.Grid(80, 40, solution.grid.spacing / 2, (1.2 * solution.radius, 0.0))
-    whole, half = (look_closer(FILM, tip, 0.4, _whole(solution), window, along, even=even) for even in (False, True))
+    whole, half = (
+        look_closer(FILM, tip, 0.4, _whole(solution), window, along, mirrored=(False, even)) for even in (False, True)
+    )
     np.testing.assert_array_equal(half.pressure, half.pressure[::-1])
     # the coarse cells lie askew, so that the whole is even to their error only
     assert half.pressure.sum() == pytest.approx(whole.pressure.sum(), rel=1e-3)
@@ -66,7 +68,8 @@ def test_load_along_a_tongue_is_that_of_a_fine_grid() -> None:
     step = coarse.grid.spacing / 4
     window = bem.Grid(160, 80, step, (start + 60 * step, 0.0))
     loads = [
-        look_closer(FILM, tip, 0.5, _whole(solution), window, corner, even=True).pressure.sum(axis=0) * step
+        look_closer(FILM, tip, 0.5, _whole(solution), window, corner, mirrored=(False, True)).pressure.sum(axis=0)
+        * step
         for solution in (coarse, fine)
     ]
     seen = (window.x > start) & (loads[1] > 0.03 * loads[1].max())

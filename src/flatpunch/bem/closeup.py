@@ -64,7 +64,7 @@ def look_closer(
     grid: Grid,
     angle: float,
     *,
-    even: bool = False,
+    mirrored: tuple[bool, bool] = (False, False),
 ) -> Patch:
     """Contact on a finer grid inside a patch.
 
@@ -78,11 +78,11 @@ def look_closer(
         The finer grid, its axes turned by `angle`.
     angle : float
         Polar angle of its x axis [rad].
-    even : bool
-        Whether indenter and contact are their own mirror images about that axis, on which the grid then is centred.
+    mirrored : (bool, bool)
+        Whether indenter and contact are their own mirror images along the finer grid's x and y, where it is centred then.
     """
     turn, wide = angle - patch.angle, patch.grid
-    inner = grid.folded((False, True)) if even else grid
+    inner = grid.folded(mirrored)
     along, across = turned(inner.x[None, :], inner.y[:, None], turn)
     # the part of the patch around the new cells, and of that the cells they take the place of
     corners = turned(*np.meshgrid(grid.center[0] + _ends(grid.nx, grid), grid.center[1] + _ends(grid.ny, grid)), turn)
@@ -114,8 +114,7 @@ def look_closer(
         limit=_LIMIT,
     )
     pressure, displacement = state.pressure * kernel.modulus, state.displacement * grid.spacing + elsewhere
-    if even:
-        pressure, displacement = (np.concatenate([field[::-1], field]) for field in (pressure, displacement))
+    pressure, displacement = (inner.unfold(field) for field in (pressure, displacement))
     return Patch(grid, angle, pressure, displacement, state.converged, coefficients)
 
 

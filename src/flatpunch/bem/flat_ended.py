@@ -75,8 +75,8 @@ def solve_punch(
     levels = announced(Levels(kernel, grid, xp, single), 1)
     part = levels.folded(mirror_axes(levels, mask.astype(float)))
     p, total, error, iterations = punch_stiffness(part.operator, xp.asarray(part.kept(mask)), tolerance, limit)
-    u = part.unfolded(to_numpy(part.operator.apply(p)).astype(float)) * depth
-    p_si = part.unfolded(to_numpy(p).astype(float)) * (kernel.modulus * depth / grid.spacing)
+    u = part.grid.unfold(to_numpy(part.operator.apply(p)).astype(float)) * depth
+    p_si = part.grid.unfold(to_numpy(p).astype(float)) * (kernel.modulus * depth / grid.spacing)
     k = total * kernel.modulus * grid.spacing
     converged = error <= tolerance
     notes = () if converged else (not_converged(error, 0.0, 0.0, tolerance, (iterations,)),)

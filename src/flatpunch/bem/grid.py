@@ -9,6 +9,7 @@ A contact that is its own mirror image is solved on one half of such a grid, or 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +139,12 @@ class Grid:
         nx, ny = (n // (1 + half) for n, half in zip((self.nx, self.ny), mirrored, strict=True))
         cx, cy = (0.0 if half else c for c, half in zip(self.center, mirrored, strict=True))
         return Grid(nx, ny, self.spacing, (cx, cy), mirrored)
+
+    def unfold(self, values: Any) -> Any:
+        """An array of this folded grid on the whole one."""
+        along_x, along_y = self.mirrored
+        wide = np.concatenate([values[:, ::-1], values], axis=1) if along_x else values
+        return np.concatenate([wide[::-1], wide]) if along_y else wide
 
     def part(self, rows: slice, columns: slice) -> Grid:
         """Some of its cells; from the first on along mirrored axes."""

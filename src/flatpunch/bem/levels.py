@@ -157,16 +157,10 @@ class Levels:
         along_x, along_y = self.grid.mirrored
         return values[along_y * self.grid.ny :, along_x * self.grid.nx :]
 
-    def unfolded(self, values: Any) -> Any:
-        """An array of this folded grid on the whole one."""
-        along_x, along_y = self.grid.mirrored
-        wide = np.concatenate([values[:, ::-1], values], axis=1) if along_x else values
-        return np.concatenate([wide[::-1], wide]) if along_y else wide
-
     def unfolded_state(self, state: State) -> State:
         """A solution on the whole grid."""
         fields = ("pressure", "displacement", "contact")
-        return replace(state, **{name: self.unfolded(getattr(state, name)) for name in fields})
+        return replace(state, **{name: self.grid.unfold(getattr(state, name)) for name in fields})
 
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""

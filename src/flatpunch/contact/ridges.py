@@ -20,8 +20,9 @@ from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.closeup import Patch, look_closer, turned
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.outline import Outline, rim_along, trace_outline
+from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.compliance import Kernel
+from flatpunch.contact.star_core import refine_core
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
@@ -31,9 +32,8 @@ _FINE = 6e-3
 """Cells over the mean radius down to which looks are taken."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
-_COARSE, _FINE_CORE, _CORE, _WITHIN = 0.02, 0.0133, 1.3, 1.0
-"""Cells over the mean radius from which on a star's core is looked at too, those it is looked at with, its least half-width,
-and up to where it is to be known."""
+_COARSE = 0.02
+"""Cells over the mean radius from which on a star's core is looked at too."""
 _SMOOTHED = 15
 """Cells over which the difference between measured and fitted half-widths is averaged."""
 _ROOT = 3.0
@@ -144,7 +144,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
     star = solution.grid.spacing > _COARSE * outline.radius
     if star:
-        _refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
+        refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
     fold = rotational_symmetry(indenter)
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
@@ -236,7 +236,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
             break
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + _ROOT * patch.grid.spacing
-        patch, taken = look_closer(kernel, indenter, depth, patch, grid, edge.angle, even=even), taken + 1
+        patch, taken = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even)), taken + 1
         sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
@@ -253,22 +253,6 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     for along, _ in (left, right):
         along[-1] = max(end, along[-2] + _ROUNDING * end)
     return _polar(left, 1.0), _polar(right, -1.0)
-
-
-def _refine_core(
-    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, gaps: Array, mean: float
-) -> None:
-    """Replace a(phi) between the tongues of a star, whose core has few cells, where rays do not meet the contact again."""
-    fine = whole.grid.spacing / np.ceil(whole.grid.spacing / (_FINE_CORE * mean))
-    half_width = max(_CORE * mean, _WITHIN * mean + _ROOT * whole.grid.spacing)
-    cells = 2 * int(half_width / fine)
-    grid, even = Grid(cells, cells, fine), mirrored_about(indenter, 0.0)
-    core = look_closer(kernel, indenter, depth, whole, grid, 0.0, even=even)
-    if not core.converged:
-        return
-    closer, *_ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
-    inside = (closer < 0.5 * cells * fine - _ROOT * whole.grid.spacing) & (gaps[:, 0] < _ROOT * whole.grid.spacing)
-    contour[inside], gaps[inside] = closer[inside], 0.0
 
 
 def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:

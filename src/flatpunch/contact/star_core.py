@@ -1,0 +1,64 @@
+"""Contact outline between the tongues of a star, whose core has few cells on a grid that holds the tongues as well.
+
+The core is solved again on finer cells (bem/closeup.py), the half, the quarter or the sector of it that stands for the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.bem.closeup import Patch, look_closer
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.outline import rim_along
+from flatpunch.compliance import Kernel
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
+
+_FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.0
+"""Cells that it is looked at with, the least half-width of the look, and up to where it is to be known: over the mean radius."""
+_ROOT = 3.0
+"""Cells of the whole grid within which the finer ones still feel that the others stand still."""
+_SPARE = 0.1
+"""What is looked at beyond the point of first touch, over the width of the look, where one sector stands for three."""
+
+
+def refine_core(
+    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, gaps: Array, mean: float
+) -> None:
+    """Replace a(phi) [m] where it is within reach of a look at the core, and where rays do not meet the contact again.
+
+    Parameters
+    ----------
+    kernel, indenter, depth
+        Medium, indenter, and indentation depth [m].
+    whole : Patch
+        The solution on all of the grid.
+    contour : ndarray, shape (angles,)
+        a(phi) [m] at equal angles from 0; written to.
+    gaps : ndarray, shape (angles, 2)
+        What rays miss before a(phi), as `Outline.gaps` has it; written to.
+    mean : float
+        Mean radius of the contact [m].
+    """
+    spacing = whole.grid.spacing
+    fine = spacing / np.ceil(spacing / (_FINE * mean))
+    half = int(max(_HALF_WIDTH * mean, _WITHIN * mean + _ROOT * spacing) / fine)
+    grid = Grid(2 * half, 2 * half, fine)
+    mirrored = mirrored_about(indenter, np.pi / 2), mirrored_about(indenter, 0.0)
+    # of three arms one lies on the x axis: the others bound a sector on its other side
+    sector = np.pi * (contour[0] > contour[contour.size // 2])
+    one_of_three = mirrored[1] and rotational_symmetry(indenter) == 3
+    if one_of_three:
+        spare = int(_SPARE * half)
+        grid = Grid(half + spare, 2 * half, fine, (np.cos(sector) * (half - spare) * fine / 2, 0.0))
+    core = look_closer(kernel, indenter, depth, whole, grid, 0.0, mirrored=mirrored)
+    if not core.converged:
+        return
+    closer, *_ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
+    if one_of_three:
+        rays = np.arange(contour.size) * (2 * np.pi / contour.size)
+        images = sector - np.pi / 3 + np.mod(rays - sector + np.pi / 3, 2 * np.pi / 3)
+        closer = np.interp(images, rays, closer, period=2 * np.pi)
+    inside = (closer < half * fine - _ROOT * spacing) & (gaps[:, 0] < _ROOT * spacing)
+    contour[inside], gaps[inside] = closer[inside], 0.0
