@@ -79,7 +79,7 @@ def test_both_ways_agree(depth, monkeypatch):
 
 
 def test_contact_that_stalled():
-    """The smooth part left the inner loop to rounding, for 1000 iterations, and the force came out twice too large."""
+    """Iterations were left to rounding once, 1000 of them, and the force came out twice too large."""
     step = solve(FILM, PYRAMID, depths=np.exp(2.016), grid=256, tolerance=1e-6)[0]
     assert step.converged
     # measured 59, 30 and 90 .. 115
@@ -121,10 +121,10 @@ def test_film_that_does_not_converge_warns():
     assert max(step.gap_error, step.penetration) > 1e-8
 
 
-def test_iterations_where_smooth_modes_do_not_suit():
-    """A concave contact of too many cells for the direct way: the smooth part is found out to do harm."""
+def test_iterations_on_a_concave_contact_of_many_cells():
+    """Too many for the direct way."""
     film = compliance(media.Medium([media.Layer(4.0, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))
     step = solve(film, PYRAMID, depths=np.exp(0.2), grid=256, tolerance=1e-6)[0]
     assert step.converged
-    # 153 before steps with and without were compared
+    # 153 with a smooth part of the approximate inverse that did not suit
     assert step.iterations[-1] < 60

@@ -114,7 +114,7 @@ def test_memory_per_cell():
 
 @pytest.mark.parametrize("beta", [1, 30])
 def test_memory_per_cell_by_force_on_a_layer(beta):
-    """The same for a force on a layer, whose smooth modes come from a grid of their own."""
+    """The same for a force on a layer."""
     kernel, grid = (
         compliance(media.Medium([media.Layer(1e6, 0.5, 1 / beta)], media.RigidBase())),
         Grid(512, 512, 2.6 / 512, (1e-3, 1e-3)),

@@ -7,12 +7,9 @@ from typing import Any
 import numpy as np
 
 from flatpunch.bem.operator import Operator
-from flatpunch.bem.smooth import SmoothModes, precondition
 
 
-def remove_gap(
-    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, modes: SmoothModes | None = None
-) -> tuple[Any, int, bool]:
+def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
     """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
 
     Parameters
@@ -27,41 +24,37 @@ def remove_gap(
         Wanted reduction of the largest gap.
     limit : int
         Largest number of iterations.
-    modes : SmoothModes, optional
-        Smooth part of the approximate inverse for about this contact.
 
     Returns
     -------
     pressure : array, shape (ny, nx)
         Change of pressure [E*], in the operator's precision.
     iterations : int
-        Iterations taken.
-    reached : bool
-        Whether the gap was reduced as wanted; if not, by rounding or by the limit.
+        Iterations taken: fewer than it needs where rounding or the limit end them.
     """
     xp, dtype = operator.xp, operator.spectrum.dtype
     scale = float(xp.max(xp.abs(gap)))
     if scale == 0.0:
-        return xp.astype(gap, dtype), 0, True
+        return xp.astype(gap, dtype), 0
     mask = xp.astype(contact, dtype)
     r = xp.astype(gap / scale, dtype)
     p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
     for n in range(limit):
-        z = precondition(operator, modes, mask, r)
+        z = operator.precondition(r) * mask
         rz = dot(xp, r, z)
         t *= rz / rz_old
         t += z
         q = operator.apply(t)
         curvature = dot(xp, t, q)
         if not (rz > 0 and curvature > 0):
-            return p * scale, n, False
+            return p * scale, n
         step = rz / curvature
         p -= step * t
         r -= step * (q * mask)
         rz_old = rz
         if float(xp.max(xp.abs(r))) <= drop:
-            return p * scale, n + 1, True
-    return p * scale, limit, False
+            return p * scale, n + 1
+    return p * scale, limit
 
 
 def dot(xp: Any, a: Any, b: Any) -> float:

@@ -31,12 +31,6 @@ _NEWTON_STEPS = 40
 _PUNCH_CELLS = 144**2
 """Cells from which on the punch that tells how the force answers to the depth is the one of coarser cells."""
 
-_GUIDE_CELLS, _FINER_GUIDE_CELLS = 72**2, 144**2
-"""Most cells of the grid on which the smooth part of the approximate inverse is made, and for thin layers."""
-
-_LARGE = 2.5
-"""Cells over those of that grid from which on it costs less than the iterations it saves."""
-
 _RIM = 4
 """Cells left around the contact of a coarser grid, whose rim is known to two cells."""
 
@@ -98,26 +92,6 @@ class Levels:
     def inner(self) -> Operator:
         """Operator of the inner loop."""
         return self.operator if self.single else self.operator.single()
-
-    @cached_property
-    def guide(self) -> Operator:
-        """Operator on a coarse grid, for the smooth part of the approximate inverse."""
-        if self.whole is not None:
-            return self.whole.guide
-        cells = _cells(self.grid)
-        # thin layers are worth finer cells: what they do to smooth pressures depends on their thickness over the cell's
-        few = cells <= _GUIDE_CELLS or (cells <= _FINER_GUIDE_CELLS and self.grid.spacing > self.kernel.length / 2)
-        coarse = None if few else self.grid.coarser()
-        if coarse is None:
-            return self.operator
-        # narrow grids have no coarser level to solve on, but one to look at
-        return (self.coarser or replace(self, grid=coarse)).guide
-
-    @property
-    def eager(self) -> bool:
-        """Whether the smooth part is worth its price from the start: on large grids, under layers."""
-        layered = self.kernel.exponent == 0 and not self.kernel.homogeneous
-        return layered and _cells(self.grid) > _LARGE * _cells(self.guide.grid)
 
     def window(self, pressure: Any) -> Window | None:
         """The part of the grid around the contact of a pressure; None where that would save little."""
@@ -343,8 +317,6 @@ def _solve(
         depth / levels.grid.spacing,
         start=start,
         inner=levels.inner,
-        guide=levels.guide,
-        eager=levels.eager,
         direct=direct,
         aim=aim,
         tolerance=tolerance,

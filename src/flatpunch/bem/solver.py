@@ -1,7 +1,7 @@
 """Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
 
 Two loops. The outer one guesses the contact (cells that carry pressure or overlap the indenter), the inner one removes
-the gap error on it by conjugate gradients, preconditioned as operator.py and smooth.py say; then pressures that came out
+the gap error on it by conjugate gradients, preconditioned as operator.py says; then pressures that came out
 negative are dropped and the guess is made anew. The inner loop is a linear problem and stops at a fraction of the error it
 began with: conjugacy survives the many small changes of the contact that stop the classical one-loop method (Polonsky &
 Keer 1999) under stiff films, and since it yields a correction only, single precision suffices there whatever the tolerance.
@@ -118,8 +118,6 @@ def solve_contact(
     *,
     start: Any = None,
     inner: Operator | None = None,
-    guide: Operator | None = None,
-    eager: bool = False,
     trusted: bool = False,
     direct: bool = True,
     drop: float = DROP,
@@ -141,10 +139,6 @@ def solve_contact(
         Pressure to begin with.
     inner : Operator, optional
         The operator in single precision; by default made here.
-    guide : Operator, optional
-        The medium's operator on a coarse grid that covers this one, for the smooth part of the approximate inverse.
-    eager : bool
-        Whether that part is made at once; else only when the inner loop turns out to be slow.
     trusted : bool
         Whether the contact of `start` is better known than its load: then cells that overlap join after the first step only.
     direct : bool
@@ -164,7 +158,7 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
-    removal = Removal(operator, inner, guide, eager, direct)
+    removal = Removal(operator, inner, direct)
     first_depth, least = depth, np.inf
     while True:
         if aim is not None:
