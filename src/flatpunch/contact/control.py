@@ -39,6 +39,8 @@ _MOST_DECADES = 40
 _NEWTON = 12
 """Newton steps before plain bisection takes over; smooth indenters need two or three."""
 _BISECTIONS = 60
+_SPARE = 0.03
+"""By how much ln a is looked at beyond where the curve's growth puts the largest target."""
 _ROUNDING = 1e-14
 """Width of a bracket in ln a that counts as a point."""
 
@@ -140,7 +142,10 @@ def _bracket(
             raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
         # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
         most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
-        above = np.unique(np.minimum(last * step ** np.arange(1, 4), most))
+        # by its growth the curve tells about how far that is
+        left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
+        enough = last * np.exp(min(left + _SPARE, 1.0))
+        above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
     raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
 

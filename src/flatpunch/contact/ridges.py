@@ -101,7 +101,7 @@ class Looks:
         return self.finer[min(done, len(self.finer) - 1)], self.narrow[min(done, len(self.narrow) - 1)]
 
 
-_TONGUES, _NEEDLES, _MANY_NEEDLES = Looks((2,), (3.0,)), Looks((4, 2, 4), (5.0, 3.0)), Looks((8, 3, 4), (3.0,))
+_TONGUES, _NEEDLES, _MANY_NEEDLES = Looks((2,), (3.0,)), Looks((4, 2, 4), (5.0, 2.0)), Looks((8, 3, 4), (3.0, 2.0))
 
 
 @dataclass(frozen=True, slots=True)
