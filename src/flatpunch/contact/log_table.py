@@ -10,13 +10,13 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from flatpunch._validation import Array
 
-_SPANS = 3
+_SPANS = 6
 """Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
-_SMOOTH = (12, 7)
-_KINKED = (54, 3)
+_SMOOTH = (6, 7)
+_KINKED = (27, 3)
 """Nodes per span and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached.
 
-Beside means within half a span of it; beyond, the function is smooth again.
+Beside means within a span of it; beyond, the function is smooth again.
 """
 _OVERLAP = 6
 """Nodes that a spline has beyond either end of its span, which the next one has as well."""
