@@ -61,6 +61,19 @@ def test_mirror_images_are_solved_once() -> None:
     assert half.pressure.sum() == pytest.approx(whole.pressure.sum(), rel=1e-3)
 
 
+def test_a_quarter_stands_for_what_is_even_along_both_axes() -> None:
+    tip = fp.Pyramid(4, 0.3)
+    solution = bem.solve(FILM, tip, depths=0.4, grid=96)[0]
+    window = bem.Grid(60, 60, solution.grid.spacing / 2)
+    whole, quarter = (
+        look_closer(FILM, tip, 0.4, _whole(solution), window, 0.0, mirrored=(even, even)) for even in (False, True)
+    )
+    np.testing.assert_array_equal(quarter.pressure, quarter.pressure[:, ::-1])
+    # both to the tolerance of a look
+    np.testing.assert_allclose(quarter.pressure, whole.pressure, atol=4e-3 * whole.pressure.max())
+    np.testing.assert_allclose(quarter.displacement, whole.displacement, atol=1e-5 * 0.4)
+
+
 def test_load_along_a_tongue_is_that_of_a_fine_grid() -> None:
     tip = fp.Pyramid(4, 0.3)
     coarse, fine = (bem.solve(FILM, tip, depths=0.5, grid=cells, tolerance=1e-6)[0] for cells in (96, 384))

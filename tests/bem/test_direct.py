@@ -57,6 +57,25 @@ def test_rounding_is_told():
     assert held.remove_gap(np.ones(grid.shape, dtype=bool), np.ones(grid.shape)) is None
 
 
+@pytest.mark.parametrize(
+    ("condition", "precisions", "left"), [(1e4, ["float32"], 1e-8), (1e10, ["float32", "float64"], 1e-5)]
+)
+def test_systems_are_solved_in_single_precision_where_that_suffices(condition, precisions, left, monkeypatch):
+    rng, size, used = np.random.default_rng(3), 60, []
+    turned = np.linalg.qr(rng.standard_normal((size, size)))[0]
+    matrix = (turned * np.geomspace(1, 1 / condition, size)) @ turned.T
+    factored = direct.cho_factor
+    monkeypatch.setattr(direct, "cho_factor", lambda a, **k: (used.append(str(a.dtype)), factored(a, **k))[1])
+    right = rng.standard_normal(size)
+    solution = direct._solved(np.triu(matrix), right)
+    assert used == precisions
+    assert np.abs(matrix @ solution - right).max() < left * np.abs(right).max()
+
+
+def test_nothing_in_contact_is_no_system():
+    assert direct._solved(np.empty((0, 0)), np.empty(0)).size == 0
+
+
 def test_few_cells_are_affordable():
     operator = build_operator(FILM, Grid(128, 128, 0.1))
     assert affordable(operator, 500, slow=False, once=False)

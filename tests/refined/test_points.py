@@ -9,6 +9,7 @@ from outlines import distance
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
+from flatpunch.contact import star_core
 from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters import Rounded, Superellipse
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
@@ -41,6 +42,18 @@ def test_points_from_few_cells(medium: fp.Medium, sides: int, depth: float, reac
     off = np.abs(coarse.contour - fine.contour)[::5] / fine.radius
     assert off.max() < 0.01
     assert coarse.radius == pytest.approx(fine.radius, rel=5e-3)
+
+
+def test_one_sector_of_a_core_stands_for_three(monkeypatch: pytest.MonkeyPatch) -> None:
+    tip, kernel = fp.Pyramid(3, 0.3), compliance(_film(50.0))
+    (solution,) = bem.solve(kernel, tip, depths=0.6, grid=192, tolerance=1e-6, angles=360)
+    sector = traced(kernel, tip, solution, 360)
+    monkeypatch.setattr(star_core, "rotational_symmetry", lambda indenter: 1)
+    whole = traced(kernel, tip, solution, 360)
+    assert sector.contour.max() > 2.5 * sector.radius
+    # cells of a hundredth of the mean radius, known to a third of that
+    assert 0 < distance(sector.contour, whole.contour) < 4e-3 * whole.radius
+    assert sector.radius == pytest.approx(whole.radius, rel=2e-3)
 
 
 @pytest.mark.parametrize(

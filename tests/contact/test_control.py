@@ -1,0 +1,36 @@
+"""Radii that belong to depths and forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch._validation import Array
+from flatpunch.compliance import compliance
+from flatpunch.contact.axisymmetric import PowerProfile, RoundContact, round_contact
+from flatpunch.contact.control import Quantity, radius_for
+
+BODIES = {
+    "half-space": fp.HalfSpace(1.0, 0.3),
+    "stiff film": fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)),
+    "layer": fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()),
+}
+
+
+@pytest.mark.parametrize("quantity", ["depth", "force"])
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("exponent", [1.0, 2.0], ids=["cone", "paraboloid"])
+def test_radii_hardly_larger_than_wanted_are_looked_at(exponent: float, body: str, quantity: Quantity) -> None:
+    kernel, profile, asked = compliance(BODIES[body]), PowerProfile(exponent, 0.3), list[float]()
+
+    def evaluate(radius: Array) -> RoundContact:
+        asked.extend(radius)
+        return round_contact(kernel, profile, radius)
+
+    wanted = np.array([0.3, 4.0, 17.9])
+    aimed_at = getattr(round_contact(kernel, profile, wanted), quantity)
+    radius = radius_for(evaluate, quantity, aimed_at, 0.7, np.inf)
+    np.testing.assert_allclose(radius, wanted, rtol=1e-10)
+    # wide contacts cost most: a decade above the guess in steps, and no step beyond the last
+    assert max(asked) < 1.1 * wanted.max()
