@@ -69,8 +69,8 @@ def test_a_quarter_stands_for_what_is_even_along_both_axes() -> None:
         look_closer(FILM, tip, 0.4, _whole(solution), window, 0.0, mirrored=(even, even)) for even in (False, True)
     )
     np.testing.assert_array_equal(quarter.pressure, quarter.pressure[:, ::-1])
-    # both to the tolerance of a look
-    np.testing.assert_allclose(quarter.pressure, whole.pressure, atol=4e-3 * whole.pressure.max())
+    # to the tolerance of a look, in the outermost cells too
+    np.testing.assert_allclose(quarter.pressure, whole.pressure, atol=2e-4 * whole.pressure.max())
     np.testing.assert_allclose(quarter.displacement, whole.displacement, atol=1e-5 * 0.4)
 
 

@@ -42,6 +42,7 @@ def test_text(tmp_path, header, sep, options):
 
 def test_decimal_commas(tmp_path):
     path = _write(tmp_path / "c.txt", ["depth (nm)\tforce (nN)"], sep="\t", decimal=",")
+    # six digits are written
     np.testing.assert_allclose(read_curve(path, decimal=",").depth, DEPTH * 1e-9, rtol=1e-5, atol=1e-14)
     with pytest.raises(CurveError, match=r"decimal commas. Read the file with decimal=','"):
         read_curve(path)

@@ -1,7 +1,7 @@
 """Contacts of few cells, solved directly: the gap on them is removed by a Cholesky factor of their influence matrix.
 
 Narrow contacts (the tongues under the edges of a pyramid on a stiff film, rings, needles) are where dividing by the symbol
-knows least and polynomials fit worst, and where there are few cells. Their influence coefficients are the cosine transform of
+knows least, and where there are few cells. Their influence coefficients are the cosine transform of
 the operator's spectrum; on a folded grid those of the mirror images are added. NumPy only. The matrix is in double precision:
 stiff films have condition numbers that leave little of single.
 """

@@ -18,7 +18,7 @@ from scipy.ndimage import label, uniform_filter1d
 
 from flatpunch import bem
 from flatpunch._validation import Array, Flags
-from flatpunch.bem.closeup import Patch, look_closer, turned
+from flatpunch.bem.closeup import ROOT, Patch, look_closer, turned
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.compliance import Kernel
@@ -36,10 +36,8 @@ _COARSE = 0.02
 """Cells over the mean radius from which on a star's core is looked at too."""
 _SMOOTHED = 15
 """Cells over which the difference between measured and fitted half-widths is averaged."""
-_ROOT = 3.0
-"""Cells that a look takes in before what it is taken for."""
 _RIM, _BEYOND, _LONGER = 2.0, 6.0, 0.15
-"""What a look takes in besides: cells on either side, and beyond the last cell in contact, with a share of the tongue."""
+"""What a look takes in beside its root: cells on either side, and beyond the last cell in contact, with a share of the tongue."""
 _MEASURED = 2.0
 """Half-width in cells from which on it is measured by the cells themselves."""
 _EXCESS = 0.07
@@ -235,7 +233,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         if grid is None:
             break
         # beside its beginning the finer cells still feel that the others stand still
-        start = grid.x[0] + _ROOT * patch.grid.spacing
+        start = grid.x[0] + ROOT * patch.grid.spacing
         patch, taken = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even)), taken + 1
         sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
@@ -265,9 +263,9 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
     # as wide as a tongue may be, or nearly filling what lies between two neighbours
     wide = np.flatnonzero(half > np.minimum(widest, _FILLED * edge.wedge * h * np.arange(half.size)))
-    start = max(edge.nearest, h * (wide[-1] + 1) if wide.size else 0.0) - _ROOT * h
+    start = max(edge.nearest, h * (wide[-1] + 1) if wide.size else 0.0) - ROOT * h
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
-    if last <= start + _ROOT * h:
+    if last <= start + ROOT * h:
         return None
     # the ray leaves the patch
     (x0, x1), (y0, y1) = ((v[0] - h / 2, v[-1] + h / 2) for v in (patch.grid.x, patch.grid.y))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._validation import Array
-from flatpunch.bem.closeup import Patch, look_closer
+from flatpunch.bem.closeup import ROOT, Patch, look_closer
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.outline import rim_along
 from flatpunch.compliance import Kernel
@@ -17,10 +17,8 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.0
 """Cells that it is looked at with, the least half-width of the look, and up to where it is to be known: over the mean radius."""
-_ROOT = 3.0
-"""Cells of the whole grid within which the finer ones still feel that the others stand still."""
 _SPARE = 0.1
-"""What is looked at beyond the point of first touch, over the width of the look, where one sector stands for three."""
+"""What is looked at beyond the point of first touch, over its half-width, where one sector stands for three."""
 
 
 def refine_core(
@@ -43,7 +41,7 @@ def refine_core(
     """
     spacing = whole.grid.spacing
     fine = spacing / np.ceil(spacing / (_FINE * mean))
-    half = int(max(_HALF_WIDTH * mean, _WITHIN * mean + _ROOT * spacing) / fine)
+    half = int(max(_HALF_WIDTH * mean, _WITHIN * mean + ROOT * spacing) / fine)
     grid = Grid(2 * half, 2 * half, fine)
     mirrored = mirrored_about(indenter, np.pi / 2), mirrored_about(indenter, 0.0)
     # of three arms one lies on the x axis: the others bound a sector on its other side
@@ -60,5 +58,5 @@ def refine_core(
         rays = np.arange(contour.size) * (2 * np.pi / contour.size)
         images = sector - np.pi / 3 + np.mod(rays - sector + np.pi / 3, 2 * np.pi / 3)
         closer = np.interp(images, rays, closer, period=2 * np.pi)
-    inside = (closer < half * fine - _ROOT * spacing) & (gaps[:, 0] < _ROOT * spacing)
+    inside = (closer < half * fine - ROOT * spacing) & (gaps[:, 0] < ROOT * spacing)
     contour[inside], gaps[inside] = closer[inside], 0.0
