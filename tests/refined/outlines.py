@@ -6,12 +6,17 @@ import numpy as np
 
 
 def distance(contour: np.ndarray, other: np.ndarray) -> float:
-    """Largest distance of the points of one outline from the other, which runs straight between its own.
+    """Largest distance of points of either outline from the other one, which runs straight between its own.
 
-    Both are radii at equal polar angles from 0; their numbers may differ.
+    Both are radii at equal polar angles from 0; of the other one the points on the rays of the first are taken, or it could not
+    help missing those between.
     """
-    points, start = (radii * np.exp(2j * np.pi * np.arange(radii.size) / radii.size) for radii in (contour, other))
-    side = np.roll(start, -1) - start
-    along = (points[:, None] - start) * np.conj(side)
+    first, second = (radii * np.exp(2j * np.pi * np.arange(radii.size) / radii.size) for radii in (contour, other))
+    return max(_farthest(first, second), _farthest(second[:: max(1, second.size // first.size)], first))
+
+
+def _farthest(points: np.ndarray, outline: np.ndarray) -> float:
+    side = np.roll(outline, -1) - outline
+    along = (points[:, None] - outline) * np.conj(side)
     share = np.clip(along.real / np.abs(side) ** 2, 0.0, 1.0)
-    return float(np.abs(points[:, None] - start - share * side).min(axis=1).max())
+    return float(np.abs(points[:, None] - outline - share * side).min(axis=1).max())

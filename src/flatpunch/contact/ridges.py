@@ -11,6 +11,7 @@ where this does not hold as far as they are narrow, a parabola through the last 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,15 +24,22 @@ from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.compliance import Kernel
 from flatpunch.contact.star_core import refine_core
+from flatpunch.contact.wedge import Wedge, wedge_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINE = 6e-3
+_FINE = 2e-3
 """Cells over the mean radius down to which looks are taken."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
+_TONGUES, _NEEDLES, _MANY_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.0125)
+"""Cells of the first look per cell, at least, and over the mean radius, at most: needles are narrow where they leave the core."""
+_CLOSER = 4
+"""Cells of each look per cell of the one before, at most."""
+_NARROW = 8.0
+"""Half-width, in cells of the next look, from which on that is taken."""
 _COARSE = 0.02
 """Cells over the mean radius from which on a star's core is looked at too."""
 _SMOOTHED = 15
@@ -49,8 +57,10 @@ _LONGEST = 60
 _LOST = 10.0
 """How far it may lie beyond the last cell in contact, in cells (2 to 9 found)."""
 _FEWEST = 5
-_NEAREST, _BESIDE_CORE = 0.3, 0.9
+_MEASURED_BY_LOAD = 1.5
+_NEAREST, _BESIDE_CORE = 0.3, 0.7
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
+_SLENDER = 2.0
 _DRAWN_OUT = 1.1
 """Reach along a rounded edge over the mean radius from which on it is followed."""
 _WIDEST_WEDGE, _FILLED = 1.5, 0.7
@@ -80,29 +90,6 @@ class Trace:
 
 
 @dataclass(frozen=True, slots=True)
-class Looks:
-    """How a tongue is looked at closer and closer: the last numbers hold for all looks after.
-
-    Attributes
-    ----------
-    finer : tuple of int
-        Cells of each look per cell of the one before.
-    narrow : tuple of float
-        Half-width of the tongue, in cells of each look, from which on the next is taken.
-    """
-
-    finer: tuple[int, ...]
-    narrow: tuple[float, ...]
-
-    def step(self, done: int) -> tuple[int, float]:
-        """Cells per cell and the half-width of the next look after so many."""
-        return self.finer[min(done, len(self.finer) - 1)], self.narrow[min(done, len(self.narrow) - 1)]
-
-
-_TONGUES, _NEEDLES, _MANY_NEEDLES = Looks((2,), (3.0,)), Looks((4, 2, 4), (5.0, 2.0)), Looks((8, 3, 4), (3.0, 2.0))
-
-
-@dataclass(frozen=True, slots=True)
 class Edge:
     """Where a tongue is looked for.
 
@@ -116,18 +103,24 @@ class Edge:
         Distance from the point of first touch at which it may begin [m].
     mean : float
         Mean radius of the contact [m].
-    looks : Looks
-        How it is looked at.
+    finer : int
+        Cells of the first look per cell, at least.
+    coarsest : float
+        The same over the mean radius, at most.
     rounded : bool
         Whether the edge is rounded.
+    slender : bool
+        Whether the tongue is a needle, across which the load tells the width.
     """
 
     angle: float
     wedge: float
     nearest: float
     mean: float
-    looks: Looks
+    finer: int
+    coarsest: float
     rounded: bool
+    slender: bool
 
 
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
@@ -207,42 +200,40 @@ def _edges(indenter: Indenter, contour: Array, mean: float, star: bool, fold: in
     phi, closed = np.linspace(0, 2 * np.pi, contour.size + 1), np.append(contour, contour[0])
     chosen: dict[float, Edge] = {}
     for angle, wedge, rounded in sorted(_wedges(indenter), key=lambda edge: abs(np.sin(2 * edge[0]))):
-        if not rounded or np.interp(np.mod(angle, 2 * np.pi), phi, closed) > _DRAWN_OUT * mean:
+        reach = np.interp(np.mod(angle, 2 * np.pi), phi, closed) / mean
+        if not rounded or reach > _DRAWN_OUT:
             place = round(angle * fold / (2 * np.pi), 6) % 1
-            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, _looks(wedge) if star else _TONGUES, rounded))
+            looks = _TONGUES if not star else _MANY_NEEDLES if wedge < _CROWDED else _NEEDLES
+            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, *looks, rounded, star or bool(reach > _SLENDER)))
     return list(chosen.values())
-
-
-def _looks(wedge: float) -> Looks:
-    """How needles are looked at that lie so close together."""
-    return _MANY_NEEDLES if wedge < _CROWDED else _NEEDLES
 
 
 def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Polar, Polar] | None:
     """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
+    finer = max(edge.finer, int(np.ceil(patch.grid.spacing / (edge.coarsest * edge.mean))))
     looks: list[list[Side]] = []
-    taken = 0
-    while patch.grid.spacing > _FINE * edge.mean or not taken:
-        finer, narrow = edge.looks.step(taken)
-        if taken:
-            # no finer than the last look has to be
-            finer = min(finer, max(2, int(np.ceil(patch.grid.spacing / (_FINE * edge.mean)))))
-        grid = _window(patch, edge, widest, finer)
+    while True:
+        grid = _window(patch, edge, widest, finer, looks[-1] if looks else ())
         if grid is None:
             break
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + ROOT * patch.grid.spacing
-        patch, taken = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even)), taken + 1
-        sides = [_side(patch, edge, start, left) for left in ((True,) if even else (True, False))]
+        patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
+        wedge = wedge_of(kernel, indenter, edge.angle, grid.x) if even and edge.slender and not edge.rounded else None
+        sides = [_side(patch, edge, start, left, wedge) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
             break
         if len(found) == len(sides):
             # needles may be too narrow for the cells of the first look
             looks.append(found)
-            widest = narrow * grid.spacing
+        if grid.spacing <= _FINE * edge.mean:
+            break
+        # no finer than the last look has to be
+        finer = min(_CLOSER, max(2, int(np.ceil(grid.spacing / (_FINE * edge.mean)))))
+        widest = _NARROW * grid.spacing / finer
     if not looks:
         return None
     left, right = (_joined([look[side] for look in looks]) for side in (0, -1))
@@ -253,7 +244,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
     return _polar(left, 1.0), _polar(right, -1.0)
 
 
-def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
+def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence[Side]) -> Grid | None:
     """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
     h, turn = patch.grid.spacing, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
@@ -263,7 +254,12 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
     # as wide as a tongue may be, or nearly filling what lies between two neighbours
     wide = np.flatnonzero(half > np.minimum(widest, _FILLED * edge.wedge * h * np.arange(half.size)))
-    start = max(edge.nearest, h * (wide[-1] + 1) if wide.size else 0.0) - ROOT * h
+    begin = h * (wide[-1] + 1) if wide.size else 0.0
+    if sides:
+        begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
+        if edge.slender:
+            begin = max(begin, sides[0][0][-1] - _LONGEST * h)
+    start = max(edge.nearest, begin) - ROOT * h
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
     if last <= start + ROOT * h:
         return None
@@ -280,21 +276,27 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int) -> Grid | None:
     return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
 
 
-def _side(patch: Patch, edge: Edge, start: float, left: bool) -> Side | None:
+def _side(patch: Patch, edge: Edge, start: float, left: bool, wedge: Wedge | None) -> Side | None:
     """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
     h, rows, columns = patch.grid.spacing, patch.grid.y > 0 if left else patch.grid.y < 0, patch.grid.x > start
     x, across = patch.grid.x[columns], np.abs(patch.grid.y[rows])
     pressure = np.where(across[:, None] < edge.wedge * x, patch.pressure[rows][:, columns], 0.0)
     width, load = h * np.count_nonzero(pressure > 0, axis=0), pressure.sum(axis=0)
-    measured = width > _MEASURED * h
+    if not load.any():
+        return None
+    q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - _EXCESS * h, _MEASURED
+    terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
+    if wedge is not None:
+        of_load, of_moment = wedge.half_widths(columns, h, load, pressure.T @ across**2)
+        if of_load.max() < wedge.widest:
+            known, counted, fewest, terms = of_load, of_moment, _MEASURED_BY_LOAD, np.column_stack([q**2, q**3])
+    measured = width > fewest * h
     if measured.sum() < _FEWEST:
         return None
-    q = load / load.max()
-    terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
-    c = np.linalg.lstsq(terms[measured], width[measured] - _EXCESS * h, rcond=None)[0]
-    half = np.maximum(terms @ c, 0.0)
+    c = np.linalg.lstsq(terms[measured], (counted - known)[measured], rcond=None)[0]
+    half = np.maximum(known + terms @ c, 0.0)
     # what the fit misses where the tongue is wide
-    missed = np.where(measured, width - _EXCESS * h - half, 0.0)
+    missed = np.where(measured, counted - half, 0.0)
     half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED, mode="nearest"), 0.0)
     low, high = (limit * h for limit in _TAIL)
     seen, wide = np.flatnonzero(half > low), np.flatnonzero(half > high)

@@ -15,7 +15,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
-_FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.0
+_FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.15
 """Cells that it is looked at with, the least half-width of the look, and up to where it is to be known: over the mean radius."""
 _SPARE = 0.1
 """What is looked at beyond the point of first touch, over its half-width, where one sector stands for three."""
