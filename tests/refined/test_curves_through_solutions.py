@@ -18,6 +18,7 @@ from flatpunch.contact.mean import mean_profile
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     continued,
+    curve_beside,
     curve_through,
     leading,
     left_out,
@@ -358,6 +359,15 @@ def test_missing_outlines_are_carried_on_smoothly() -> None:
     filled = continued(nodes, holes, good)
     # three good ones tell the parabola between them, and the tangent at the last of them beyond
     np.testing.assert_allclose(filled[2], table[2])
-    np.testing.assert_allclose(filled[4, 2:], [9 + 6, -3], rtol=1e-12)
-    np.testing.assert_array_equal(filled[:, :2], table[:, :2])
+    np.testing.assert_allclose(filled[4], [4, 4, 9 + 6, -3], rtol=1e-12)
     assert np.isfinite(continued(nodes, holes, np.array([True, False, False, False, False]))).all()
+
+
+def test_radii_before_a_contact_falls_apart_do_not_know_what_follows() -> None:
+    nodes, x = np.arange(7.0), np.linspace(0, 6, 121)
+    table, good = np.column_stack([nodes, np.where(nodes < 5, nodes, 3 * nodes)]), nodes < 5
+    filled = continued(nodes, table, good)
+    curve, unaware = curve_beside(nodes, table, good, filled), curve_through(nodes, table)
+    np.testing.assert_allclose(curve(x[x <= 4])[:, 1], x[x <= 4], atol=1e-12)
+    assert np.abs(unaware(x[x <= 4])[:, 1] - x[x <= 4]).max() > 0.05
+    np.testing.assert_allclose(curve(nodes), table, atol=1e-12)

@@ -27,7 +27,7 @@ from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     between_good,
     continued,
-    curve_through,
+    curve_beside,
     leading,
     left_out,
     left_out_of_hermite,
@@ -237,8 +237,11 @@ class Correction:
         """Curves through shapes and their ratios to the round contact, trusted where leaving solutions out changes them least."""
         nodes = np.array(known)
         rows, theory = np.array([self.known[node][RADIUS:] for node in known]), self.theory.at(nodes)
-        rows = continued(nodes, rows, np.isfinite(rows[:, -1]))
-        tables = (rows, rows - np.log(theory.radius)[:, None])
+        good = np.isfinite(rows[:, -1])
+        filled = continued(nodes, rows, good)
+        rows[:, 2:] = filled[:, 2:]
+        round_contact = np.log(theory.radius)[:, None]
+        tables = (rows, rows - round_contact)
         if nodes.size == 1:
             absolute, relative = (standing(table) for table in tables)
             return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
@@ -252,7 +255,8 @@ class Correction:
             share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
             share[theory.radius >= self.theory.turning(theory.radius)] = 0.0
             wrong = wrong + share * (errors[1] - wrong)
-        absolute, relative = (curve_through(nodes, table) for table in tables)
+        absolute = curve_beside(nodes, rows, good, filled)
+        relative = curve_beside(nodes, rows - round_contact, good, filled - round_contact)
         return ShapeCurve(nodes, absolute, relative, share, wrong)
 
     @property

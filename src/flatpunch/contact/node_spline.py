@@ -42,6 +42,16 @@ def curve_through(nodes: Array, table: Array) -> Curve:
     return curve
 
 
+def curve_beside(nodes: Array, table: Array, good: Flags, filled: Array) -> Curve:
+    """The same, which between good nodes knows of the others only what is carried on to them."""
+    whole = curve_through(nodes, table)
+    between = good[1:] & good[:-1]
+    smooth = curve_through(nodes, filled) if between.any() and not between.all() else whole
+    if isinstance(whole, PPoly) and isinstance(smooth, PPoly):
+        whole = PPoly(np.where(between[:, None], smooth.c, whole.c), nodes)
+    return whole
+
+
 def off_smoother(nodes: Array, values: Array, slopes: Array) -> Array:
     """Estimated error of the cubic Hermite curve in each gap, shape (n - 1,): what it differs from a smoother one by.
 
@@ -141,16 +151,16 @@ def _neighbours(i: int, size: int, beside: int) -> list[int]:
 
 
 def continued(nodes: Array, table: Array, good: Flags) -> Array:
-    """The table with what is missing from its third column on beside nodes that are not good carried on from the others."""
+    """The table with what is missing at nodes that are not good carried on from the others."""
     if good.all():
         return table
     filled = np.array(table)
     if good.sum() < 2:
-        filled[~good, 2:] = table[good, 2:] if good.any() else table[:, :1]
+        filled[~good] = table[good] if good.any() else table[:, :1]
         return filled
-    curve = spline_through(nodes[good], table[good, 2:])
+    curve = spline_through(nodes[good], table[good])
     near = np.clip(nodes[~good], nodes[good][0], nodes[good][-1])
-    filled[~good, 2:] = curve(near) + curve(near, 1) * (nodes[~good] - near)[:, None]
+    filled[~good] = curve(near) + curve(near, 1) * (nodes[~good] - near)[:, None]
     return filled
 
 

@@ -23,8 +23,8 @@ from flatpunch.bem.closeup import ROOT, Patch, look_closer, turned
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.compliance import Kernel
+from flatpunch.contact.across import Across, across
 from flatpunch.contact.star_core import refine_core
-from flatpunch.contact.wedge import Wedge, wedge_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
@@ -34,7 +34,7 @@ _FINE = 2e-3
 """Cells over the mean radius down to which looks are taken."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
-_TONGUES, _NEEDLES, _MANY_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.0125)
+_TONGUES, _NEEDLES, _FINER_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02)
 """Cells of the first look per cell, at least, and over the mean radius, at most: needles are narrow where they leave the core."""
 _CLOSER = 4
 """Cells of each look per cell of the one before, at most."""
@@ -57,10 +57,10 @@ _LONGEST = 60
 _LOST = 10.0
 """How far it may lie beyond the last cell in contact, in cells (2 to 9 found)."""
 _FEWEST = 5
-_MEASURED_BY_LOAD = 1.5
+_MEASURED_BY_LOAD, _SPREAD = 1.5, 0.3
 _NEAREST, _BESIDE_CORE = 0.3, 0.7
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
-_SLENDER = 2.0
+_SLENDER = 3.0
 _DRAWN_OUT = 1.1
 """Reach along a rounded edge over the mean radius from which on it is followed."""
 _WIDEST_WEDGE, _FILLED = 1.5, 0.7
@@ -203,7 +203,7 @@ def _edges(indenter: Indenter, contour: Array, mean: float, star: bool, fold: in
         reach = np.interp(np.mod(angle, 2 * np.pi), phi, closed) / mean
         if not rounded or reach > _DRAWN_OUT:
             place = round(angle * fold / (2 * np.pi), 6) % 1
-            looks = _TONGUES if not star else _MANY_NEEDLES if wedge < _CROWDED else _NEEDLES
+            looks = _TONGUES if not star else _FINER_NEEDLES if rounded or wedge < _CROWDED else _NEEDLES
             chosen.setdefault(place, Edge(angle, wedge, nearest, mean, *looks, rounded, star or bool(reach > _SLENDER)))
     return list(chosen.values())
 
@@ -221,8 +221,8 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
-        wedge = wedge_of(kernel, indenter, edge.angle, grid.x) if even and edge.slender and not edge.rounded else None
-        sides = [_side(patch, edge, start, left, wedge) for left in ((True,) if even else (True, False))]
+        profile = across(kernel, indenter, edge.angle, grid.x, grid.spacing) if even and edge.slender else None
+        sides = [_side(patch, edge, start, left, profile) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
             break
@@ -276,20 +276,23 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence
     return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
 
 
-def _side(patch: Patch, edge: Edge, start: float, left: bool, wedge: Wedge | None) -> Side | None:
+def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | None) -> Side | None:
     """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
     h, rows, columns = patch.grid.spacing, patch.grid.y > 0 if left else patch.grid.y < 0, patch.grid.x > start
-    x, across = patch.grid.x[columns], np.abs(patch.grid.y[rows])
-    pressure = np.where(across[:, None] < edge.wedge * x, patch.pressure[rows][:, columns], 0.0)
+    x, y = patch.grid.x[columns], np.abs(patch.grid.y[rows])
+    pressure = np.where(y[:, None] < edge.wedge * x, patch.pressure[rows][:, columns], 0.0)
     width, load = h * np.count_nonzero(pressure > 0, axis=0), pressure.sum(axis=0)
     if not load.any():
         return None
     q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - _EXCESS * h, _MEASURED
     terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
-    if wedge is not None:
-        of_load, of_moment = wedge.half_widths(columns, h, load, pressure.T @ across**2)
-        if of_load.max() < wedge.widest:
-            known, counted, fewest, terms = of_load, of_moment, _MEASURED_BY_LOAD, np.column_stack([q**2, q**3])
+    if profile is not None:
+        of_load, of_moment = profile.half_widths(x, load, pressure.T @ y**2)
+        if of_load.max() < profile.widest:
+            # where it spreads towards its root a needle is more than its profile across
+            counted, fewest = np.where(of_load < _SPREAD * x, of_moment, counted), _MEASURED_BY_LOAD
+            known = of_load
+            terms = known[:, None] * np.column_stack([q, q**2])
     measured = width > fewest * h
     if measured.sum() < _FEWEST:
         return None

@@ -1,0 +1,136 @@
+"""Half-width of a needle beside an edge, from the load that it carries.
+
+Across, an edge is pressed into a half-plane like any even profile g(|y|). With H(b) the integral of g(b sin t) over t from 0
+to pi/2, a contact of half-width b carries the load per length q = E* G(b), G = b H'(b), whatever lies far away: E* m b for a
+wedge of slope m. What is near bends the surface a little. A curvature k of the gap adds E* k pi/4 b^2 to the load and
+E* k pi/16 b^4 to the second moment M of the pressure, so that the two tell b without k: with b_0 from q = E* G(b_0), M_0 the
+moment that belongs to it and n = dln G/dln b,
+
+    b = b_0 (1 + 4 (M - M_0)/(n q b_0^2)).
+
+It is known to a fraction of a cell, where counting cells is off by half of one along hundreds that are equally wide. A few
+cells have another moment than the pressure that they stand for; which one, wedges on such cells tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from flatpunch._validation import Array
+from flatpunch.bem.shape import IndenterHeight
+from flatpunch.compliance import Kernel
+from flatpunch.indenters.profile import Indenter
+
+_THIN = 0.25
+"""Half-widths over the depth of the surface's modulus up to which that is a half-plane's, but for a curvature."""
+_WIDTHS = np.geomspace(1e-3, 1e2, 51)
+"""Half-widths at which the load is known, in cells."""
+_STEP = 0.02
+"""Step of ln b over which H is differentiated."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_MOST = 48
+"""Cells of a half-width up to which their moment differs from the pressure's (there by 3e-4)."""
+_LEAST, _LARGEST = 0.5, 2.0
+"""What curvature may make of a half-width."""
+
+
+@dataclass(frozen=True, slots=True)
+class Across:
+    """Profile across an edge.
+
+    Attributes
+    ----------
+    modulus : float
+        E* at the surface [Pa].
+    spacing : float
+        Cells across [m].
+    ends : ndarray, shape (2,)
+        Places along the edge [m] between which the profile changes evenly.
+    loads : ndarray, shape (2, widths)
+        ln G there, G in cells, at half-widths of 0.001 to 100 cells.
+    widest : float
+        Half-width up to which the surface is a half-plane's [m].
+    """
+
+    modulus: float
+    spacing: float
+    ends: Array
+    loads: Array
+    widest: float
+
+    def half_widths(self, along: Array, load: Array, moment: Array) -> tuple[Array, Array]:
+        """Half-widths without curvature and with it [m], shape (n,) each.
+
+        Parameters
+        ----------
+        along : ndarray, shape (n,)
+            Places along the edge [m].
+        load, moment : ndarray, shape (n,)
+            Sum of the pressure [Pa] over the cells of one side, and of their pressure times the square of their distance from
+            the edge [Pa m^2].
+        """
+        some = load > 0
+        q, second = 2 * load[some] / self.modulus, 2 * moment[some] / (self.modulus * self.spacing**2)
+        share = (along[some] - self.ends[0]) / (self.ends[1] - self.ends[0])
+
+        def between(tables: list[Array]) -> Array:
+            first, last = (np.interp(np.log(q), ln_g, table) for ln_g, table in zip(self.loads, tables, strict=True))
+            return np.asarray(first + share * (last - first))
+
+        ln_b = np.log(_WIDTHS)
+        width = np.exp(between([ln_b, ln_b]))
+        power = between([np.gradient(ln_g, ln_b) for ln_g in self.loads])
+        # of a contact whose load grows with this power of b
+        straight = power / (power + 2) / 2
+        bent = 1 + 4 * (second * _whole(width) / (q * width**2) - straight) / power
+        found = np.zeros((2, load.size))
+        found[:, some] = self.spacing * width * np.array([np.ones_like(bent), np.clip(bent, _LEAST, _LARGEST)])
+        return found[0], found[1]
+
+
+def across(kernel: Kernel, indenter: Indenter, angle: float, along: Array, spacing: float) -> Across | None:
+    """Profile across an edge at a polar angle [rad] and places along it [m]; None where the surface has no modulus."""
+    if kernel.exponent:
+        return None
+    ends, height = along[[0, -1]], IndenterHeight(indenter)
+    steps = np.exp([[-_STEP], [_STEP]]) * _WIDTHS
+    beside = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES))
+    on = height.at(ends, np.full(2, np.mod(angle, 2 * np.pi)))
+    loads = []
+    for end, edge in zip(ends, on, strict=True):
+        gap = height.at(np.hypot(end, beside), np.mod(angle + np.arctan2(beside, end), 2 * np.pi)) - edge
+        load = np.diff(gap @ _WEIGHTS, axis=0)[0] * np.pi / 4 / (2 * _STEP * spacing)
+        # far beside the edge there are others
+        loads.append(np.log(np.maximum.accumulate(np.maximum(load, np.finfo(float).tiny))))
+    return Across(kernel.modulus, spacing, ends, np.array(loads), _THIN * kernel.surface_length)
+
+
+def _whole(width: Array) -> Array:
+    """Second moment of a wedge's pressure over that of its cells, at half-widths in cells."""
+    widths, moments = _wedges_on_cells()
+    return np.where(width < widths[-1], width**3 / 6 / np.interp(width, widths, moments), 1.0)
+
+
+@cache
+def _wedges_on_cells() -> tuple[Array, Array]:
+    """Half-width and moment of wedges that just reach another cell on either side, in cells; between, the moment is linear."""
+    y = np.arange(_MOST + 1) + 0.5
+
+    def logarithm(distance: Array) -> Array:
+        """Integral of ln|distance - eta| over a cell."""
+        ends = distance + 0.5, distance - 0.5
+        upper, lower = (end * np.log(np.maximum(np.abs(end), np.finfo(float).tiny)) for end in ends)
+        return np.asarray(upper - lower - 1)
+
+    sinking = -2 / np.pi * (logarithm(y[:, None] - y) + logarithm(y[:, None] + y))
+    found = [(0.0, 0.0)]
+    for cells in range(1, _MOST + 1):
+        # as many pressures and the depth, from the centres of these cells and of the next
+        system = np.column_stack([sinking[: cells + 1, :cells], -np.ones(cells + 1)])
+        pressure = np.linalg.solve(system, -y[: cells + 1])[:-1]
+        found.append((2 * pressure.sum(), 2 * pressure @ y[:cells] ** 2))
+    widths, moments = np.array(found).T
+    return widths, moments
