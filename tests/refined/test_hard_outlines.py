@@ -10,6 +10,7 @@ from outlines import distance
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
+from flatpunch.contact.correction import correction
 from flatpunch.contact.ridges import traced
 
 RAYS = 2520
@@ -33,10 +34,8 @@ def test_distance_of_outlines() -> None:
         (75, 1024),  # five sides on a layer that softens with depth, ten times as wide as it is thick
         (84, 1024),  # six sides, film 10: the contact falls apart at a little more depth
         (96, 1024),  # eight sides, film 30: eight needles
-        (
-            212,
-            1024,
-        ),  # rounded edges, film 100: needles six mean radii long, of which nothing is to be seen at half the depth
+        # rounded edges, film 100: needles six mean radii long, of which nothing is to be seen at half the depth
+        (212, 2048),
         (268, 1024),  # three sides, film 7
         (271, 1024),  # four sides, film 50: needles have just begun to grow
         (278, 1024),  # seven sides, film 50: needles of six mean radii, whose ends ask for looks that converge
@@ -49,6 +48,8 @@ def test_distance_of_outlines() -> None:
 def test_outline_between_solutions(number: int, grid: int) -> None:
     case = KNOWN[number]
     (medium, tip), depth = case.build(), case.depth()
+    # by itself: of two contacts on one film and tip the second would lie between the solutions of the first
+    correction.cache_clear()
     depths = depth * np.unique([*np.geomspace(1 / 8, 1.5, 40), 1.0])
     curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False)
     found = curve.isel(step=int(np.searchsorted(depths, depth)))

@@ -93,13 +93,18 @@ def test_needles_thinner_at_their_root_than_farther_out() -> None:
     """Rays leave them and meet them again: a(phi) is their farthest point, radius and area count what is in contact."""
     medium, tip = _film(100.0), fp.Pyramid(8, 0.35)
     coarse, fine = _traced(medium, tip, 5.5, 256), _traced(medium, tip, 5.5, 1024, 3600)
-    cells = bem.solve(compliance(medium), tip, depths=5.5, grid=1024, tolerance=1e-6)[0].area
-    # the mean radius is off by 4 % where necks are looked at with coarser cells
-    assert distance(coarse.contour, fine.contour) < 0.005 * fine.radius
-    assert coarse.radius == pytest.approx(fine.radius, rel=2e-3)
-    assert coarse.area == pytest.approx(fine.area, rel=4e-3)
-    # cells covered in part count whole
-    assert 0.98 * cells < fine.area < cells
+    # cells covered in part count whole: what they make too much halves with them
+    half, whole = (bem.solve(compliance(medium), tip, depths=5.5, grid=n, tolerance=1e-6)[0].area for n in (1024, 2048))
+    cells = 2 * whole - half
+    # cells of a twelfth of the mean radius leave necks that wide by a half of a per cent of it
+    assert distance(coarse.contour, fine.contour) < 0.006 * fine.radius
+    assert coarse.radius == pytest.approx(fine.radius, rel=6e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=5e-3)
+    # from half as wide ones on it stays
+    closer = _traced(medium, tip, 5.5, 512)
+    assert closer.radius == pytest.approx(fine.radius, rel=1e-3)
+    assert closer.area == pytest.approx(fine.area, rel=1e-3)
+    assert fine.area == pytest.approx(cells, rel=2e-3)
     assert np.pi * np.mean(fine.contour**2) > 1.05 * fine.area
     assert fine.contour.mean() > 1.03 * fine.radius
 
@@ -136,7 +141,8 @@ def test_the_estimate_holds_on_rays_beside_a_needle(depth: float, reach: float) 
     assert float(found.contour.max()) == pytest.approx(reach, abs=0.01 * truth.radius)
     assert distance(found.contour.values, truth.contour) < 0.005 * truth.radius
     assert off[::5].max() < 0.01
-    assert off.max() < float(found.contour_error) < 20 * off.max()
+    # it is read off needles of all tips, of which those known best are known ten times better than those known worst
+    assert off.max() < float(found.contour_error) < 40 * off.max()
 
 
 @pytest.mark.parametrize("angles", [1, 4, 7, 500])

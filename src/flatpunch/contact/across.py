@@ -83,8 +83,7 @@ class Across:
         ln_b = np.log(_WIDTHS)
         width = np.exp(between([ln_b, ln_b]))
         power = between([np.gradient(ln_g, ln_b) for ln_g in self.loads])
-        # of a contact whose load grows with this power of b
-        straight = power / (power + 2) / 2
+        straight = between([_moments(ln_g) for ln_g in self.loads])
         bent = 1 + 4 * (second * _whole(width) / (q * width**2) - straight) / power
         found = np.zeros((2, load.size))
         found[:, some] = self.spacing * width * np.array([np.ones_like(bent), np.clip(bent, _LEAST, _LARGEST)])
@@ -106,6 +105,16 @@ def across(kernel: Kernel, indenter: Indenter, angle: float, along: Array, spaci
         # far beside the edge there are others
         loads.append(np.log(np.maximum.accumulate(np.maximum(load, np.finfo(float).tiny))))
     return Across(kernel.modulus, spacing, ends, np.array(loads), _THIN * kernel.surface_length)
+
+
+def _moments(ln_g: Array) -> Array:
+    """M/(q b^2) at all half-widths: flat punches of half-width c, of which b consists, have the moment c^2/2 of their load."""
+    ln_b = np.log(_WIDTHS)
+    power = np.diff(ln_g) / np.diff(ln_b)
+    # between half-widths the load goes as a power of them
+    grown = np.diff(np.exp(ln_g + 2 * ln_b)) * power / (power + 2) / 2
+    first = np.exp(ln_g[0] + 2 * ln_b[0]) * power[0] / (power[0] + 2) / 2
+    return np.asarray((first + np.concatenate([[0.0], np.cumsum(grown)])) / np.exp(ln_g + 2 * ln_b))
 
 
 def _whole(width: Array) -> Array:

@@ -68,7 +68,7 @@ _CHOICE = 4
 _GRID_ERROR, _CORNER_GRID_ERROR, _APART = 1.6, 2.4, 9.0
 """Relative force error of the grid times the number of cells, of smooth tips and, over their reach, of those with edges, which is
 taken for this where the contact has no outline (catalogue)."""
-_RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.3
+_RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.15
 """Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""

@@ -4,9 +4,10 @@ An edge draws the contact out into a tongue that ends in a point, narrower than 
 the last two to nine of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, two or three
 times (bem/closeup.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
 per length q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where the tongue is wide enough to be measured, each side of the edge by
-itself, and q gives the rest. A rounded edge is a cylinder there, and b has a term in the root of q besides. A line load sinks in
-by q ln(1/q), while what it has to follow is straight: so the end is where x = x_end + c_1 q + c_2 q ln q says, or along needles,
-where this does not hold as far as they are narrow, a parabola through the last of q.
+itself, and q gives the rest. A rounded edge is a cylinder there, and b has a term in the root of q besides. Along needles, which
+are a few cells wide over hundreds of them, q tells b by itself (across.py), and only their ends want finer cells. A line load
+sinks in by q ln(1/q), while what it has to follow is straight: so the end is where x = x_end + c_1 q + c_2 q ln q says, or
+along needles, where this does not hold as far as they are narrow, a parabola through the last of q.
 """
 
 from __future__ import annotations
@@ -32,10 +33,11 @@ _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
 _FINE = 2e-3
 """Cells over the mean radius down to which looks are taken."""
-_CROWDED = 0.6
-"""Tangent of half the angle between edges up to which the needles of a star are many, and their necks the thinnest."""
 _TONGUES, _NEEDLES, _FINER_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02)
-"""Cells of the first look per cell, at least, and over the mean radius, at most: needles are narrow where they leave the core."""
+"""Cells of the first look per cell, at least, and over the mean radius, at most: needles are narrow where they leave the core,
+the narrower the more they are, and the blunt ends of rounded edges follow from this look alone."""
+_CROWDED = 0.6
+"""Tangent of half the angle between edges up to which needles are many."""
 _CLOSER = 4
 """Cells of each look per cell of the one before, at most."""
 _NARROW = 8.0
@@ -46,8 +48,10 @@ _SMOOTHED = 15
 """Cells over which the difference between measured and fitted half-widths is averaged."""
 _RIM, _BEYOND, _LONGER = 2.0, 6.0, 0.15
 """What a look takes in beside its root: cells on either side, and beyond the last cell in contact, with a share of the tongue."""
-_MEASURED = 2.0
-"""Half-width in cells from which on it is measured by the cells themselves."""
+_MEASURED, _MEASURED_BY_MOMENT = 2.0, 1.5
+"""Half-widths in cells from which on these tell it: by their number, and along needles by the moment of what they carry."""
+_SPREAD = 0.3
+"""Half-width over the distance along the edge up to which the latter holds."""
 _EXCESS = 0.07
 """By how much these are too many on each side, in cells: those covered in part count (0.04 to 0.11 found)."""
 _TAIL = (0.7, 6.0)
@@ -57,10 +61,10 @@ _LONGEST = 60
 _LOST = 10.0
 """How far it may lie beyond the last cell in contact, in cells (2 to 9 found)."""
 _FEWEST = 5
-_MEASURED_BY_LOAD, _SPREAD = 1.5, 0.3
 _NEAREST, _BESIDE_CORE = 0.3, 0.7
 """Where tongues may begin, over the mean radius, and where they do beside a core that is looked at."""
 _SLENDER = 3.0
+"""Reach over the mean radius from which on a tongue is a needle."""
 _DRAWN_OUT = 1.1
 """Reach along a rounded edge over the mean radius from which on it is followed."""
 _WIDEST_WEDGE, _FILLED = 1.5, 0.7
@@ -290,7 +294,7 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | 
         of_load, of_moment = profile.half_widths(x, load, pressure.T @ y**2)
         if of_load.max() < profile.widest:
             # where it spreads towards its root a needle is more than its profile across
-            counted, fewest = np.where(of_load < _SPREAD * x, of_moment, counted), _MEASURED_BY_LOAD
+            counted, fewest = np.where(of_load < _SPREAD * x, of_moment, counted), _MEASURED_BY_MOMENT
             known = of_load
             terms = known[:, None] * np.column_stack([q, q**2])
     measured = width > fewest * h
