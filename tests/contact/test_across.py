@@ -76,7 +76,3 @@ def test_few_cells_carry_a_wedge(cells: float) -> None:
     straight, bent = _found(tip, scale * p.sum(), scale * (p * y[contact] ** 2).sum(), tip.corners[0])
     assert straight == pytest.approx(cells, rel=1e-3)
     assert bent == pytest.approx(cells, rel=5e-3)
-
-
-def test_no_law_where_the_surface_has_no_modulus() -> None:
-    assert across(compliance(fp.PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3)), fp.Pyramid(4, 0.3), 0.0, ALONG, 1.0) is None

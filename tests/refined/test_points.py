@@ -11,7 +11,7 @@ from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact import star_core
 from flatpunch.contact.ridges import Trace, traced
-from flatpunch.indenters import Rounded, Superellipse
+from flatpunch.indenters import Rounded, Superellipse, Tilted
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 
@@ -192,3 +192,13 @@ def test_mirror_images_of_indenters() -> None:
     assert mirrored_about(fp.Pyramid(3, 0.3), np.pi / 3)
     assert not mirrored_about(fp.Pyramid(3, 0.3), np.pi / 2)
     assert rotational_symmetry(knoop) == 2
+
+
+def test_needles_of_a_tilted_tip_are_counted() -> None:
+    """Their edges differ from side to side, so that their load does not tell how far each side reaches."""
+    tip = Tilted(fp.Pyramid(4, 0.35), 0.03, 0.02)
+    coarse, fine = (_traced(_film(50.0), tip, 3.0, cells) for cells in (256, 768))
+    assert fine.contour.max() > 10 * fine.radius
+    assert distance(coarse.contour, fine.contour) < 0.01 * fine.radius
+    assert coarse.radius == pytest.approx(fine.radius, rel=3e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=5e-3)

@@ -90,10 +90,8 @@ class Across:
         return found[0], found[1]
 
 
-def across(kernel: Kernel, indenter: Indenter, angle: float, along: Array, spacing: float) -> Across | None:
-    """Profile across an edge at a polar angle [rad] and places along it [m]; None where the surface has no modulus."""
-    if kernel.exponent:
-        return None
+def across(kernel: Kernel, indenter: Indenter, angle: float, along: Array, spacing: float) -> Across:
+    """Profile across an edge at a polar angle [rad] and places along it [m], of a medium whose surface has a modulus."""
     ends, height = along[[0, -1]], IndenterHeight(indenter)
     steps = np.exp([[-_STEP], [_STEP]]) * _WIDTHS
     beside = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES))

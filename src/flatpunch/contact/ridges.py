@@ -33,9 +33,9 @@ _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
 _FINE = 2e-3
 """Cells over the mean radius down to which looks are taken."""
-_TONGUES, _NEEDLES, _FINER_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02)
-"""Cells of the first look per cell, at least, and over the mean radius, at most: needles are narrow where they leave the core,
-the narrower the more they are, and the blunt ends of rounded edges follow from this look alone."""
+_TONGUES, _NEEDLES, _FINER_NEEDLES, _COUNTED_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02), (4, 0.01)
+"""Cells of the first look per cell, at least, and over the mean radius, at most. Needles are narrow where they leave the core,
+the narrower the more they are; blunt ends of rounded edges follow from this look alone, and counting wants many cells."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which needles are many."""
 _CLOSER = 4
@@ -113,8 +113,8 @@ class Edge:
         The same over the mean radius, at most.
     rounded : bool
         Whether the edge is rounded.
-    slender : bool
-        Whether the tongue is a needle, across which the load tells the width.
+    told : bool
+        Whether the tongue is a needle whose load tells its width.
     """
 
     angle: float
@@ -124,7 +124,7 @@ class Edge:
     finer: int
     coarsest: float
     rounded: bool
-    slender: bool
+    told: bool
 
 
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
@@ -144,7 +144,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
     contour = np.mean([np.interp(rays + turn / fold, rays, contour, period=1.0) for turn in range(fold)], axis=0)
-    for edge in _edges(indenter, contour, outline.radius, star, fold):
+    for edge in _edges(kernel, indenter, contour, outline.radius, star, fold):
         sides = _tongue(kernel, indenter, solution.depth, whole, edge)
         if sides is not None:
             for turn in range(fold):
@@ -195,7 +195,7 @@ def _wedges(indenter: Indenter) -> list[tuple[float, float, bool]]:
     return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]
 
 
-def _edges(indenter: Indenter, contour: Array, mean: float, star: bool, fold: int) -> list[Edge]:
+def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool, fold: int) -> list[Edge]:
     """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap.
 
     Of those that turning the tip carries into each other the one that lies along rows of cells, if there is one.
@@ -207,8 +207,9 @@ def _edges(indenter: Indenter, contour: Array, mean: float, star: bool, fold: in
         reach = np.interp(np.mod(angle, 2 * np.pi), phi, closed) / mean
         if not rounded or reach > _DRAWN_OUT:
             place = round(angle * fold / (2 * np.pi), 6) % 1
-            looks = _TONGUES if not star else _FINER_NEEDLES if rounded or wedge < _CROWDED else _NEEDLES
-            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, *looks, rounded, star or bool(reach > _SLENDER)))
+            told = not kernel.exponent and mirrored_about(indenter, angle) and (star or bool(reach > _SLENDER))
+            needles = _COUNTED_NEEDLES if not told else _FINER_NEEDLES if rounded or wedge < _CROWDED else _NEEDLES
+            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, *(needles if star else _TONGUES), rounded, told))
     return list(chosen.values())
 
 
@@ -225,7 +226,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
-        profile = across(kernel, indenter, edge.angle, grid.x, grid.spacing) if even and edge.slender else None
+        profile = across(kernel, indenter, edge.angle, grid.x, grid.spacing) if edge.told else None
         sides = [_side(patch, edge, start, left, profile) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
@@ -261,7 +262,7 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence
     begin = h * (wide[-1] + 1) if wide.size else 0.0
     if sides:
         begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
-        if edge.slender:
+        if edge.told:
             begin = max(begin, sides[0][0][-1] - _LONGEST * h)
     start = max(edge.nearest, begin) - ROOT * h
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
