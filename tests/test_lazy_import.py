@@ -25,6 +25,33 @@ def test_contact_loads_no_tables():
     assert not {"xarray", "pandas", "matplotlib"} & set(loaded)
 
 
+def test_methods_are_loaded_when_asked_for():
+    loaded = run("import sys, flatpunch as fp; fp.indent; print(*sorted(sys.modules))")
+    assert not {"flatpunch.bem", "flatpunch.contact.refined", "flatpunch.contact.adhesion"} & set(loaded)
+
+
+def test_helpers_load_no_more_of_scipy_than_they_need():
+    """They are waited for."""
+    loaded = run("import sys, flatpunch.contact.correction_row; print(*sorted(sys.modules))")
+    assert not {"scipy.interpolate", "scipy.integrate", "scipy.optimize", "scipy.sparse"} & set(loaded)
+
+
+def test_helpers_load_beside_the_refined_method():
+    """They are called before this process loads what its first refined curve needs, and not where it is loaded already."""
+    code = """
+import sys
+import flatpunch as fp
+called = []
+fp.indent
+sys.modules["flatpunch.contact.indent"].call_helpers = lambda module, common, calls: called.append(
+    (module, calls, "flatpunch.contact.refined" in sys.modules, module in sys.modules))
+for _ in range(2):
+    fp.indent(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.3), depth=[1.0, 2.0], method="refined", cells=32)
+print(*called[0], len(called))
+"""
+    assert run(code) == ["flatpunch.contact.correction_row", "2", "False", "False", "1"]
+
+
 @pytest.mark.parametrize("name", fp.__all__)
 def test_every_name_is_there(name):
     assert getattr(fp, name) is not None

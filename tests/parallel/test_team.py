@@ -1,7 +1,6 @@
 """A handful of calls shared with processes that stay: everything is done once, in order, whatever becomes of them."""
 
 import os
-import pickle
 import signal
 import subprocess
 import sys
@@ -35,7 +34,7 @@ def two_cores(monkeypatch):
 @pytest.fixture
 def helper():
     """One helper that is ready."""
-    call_helpers(calls.worker, HERE, 8)
+    call_helpers(calls.__name__, HERE, 8)
     (found,) = team._team._helpers
     assert found.pipe.poll(60)
     return found
@@ -78,7 +77,7 @@ def test_none_where_they_would_take_too_much_memory():
 
 def test_none_on_one_core(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    call_helpers(calls.worker, HERE, 8)
+    call_helpers(calls.__name__, HERE, 8)
     assert {pid for pid, _ in shared_out(calls.worker, HERE, [0.0] * 8)} == {HERE}
     assert team._team._helpers == []
 
@@ -86,7 +85,7 @@ def test_none_on_one_core(monkeypatch):
 def test_no_more_than_their_number_however_many_cores(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "64")
     monkeypatch.setattr("flatpunch._threads.cores", lambda: 64)
-    call_helpers(calls.worker, HERE, 40)
+    call_helpers(calls.__name__, HERE, 40)
     assert len(team._team._helpers) == team._MOST
 
 
@@ -95,7 +94,7 @@ def test_a_helper_that_dies_leaves_its_calls_to_others(helper):
     assert found == [(HERE, item) for item in range(8)]
     assert not helper.alive
     # the next round has a new one
-    call_helpers(calls.worker, HERE, 8)
+    call_helpers(calls.__name__, HERE, 8)
     assert team._team._helpers[0] is not helper
 
 
@@ -163,7 +162,7 @@ def test_a_fork_leaves_the_helpers_of_its_parent_alone(helper):
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        mine = team._team.called(2, b"")
+        mine = team._team.called(2, "")
         os.write(writing, b"none" if not mine else b"some")
         os._exit(0)
     os.waitpid(child, 0)
@@ -178,7 +177,7 @@ def test_an_idle_helper_goes(monkeypatch):
 
     before = signal.getsignal(signal.SIGINT)
     try:
-        here.send(pickle.dumps(calls.worker))
+        here.send(calls.__name__)
         start = time.perf_counter()
         team._help(there)
     finally:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
-from scipy.interpolate import make_interp_spline
 
 from flatpunch._validation import Array, Flags, Indices, positive
 from flatpunch.atlas.parameter import check_beta
@@ -176,7 +176,8 @@ class Solution:
             ratio = ratio * strength[chosen, None]
             inside = np.minimum(orders, known[-1])
             added, scaled = (
-                make_interp_spline(np.log(known), y, _ORDER_SPLINE, axis=1)(np.log(inside)) for y in (extra, ratio)
+                scipy.interpolate.make_interp_spline(np.log(known), y, _ORDER_SPLINE, axis=1)(np.log(inside))
+                for y in (extra, ratio)
             )
             stiffening[chosen] = (orders - 1) / 2 + added
             # harmonics beyond the last feel the surface's half-space only

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import DOP853
+import scipy
 
 from flatpunch._validation import Array
 from flatpunch.compliance.layered import SATURATION, carry_through, half_space_flexibility
@@ -30,8 +30,6 @@ TOLERANCE = 1e-12
 _MOST_STEPS = 5000
 _SOFT = 3.0
 _STAGES = 12
-_A, _B, _C = DOP853.A[:_STAGES, :_STAGES], DOP853.B, DOP853.C[:_STAGES]
-_E3, _E5 = DOP853.E3, DOP853.E5
 
 Rates = Callable[[Array, "Constants"], Array]
 
@@ -186,7 +184,8 @@ def _runge_kutta(
     layer: GradedLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
 ) -> tuple[Array, Array]:
     """One step of order 8 from z to z - d, and its relative error."""
-    constants = _constants(layer, z - _C[:, None] * d, scale)
+    rule = scipy.integrate.DOP853
+    constants = _constants(layer, z - rule.C[:_STAGES, None] * d, scale)
     t = k * d
     slopes = np.empty((_STAGES + 1, *y.shape))
     flat = slopes.reshape(_STAGES + 1, -1)
@@ -194,12 +193,12 @@ def _runge_kutta(
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         slopes[0] = rates(y, constants[0])
         for stage in range(1, _STAGES):
-            increment = (_A[stage, :stage] @ flat[:stage]).reshape(y.shape)
+            increment = (rule.A[stage, :stage] @ flat[:stage]).reshape(y.shape)
             slopes[stage] = rates(y + t * increment, constants[stage])
-        new = y + t * (_B @ flat[:_STAGES]).reshape(y.shape)
+        new = y + t * (rule.B @ flat[:_STAGES]).reshape(y.shape)
         # the thirteenth slope is taken at the end of the step, like the twelfth
         slopes[_STAGES] = rates(new, constants[_STAGES - 1])
-        fifth, third = (_E5 @ flat).reshape(y.shape), (_E3 @ flat).reshape(y.shape)
+        fifth, third = (rule.E5 @ flat).reshape(y.shape), (rule.E3 @ flat).reshape(y.shape)
         blend = fifth**2 / np.sqrt(fifth**2 + 0.01 * third**2)
         error = t * np.where(fifth == 0, 0.0, np.abs(blend))
         relative = np.maximum(error[0] / np.abs(new[0]), error[2] / np.abs(new[2]))

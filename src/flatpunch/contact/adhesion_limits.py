@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
@@ -178,7 +178,7 @@ def _stretches(branch: Equilibria, x: Array, slope: Array, quantity: Quantity) -
 
     flips = np.flatnonzero((slope[:-1] > 0) != (slope[1:] > 0))
     # 1e-13 in ln a: the branch itself is known to 1e-10, so its minimum is found to rounding
-    roots = [float(np.exp(brentq(value, x[i], x[i + 1], xtol=1e-13, rtol=1e-13))) for i in flips]
+    roots = [float(np.exp(scipy.optimize.brentq(value, x[i], x[i + 1], xtol=1e-13, rtol=1e-13))) for i in flips]
     if slope[0] > 0:
         roots.insert(0, 0.0)
     return tuple(Stretch(a, b) for a, b in list(zip(roots[::2], [*roots[1::2], np.inf], strict=False))[::-1])

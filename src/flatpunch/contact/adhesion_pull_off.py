@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from flatpunch._threads import one_blas_thread
 from flatpunch._validation import FlatpunchWarning, positive
@@ -210,4 +210,4 @@ def _radius_of_gap(indenter: Indenter, gap: float) -> float:
     if rise(high) <= 0:
         return float(np.exp(high))
     # 1e-14 in ln r is rounding; 300 in ln r below the end is far below any gap
-    return float(np.exp(brentq(rise, high - 300, high, xtol=1e-14, rtol=1e-14)))
+    return float(np.exp(scipy.optimize.brentq(rise, high - 300, high, xtol=1e-14, rtol=1e-14)))

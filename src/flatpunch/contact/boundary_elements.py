@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
+import scipy
 
 from flatpunch import bem
 from flatpunch._progress import Report, reporting
@@ -132,7 +132,7 @@ def pressure(
     if not _live(control).any():
         return np.zeros_like(r)
     solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False, limit=limit)[0]
-    between = RegularGridInterpolator(
+    between = scipy.interpolate.RegularGridInterpolator(
         (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
     )
     return np.asarray(between(np.column_stack([r * np.sin(phi), r * np.cos(phi)])))

@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.curves import SHARED_CELLS
@@ -230,7 +230,9 @@ class Correction:
             error, spread = np.full((2, nodes.size - 1), np.inf)
             error[: count - 1] = np.maximum(beside[1:], beside[:-1])
             spread[: count - 1] = off_smoother(nodes[:count], ratios, slopes)
-            parts.append(ForcePart(form, CubicHermiteSpline(nodes[:count], ratios, slopes), error, spread))
+            parts.append(
+                ForcePart(form, scipy.interpolate.CubicHermiteSpline(nodes[:count], ratios, slopes), error, spread)
+            )
         return ForceCurve.of(nodes, parts)
 
     def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
@@ -353,7 +355,7 @@ class Correction:
     def call_helpers(self, contacts: int) -> None:
         """Let other processes load boundary elements meanwhile, for a curve of so many contacts of which nothing is known."""
         if not self.known and not self._self_similar and self.cells <= SHARED_CELLS:
-            call_helpers(solved_row, self._case, contacts)
+            call_helpers(solved_row.__module__, self._case, contacts)
 
     @cached_property
     def _level_line(self) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 
 from flatpunch._validation import Array, Flags
 from flatpunch.compliance import Kernel
@@ -101,7 +101,7 @@ def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, histor
     return replace(history, outline=shape, share=share)
 
 
-def _power_outline(indenter: Indenter, growth: BSpline) -> Outline:
+def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Outline:
     """s = 1 + q(x) (1 - psi/<psi>) with q of (P23)."""
     angles, weights = angular_rule(indenter)
     mean = float(weights @ indenter.height(np.ones_like(angles), angles))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import BSpline, RectBivariateSpline, make_interp_spline
+import scipy
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
@@ -73,9 +73,9 @@ def log_radii(radius: float) -> Array:
     return np.asarray(np.log(radius) - np.concatenate([far, near, last[1:]]))
 
 
-def spline(x: Array, values: Array) -> BSpline:
+def spline(x: Array, values: Array) -> scipy.interpolate.BSpline:
     """Seventh-order spline: 40 nodes per decade leave 1e-11 of functions smooth in ln a."""
-    return make_interp_spline(x, values, k=7)
+    return scipy.interpolate.make_interp_spline(x, values, k=7)
 
 
 def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[Array, Array]]:
@@ -88,7 +88,7 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
     step = 2 * np.pi / count
     angles = -np.pi + step * np.arange(-overlap, count + overlap + 1)
     wrapped = np.concatenate([relative[:, -overlap:], relative, relative[:, : overlap + 1]], axis=1)
-    surface = RectBivariateSpline(x, angles, wrapped)
+    surface = scipy.interpolate.RectBivariateSpline(x, angles, wrapped)
 
     def shape(at: Array, angle: Array) -> tuple[Array, Array]:
         turned = np.mod(angle + np.pi, 2 * np.pi) - np.pi

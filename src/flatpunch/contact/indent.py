@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,33 +15,24 @@ from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, positive, values
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.contact import (
-    adhesion,
-    boundary_elements,
-    first_order,
-    flat_end,
-    fourth_order,
-    refined,
-    second_order,
-    viscoelastic,
-)
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
 from flatpunch.media.tabulated import TabulatedMedium
+from flatpunch.parallel.team import call_helpers
 
 if TYPE_CHECKING:
     import xarray as xr
 
-METHODS: dict[str, Any] = {
-    "first-order": first_order,
-    "second-order": second_order,
-    "fourth-order": fourth_order,
-    "refined": refined,
-    "bem": boundary_elements,
+METHODS = {
+    "first-order": "first_order",
+    "second-order": "second_order",
+    "fourth-order": "fourth_order",
+    "refined": "refined",
+    "bem": "boundary_elements",
 }
-"""Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact)."""
+"""Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact), loaded when first asked for."""
 
 _VARIABLES = {
     "depth": ("m", "indentation depth"),
@@ -114,16 +107,18 @@ def indent(
         return _history(medium, indenter, given, time, relaxation, method or _best(indenter), angles, options)
     if work_of_adhesion is not None:
         solver, method = adhesive_method(method or "second-order", indenter), method or "second-order"
-        control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
+        control = _module("adhesion").adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
         dataset = _dataset(curve, phi, medium, indenter, control, method)
         ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
         return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
+    if method == "refined" and not getattr(indenter, "round", True):
+        _load_beside(medium, indenter, control)
     solver, kernel, method = _solver(method, medium, indenter, control)
     phi = _angles(angles)
-    _known(options, METHODS[method].solve, method)
+    _known(options, _module(METHODS[method]).solve, method)
     curve = solver.solve(kernel, indenter, control, phi, **options)
     return _dataset(curve, phi, medium, indenter, control, method)
 
@@ -163,9 +158,9 @@ def pressure(
     if work_of_adhesion is None:
         control = control_from(depth=depth, force=force, radius=radius)
         solver, kernel, method = _solver(method, medium, indenter, control)
-        _known(options, METHODS[method].pressure, method)
+        _known(options, _module(METHODS[method]).pressure, method)
     else:
-        control = adhesion.adhesive_control(depth=depth, force=force, radius=radius)
+        control = _module("adhesion").adhesive_control(depth=depth, force=force, radius=radius)
         solver, kernel = adhesive_method(method or "second-order", indenter), compliance(medium)
         options = {**options, "work": work_of_adhesion}
     if control.values.size != 1:
@@ -222,7 +217,7 @@ def default_method(
 def _best(indenter: Indenter, kernel: Kernel | None = None, control: Control | None = None) -> str:
     if getattr(indenter, "round", False):
         return "first-order"
-    if kernel is not None and control is not None and refined.covered(kernel, indenter, control):
+    if kernel is not None and control is not None and _module(METHODS["refined"]).covered(kernel, indenter, control):
         return "refined"
     return "second-order" if getattr(indenter, "exponent", None) is None else "fourth-order"
 
@@ -234,7 +229,18 @@ def _method(method: str, indenter: Indenter) -> Any:
         )
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
-    return flat_end if isinstance(indenter, Cylinder) else METHODS[method]
+    return _module("flat_end" if isinstance(indenter, Cylinder) else METHODS[method])
+
+
+def _module(name: str) -> Any:
+    """A module of this package; all of them together take longer to load than most of them to answer."""
+    return import_module(f"flatpunch.contact.{name}")
+
+
+def _load_beside(medium: Any, indenter: Indenter, control: Control) -> None:
+    """Let other processes load the refined method while this one does, where that has not been needed so far."""
+    if f"flatpunch.contact.{METHODS['refined']}" not in sys.modules:
+        call_helpers("flatpunch.contact.correction_row", (medium, indenter), control.values.size)
 
 
 def adhesive_method(method: str, indenter: Indenter) -> Any:
@@ -247,7 +253,7 @@ def adhesive_method(method: str, indenter: Indenter) -> Any:
             f"method = {method!r} does not know adhesion of non-round tips; it is solved to second order: choose "
             "method='second-order'."
         )
-    return adhesion
+    return _module("adhesion")
 
 
 def _history(
@@ -272,6 +278,7 @@ def _history(
         )
     if method == "bem":
         raise ValueError("relaxation needs a whole elastic curve; choose a fast method or 'refined' instead of 'bem'.")
+    viscoelastic = _module("viscoelastic")
     solver, phi, control = _method(method, indenter), _angles(angles), viscoelastic.history_control(**given)
     times = values("time", time, minimum=-np.inf)
     curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver.solve, options)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
+import scipy
 
 from flatpunch._validation import Array
 
@@ -39,7 +39,7 @@ class LogTable:
     sample: Callable[[Array], Array]
     reach: float = float("inf")
     kinks: tuple[float, ...] = ()
-    _spans: dict[int, BSpline] = field(default_factory=dict)
+    _spans: dict[int, scipy.interpolate.BSpline] = field(default_factory=dict)
     _nodes: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     def at(self, radius: Array) -> tuple[Array, Array]:
@@ -53,7 +53,7 @@ class LogTable:
             values[chosen], slopes[chosen] = spline(x[chosen]), spline(x[chosen], nu=1)
         return values, slopes
 
-    def _spline(self, index: int) -> BSpline:
+    def _spline(self, index: int) -> scipy.interpolate.BSpline:
         if index not in self._spans:
             count, degree = _KINKED if self._kinked(index) else _SMOOTH
             step, end = np.log(10) / (_SPANS * count), np.log(self.reach)
@@ -68,7 +68,9 @@ class LogTable:
             new = [i for i, key in enumerate(keys) if key not in self._nodes]
             if new:
                 self._nodes.update(zip([keys[i] for i in new], self.sample(np.exp(x[new])), strict=True))
-            self._spans[index] = make_interp_spline(x, np.array([self._nodes[key] for key in keys]), k=degree)
+            self._spans[index] = scipy.interpolate.make_interp_spline(
+                x, np.array([self._nodes[key] for key in keys]), k=degree
+            )
         return self._spans[index]
 
     def _kinked(self, index: int) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, BSpline, CubicHermiteSpline, CubicSpline, PPoly, make_interp_spline
+import scipy
 
 from flatpunch._validation import Array, Flags
 
@@ -28,7 +28,11 @@ Curve = Callable[..., Array]
 def spline_through(nodes: Array, table: Array) -> Curve:
     """Spline through the solutions: not-a-knot cubic, lower degree where there are few."""
     few = nodes.size <= 3
-    curve: Curve = make_interp_spline(nodes, table, k=nodes.size - 1) if few else CubicSpline(nodes, table)
+    curve: Curve = (
+        scipy.interpolate.make_interp_spline(nodes, table, k=nodes.size - 1)
+        if few
+        else scipy.interpolate.CubicSpline(nodes, table)
+    )
     return curve
 
 
@@ -36,9 +40,9 @@ def curve_through(nodes: Array, table: Array) -> Curve:
     """Local curve through the solutions (Akima, with modified weights): a rough stretch does not reach beyond three nodes."""
     if nodes.size <= 3:
         return spline_through(nodes, table)
-    local = Akima1DInterpolator(nodes, table, method="makima")
+    local = scipy.interpolate.Akima1DInterpolator(nodes, table, method="makima")
     # which by itself has no values beyond its ends, not even by rounding
-    curve: Curve = PPoly(local.c, local.x)
+    curve: Curve = scipy.interpolate.PPoly(local.c, local.x)
     return curve
 
 
@@ -47,8 +51,8 @@ def curve_beside(nodes: Array, table: Array, good: Flags, filled: Array) -> Curv
     whole = curve_through(nodes, table)
     between = good[1:] & good[:-1]
     smooth = curve_through(nodes, filled) if between.any() and not between.all() else whole
-    if isinstance(whole, PPoly) and isinstance(smooth, PPoly):
-        whole = PPoly(np.where(between[:, None], smooth.c, whole.c), nodes)
+    if isinstance(whole, scipy.interpolate.PPoly) and isinstance(smooth, scipy.interpolate.PPoly):
+        whole = scipy.interpolate.PPoly(np.where(between[:, None], smooth.c, whole.c), nodes)
     return whole
 
 
@@ -62,12 +66,14 @@ def off_smoother(nodes: Array, values: Array, slopes: Array) -> Array:
         return np.full(nodes.size - 1, np.inf)
     inner = np.repeat(nodes[1:-1], 2)[1:-1]
     knots = np.concatenate([np.repeat(nodes[0], 6), inner, np.repeat(nodes[-1], 6)])
-    basis = BSpline(knots, np.eye(2 * nodes.size), 5)
+    basis = scipy.interpolate.BSpline(knots, np.eye(2 * nodes.size), 5)
     matrix = np.concatenate([basis(nodes), basis(nodes, 1)])
-    smoother = BSpline(knots, np.linalg.solve(matrix, np.concatenate([values, slopes])), 5)
+    smoother = scipy.interpolate.BSpline(knots, np.linalg.solve(matrix, np.concatenate([values, slopes])), 5)
     # the difference vanishes at the nodes and often once between them
     inside = nodes[:-1, None] + np.diff(nodes)[:, None] * _INSIDE
-    return np.asarray(np.abs(CubicHermiteSpline(nodes, values, slopes)(inside) - smoother(inside)).max(axis=1))
+    return np.asarray(
+        np.abs(scipy.interpolate.CubicHermiteSpline(nodes, values, slopes)(inside) - smoother(inside)).max(axis=1)
+    )
 
 
 def settled_slopes(nodes: Array, values: Array, slopes: Array, noise: float) -> tuple[Array, Array]:
@@ -99,7 +105,7 @@ def left_out_of_hermite(nodes: Array, values: Array, slopes: Array, doubt: Array
     wrong = np.zeros(nodes.size)
     for i in range(1, nodes.size - 1):
         beside = [i - 1, i + 1]
-        without = CubicHermiteSpline(nodes[beside], values[beside], slopes[beside])
+        without = scipy.interpolate.CubicHermiteSpline(nodes[beside], values[beside], slopes[beside])
         wrong[i] = abs(float(without(nodes[i])) - values[i]) / _SAFETY
     wrong[0], wrong[-1] = wrong[1], wrong[-2]
     wrong = _beside_too(wrong, _CHANCE)

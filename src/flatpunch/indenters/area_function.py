@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from flatpunch._validation import Array, non_negative, positive, real
 from flatpunch.indenters._common import spread
@@ -48,7 +48,7 @@ class AreaFunction(RoundShape):
     limit: float
     unit: float = 1.0
     start: float = 0.0
-    _inverse: PchipInterpolator = field(init=False, repr=False, compare=False)
+    _inverse: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         numbers = tuple(real(f"AreaFunction.coefficients[{i}]", c) for i, c in enumerate(self.coefficients))
@@ -125,7 +125,7 @@ class AreaFunction(RoundShape):
         last = max(i for i, c in enumerate(self.coefficients) if c)
         return 2.0 if last == 0 else 2.0 ** (1 - last)
 
-    def _table(self) -> PchipInterpolator:
+    def _table(self) -> scipy.interpolate.PchipInterpolator:
         first = self.start if self.start > 0 else self.limit * 10.0**-_DECADES
         h = np.geomspace(first, self.limit, _POINTS)
         area, growth = self._fit(h)
@@ -143,4 +143,4 @@ class AreaFunction(RoundShape):
                 "a depth of "
                 f"{h[i]:.4g} m; both must be > 0. {remedy}"
             )
-        return PchipInterpolator(np.log(area / np.pi) / 2, np.log(h))
+        return scipy.interpolate.PchipInterpolator(np.log(area / np.pi) / 2, np.log(h))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from flatpunch._validation import Array, Indices, values
 
@@ -103,12 +103,12 @@ def largest_circle(columns: Array, rows: Array, at: tuple[int, int]) -> float:
 
 def fitted(
     columns: Array, rows: Array, heights: Array, at: tuple[int, int], radius: float
-) -> tuple[RectBivariateSpline, tuple[float, float], float]:
+) -> tuple[scipy.interpolate.RectBivariateSpline, tuple[float, float], float]:
     """Spline of the square about the apex, the apex between the points, and the height there."""
     x, y = columns[at[1]], rows[at[0]]
     i, j = _window(columns, x, radius), _window(rows, y, radius)
     # heights from the lowest point on: nothing is lost to rounding at the apex
-    spline = RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
+    spline = scipy.interpolate.RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
     point = np.array([x, y])
     step = max(float(np.diff(columns).max()), float(np.diff(rows).max()))
     for _ in range(30):

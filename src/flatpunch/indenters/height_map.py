@@ -14,7 +14,7 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from flatpunch._validation import Array, non_negative, positive
 from flatpunch.indenters.height_grid import (
@@ -73,7 +73,7 @@ class HeightMap(Shape):
     reach: float = field()
     smoothing: float
     digest: str
-    _spline: RectBivariateSpline = field(repr=False)
+    _spline: scipy.interpolate.RectBivariateSpline = field(repr=False)
     _offset: float = field(repr=False)
     _hessian: tuple[float, float, float] = field(repr=False)
 

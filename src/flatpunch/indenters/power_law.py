@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+import scipy
 
 from flatpunch._validation import Array, positive, values
 from flatpunch.indenters._common import FULL_TURN, corner_angles, power
@@ -61,7 +61,7 @@ class AngularTable:
     phi: tuple[float, ...]
     psi: tuple[float, ...]
     corners: tuple[float, ...] = ()
-    _spline: PPoly = field(init=False, repr=False, compare=False)
+    _spline: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf)
@@ -87,7 +87,7 @@ class AngularTable:
         return np.asarray(self._spline(start + np.mod(np.asarray(phi) - start, FULL_TURN)))
 
 
-def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> PPoly:
+def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.interpolate.PPoly:
     """One turn of piecewise cubics, starting at the first corner if there is one."""
     cuts = []
     for corner in corners:
@@ -102,11 +102,11 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> PPoly:
     x = np.concatenate([phi[first:], phi[:first] + FULL_TURN, [phi[first] + FULL_TURN]])
     y = np.concatenate([psi[first:], psi[:first], [psi[first]]])
     if not cuts:
-        return CubicSpline(x, y, bc_type="periodic")
+        return scipy.interpolate.CubicSpline(x, y, bc_type="periodic")
     ends = [*sorted(cut - first for cut in cuts), phi.size]
-    pieces = [CubicSpline(x[i : j + 1], y[i : j + 1]) for i, j in pairwise(ends)]
+    pieces = [scipy.interpolate.CubicSpline(x[i : j + 1], y[i : j + 1]) for i, j in pairwise(ends)]
     joints = np.concatenate([pieces[0].x, *(piece.x[1:] for piece in pieces[1:])])
-    return PPoly(np.hstack([piece.c for piece in pieces]), joints)
+    return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import PPoly
 
 from flatpunch._validation import Array, values
 from flatpunch.indenters._common import spread
@@ -46,8 +46,8 @@ class RadialProfile(RoundShape):
     r: tuple[float, ...]
     f: tuple[float, ...]
     kinks: tuple[float, ...] = ()
-    _curve: PPoly = field(init=False, repr=False, compare=False)
-    _derivative: PPoly = field(init=False, repr=False, compare=False)
+    _curve: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+    _derivative: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
 
     def __init__(
         self, r: Sequence[float] | Array, f: Sequence[float] | Array, kinks: Sequence[float] | Array = ()
@@ -160,7 +160,7 @@ def _kink_indices(radii: Array, kinks: Sequence[float] | Array) -> list[int]:
     return sorted(set(cuts))
 
 
-def _curve(radii: Array, heights: Array, cuts: list[int]) -> PPoly:
+def _curve(radii: Array, heights: Array, cuts: list[int]) -> scipy.interpolate.PPoly:
     """Monotone piecewise cubic, cut at the kinks."""
     ends = [0, *cuts, radii.size - 1]
     parts = []
@@ -169,7 +169,7 @@ def _curve(radii: Array, heights: Array, cuts: list[int]) -> PPoly:
         m = _limited_slopes(r, f)
         h, chord = np.diff(r), np.diff(f) / np.diff(r)
         parts.append([(m[:-1] + m[1:] - 2 * chord) / h**2, (3 * chord - 2 * m[:-1] - m[1:]) / h, m[:-1], f[:-1]])
-    return PPoly(np.hstack([np.array(part) for part in parts]), radii)
+    return scipy.interpolate.PPoly(np.hstack([np.array(part) for part in parts]), radii)
 
 
 def _limited_slopes(r: Array, f: Array) -> Array:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq, root
+import scipy
 
 from flatpunch._validation import Array, real
 from flatpunch.indenters._common import spread
@@ -276,7 +276,7 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
     low = 1e-9 * end
     if excess(low) >= 0:
         return 0.0, 0.0
-    unit = float(brentq(excess, low, end, xtol=1e-15 * end, rtol=1e-15))
+    unit = float(scipy.optimize.brentq(excess, low, end, xtol=1e-15 * end, rtol=1e-15))
     start = np.array([math.cos(direction), math.sin(direction)])
     if tip.round:
         return unit * float(start[0]), unit * float(start[1])
@@ -287,7 +287,7 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
         c, s = math.cos(angle), math.sin(angle)
         return np.array([radial * c - around * s + x, radial * s + around * c + y]) / steepness
 
-    found = root(gradient, start, tol=1e-14)
+    found = scipy.optimize.root(gradient, start, tol=1e-14)
     if np.abs(gradient(found.x)).max() > 1e-8 or np.hypot(*found.x) * unit >= tip.reach:
         raise _too_far(x, y)
     return float(found.x[0]) * unit, float(found.x[1]) * unit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from flatpunch._validation import Array, positive
 from flatpunch.indenters._common import FULL_TURN
@@ -56,7 +56,7 @@ class Truncated(Shape):
         at = np.array(radius)
         values = np.asarray(tip.height(at, angles))
         best = angles[int(np.argmax(values))]
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda phi: -float(tip.height(at, np.array(phi))) / values.max(),
             bounds=(best - 0.01, best + 0.01),
             method="bounded",
@@ -133,7 +133,7 @@ def _refined(tip: Indenter, level: float, angles: Array, radii: Array, sign: int
 
     width = FULL_TURN / _ANGLES
     bounds = (angles[best] - width, angles[best] + width)
-    found = minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
+    found = scipy.optimize.minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
     return unit * sign * min(float(found.fun), float(sign))
 
 

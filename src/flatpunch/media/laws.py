@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from flatpunch._validation import Array, positive, real, values
 
@@ -118,7 +118,7 @@ class DepthTable:
             raise ValueError(f"DepthTable.depths[{i}] = {z[i]:g} must lie below {z[i - 1]:g}: depths ascend.")
         object.__setattr__(self, "depths", tuple(z.tolist()))
         object.__setattr__(self, "entries", tuple(v.tolist()))
-        object.__setattr__(self, "_curve", PchipInterpolator(z, v))
+        object.__setattr__(self, "_curve", scipy.interpolate.PchipInterpolator(z, v))
 
     def __call__(self, z: Array) -> Array:
         """Values at depths z [m]; beyond the table its last cubic goes on."""

@@ -16,6 +16,7 @@ import threading
 import warnings
 from collections import deque
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
@@ -69,19 +70,23 @@ def shared_out(
         return [call(item) for item in items]
     try:
         packed = _packed(function, common, *items)
-        return _team.shared(call, items, packed, done) if packed else [call(item) for item in items]
+        return (
+            _team.shared(call, function.__module__, items, packed, done) if packed else [call(item) for item in items]
+        )
     finally:
         _team.lock.release()
 
 
-def call_helpers(function: Callable[[Any, Any], Any], common: Any, calls: int) -> None:
-    """Let helpers load what they need while there is other work to do, where so many calls of `shared_out` will follow."""
+def call_helpers(module: str, common: Any, calls: int) -> None:
+    """Let helpers load a module while there is other work to do, where so many calls of `shared_out` will follow.
+
+    `common` is what they will share: where other processes would not understand it there are none.
+    """
     if calls < _FEWEST or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
         return
     try:
-        packed = _packed(function, common)
-        if packed:
-            _team.called(calls, packed[0])
+        if _packed(common):
+            _team.called(calls, module)
     finally:
         _team.lock.release()
 
@@ -94,8 +99,8 @@ class _Team:
         self._helpers: list[_Helper] = []
         self._owner = os.getpid()
 
-    def called(self, calls: int, function: bytes) -> list[_Helper]:
-        """Helpers for so many calls of a function; new ones if that is worth it."""
+    def called(self, calls: int, module: str) -> list[_Helper]:
+        """Helpers for so many calls of a module's function; new ones if that is worth it."""
         if self._owner != os.getpid():  # a fork, whose parent's they are
             self._helpers, self._owner = [], os.getpid()
         self._helpers = [helper for helper in self._helpers if helper.alive]
@@ -103,14 +108,19 @@ class _Team:
         if calls >= _FEWEST and not multiprocessing.current_process().daemon and not getattr(sys, "frozen", False):
             with contextlib.suppress(OSError):
                 while len(self._helpers) < wanted:
-                    self._helpers.append(_Helper(function))
+                    self._helpers.append(_Helper(module))
         return self._helpers[:wanted]
 
     def shared(
-        self, call: Callable[[Any], Any], items: Sequence[Any], packed: list[bytes], done: Callable[[Any], None]
+        self,
+        call: Callable[[Any], Any],
+        module: str,
+        items: Sequence[Any],
+        packed: list[bytes],
+        done: Callable[[Any], None],
     ) -> list[Any]:
         """Outcomes of all items, in order; what a helper did not bring back is called here."""
-        helpers, waiting = self.called(len(items), packed[0]), deque(range(len(items)))
+        helpers, waiting = self.called(len(items), module), deque(range(len(items)))
         case = packed[:2]
         own: list[int] = []
         found: dict[int, Any] = {}
@@ -156,7 +166,7 @@ class _Team:
 class _Helper:
     """A process, the pipe to it, and the indices of the calls it has."""
 
-    def __init__(self, function: bytes) -> None:
+    def __init__(self, module: str) -> None:
         self.pipe, end = fresh.Pipe()
         self.at: list[int] = []
         self._case: list[bytes] | None = None
@@ -165,7 +175,7 @@ class _Helper:
         with one_thread(), unheard_by_children(), no_main():
             self._process.start()
         end.close()
-        self._send(function)
+        self._send(module)
 
     @property
     def alive(self) -> bool:
@@ -232,8 +242,8 @@ def _help(pipe: Connection) -> None:
     """Answer calls that come through the pipe, until it is closed or nothing comes any more."""
     left_to_parent()
     with contextlib.suppress(EOFError, OSError):
-        # the function, and with it the modules it needs; where that fails this process is gone
-        pickle.loads(pipe.recv())
+        # where that fails this process is gone
+        import_module(pipe.recv())
         known: tuple[Any, ...] = ()
         pipe.send((None, None))
         while pipe.poll(_IDLE):

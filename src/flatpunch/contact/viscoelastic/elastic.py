@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
+import scipy
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
@@ -29,11 +29,11 @@ class ElasticCurve:
 
     Attributes
     ----------
-    logs : BSpline
+    logs : scipy.interpolate.BSpline
         ln d -> ln of force, radius, area, stiffness, shape (n, 4).
     low : float
         Smallest ln d of the table.
-    shape : BSpline or None
+    shape : scipy.interpolate.BSpline or None
         ln d -> outline over mean radius, shape (n, p); None for round indenters.
     sound : float
         Depth up to which the elastic theory holds [m].
@@ -41,9 +41,9 @@ class ElasticCurve:
         Its limits.
     """
 
-    logs: BSpline
+    logs: scipy.interpolate.BSpline
     low: float
-    shape: BSpline | None
+    shape: scipy.interpolate.BSpline | None
     sound: float
     notes: tuple[str, ...]
 
@@ -114,9 +114,9 @@ def elastic_curve(
             f"The elastic curve has no answer at depth {depth[~good].max():.4g} m, so nothing can be built on it. "
             + " ".join(curve.notes)
         )
-    logs = make_interp_spline(x, np.log(found), k=1 if flat else _DEGREE)
+    logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else _DEGREE)
     shape = None
     if not indenter.round:
-        shape = make_interp_spline(x, curve.contour / curve.radius[:, None], k=_DEGREE)
+        shape = scipy.interpolate.make_interp_spline(x, curve.contour / curve.radius[:, None], k=_DEGREE)
     unsound = depth[~curve.valid]
     return ElasticCurve(logs, float(x[0]), shape, float(unsound.min()) if unsound.size else np.inf, curve.notes)
