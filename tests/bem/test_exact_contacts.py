@@ -69,6 +69,47 @@ def test_cone():
     assert step.radius == pytest.approx(a, abs=RIM * step.grid.spacing)
 
 
+@pytest.mark.parametrize("shape", ["paraboloid", "elliptic", "slender", "cone"])
+def test_force_extrapolated_to_vanishing_cells(shape):
+    """Its error is a third of that of the cells themselves at most."""
+    if shape == "paraboloid":
+        tip, exactly = indenters.Paraboloid(1e-6), half_space.paraboloid(1e-7, 1e-6, MODULUS).force
+    elif shape == "cone":
+        tip, exactly = indenters.Cone(0.2), half_space.cone(2e-8 / np.pi / np.tan(0.2), 0.2, MODULUS).force
+    else:
+        tip = indenters.EllipticParaboloid(5e5, 7.5e5 if shape == "elliptic" else 2.5e6)
+        exactly = elliptic.elliptic_paraboloid(tip.A, tip.B, MODULUS, depth=1e-8).force
+    step = solve(HALF_SPACE, tip, depths=1e-8, grid=256)[0]
+    # 1.0e-6 and less found
+    assert step.extrapolated_force == pytest.approx(exactly, rel=2e-6)
+    assert abs(step.extrapolated_force / exactly - 1) < abs(step.force / exactly - 1) / 3
+
+
+def test_extrapolated_force_of_a_pyramid():
+    """With twice the cells it is the same to 1e-5; that of the cells themselves differs by more than three times as much."""
+    soft, tip = compliance(media.HalfSpace(1.0, 0.0)), indenters.Pyramid(4, 0.1)
+    rough, fine = (solve(soft, tip, depths=1.0, grid=grid)[0] for grid in (256, 512))
+    assert rough.extrapolated_force == pytest.approx(fine.extrapolated_force, rel=1e-5)
+    assert abs(rough.extrapolated_force - fine.extrapolated_force) < abs(rough.force - fine.extrapolated_force) / 3
+
+
+def test_coarser_force_is_that_of_cells_twice_as_wide():
+    soft, tip = compliance(media.HalfSpace(1.0, 0.0)), indenters.Pyramid(4, 0.1)
+    fine, rough = (solve(soft, tip, depths=1.0, grid=grid, tolerance=1e-6)[0] for grid in (128, 64))
+    assert fine.grid.spacing == pytest.approx(rough.grid.spacing / 2, rel=1e-12)
+    # ten times the tolerance
+    assert fine.coarser_force == pytest.approx(rough.force, rel=1e-5)
+    # the force of coarser cells at this depth, though they have had another for it
+    by_force = solve(soft, tip, forces=fine.force, grid=128, tolerance=1e-6)[0]
+    assert by_force.coarser_force == pytest.approx(fine.coarser_force, rel=1e-4)
+    # steps close together begin with the one before; the smallest grids have no coarser ones
+    _, close = solve(soft, tip, depths=[1.0, 1.001], grid=64)
+    (smallest,) = solve(soft, tip, depths=1.0, grid=24)
+    for step in (close, smallest):
+        assert np.isnan(step.coarser_force)
+        assert step.extrapolated_force == step.force
+
+
 LAYERS = {
     "bonded incompressible": ([media.Layer(1e6, 0.5, 1.0)], RIGID),
     "bonded compressible": ([media.Layer(1e6, 0.3, 1.0)], RIGID),

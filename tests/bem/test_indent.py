@@ -9,6 +9,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch._validation import FlatpunchWarning
 from flatpunch.compliance import compliance
+from flatpunch.reference import elliptic
 
 COATED = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
 TIP = fp.Pyramid(4, 0.3)
@@ -40,6 +41,32 @@ def test_fields_on_request():
     gap = curve.displacement + height - curve.depth
     assert float(abs(gap).where(curve.contact).max()) <= 1.1e-6 * 2e-7
     assert "pressure" not in fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=64)
+
+
+@pytest.mark.parametrize("cells", [40, 64, 256])
+def test_estimates_of_force_and_outline(cells):
+    """The exact ellipse: true errors are below their estimates, and these no more than thirty times as large."""
+    tip = fp.EllipticParaboloid(5e5, 1.5e6)
+    exact = elliptic.elliptic_paraboloid(tip.A, tip.B, 1e9 / 0.91, depth=1e-8)
+    curve = fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=1e-8, method="bem", grid=cells)
+    phi = curve.phi.values
+    contour = 1 / np.hypot(np.cos(phi) / exact.half_axis_x, np.sin(phi) / exact.half_axis_y)
+    force = abs(float(curve.force[0]) / exact.force - 1)
+    outline = np.abs(curve.contour.values[0] - contour).max() / float(curve.radius[0])
+    assert force < float(curve.force_error[0]) < 30 * force
+    assert outline < float(curve.contour_error[0]) < 30 * outline
+
+
+def test_estimates_along_a_curve():
+    """Close steps have that of the one they began with; before contact there is nothing to be wrong."""
+    curve = fp.indent(COATED, TIP, depth=[0.0, 1e-7, 1.001e-7, 1.002e-7, 3e-7], method="bem", grid=64)
+    error = curve.force_error.values
+    assert error[0] == curve.contour_error[0] == 0
+    assert error[1] == error[2] == error[3] != error[4]
+    # a contact that fills less of its grid has fewer cells
+    wide = fp.indent(COATED, TIP, depth=[1e-7, 3e-7], method="bem", grid=64, fields=True)
+    assert wide.force_error[0] > 2 * error[1]
+    assert wide.contour_error[0] > 1.5 * curve.contour_error[1]
 
 
 def test_pressure_at_points():

@@ -25,7 +25,8 @@ from flatpunch.compliance import Kernel
 
 _COARSEST, _NARROWEST = 32, 16
 """Square root of the cells of the coarsest grid, and the fewest along an axis."""
-_COARSE_TOLERANCE = 1e-4
+_COARSE_TOLERANCE, _LOOSER = 1e-4, 10
+"""Tolerance of coarser grids at most, and over that of the next finer one: their forces are told as well."""
 _NEWTON_STEPS = 40
 
 _PUNCH_CELLS = 144**2
@@ -136,6 +137,11 @@ class Levels:
         fields = ("pressure", "displacement", "contact")
         return replace(state, **{name: self.grid.unfold(getattr(state, name)) for name in fields})
 
+    @property
+    def unit(self) -> float:
+        """Force of a cell under E* [N]."""
+        return self.kernel.modulus * self.grid.cell_area
+
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
         return self.operator.asarray(height(self.grid) / self.grid.spacing)
@@ -162,10 +168,14 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a nested solve took: inner iterations per level (finest last) and whether the force was met."""
+    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and what coarser cells say.
+
+    The latter is the force [N] on cells twice as wide at the same depth; NaN where these were not solved.
+    """
 
     iterations: tuple[int, ...]
     force_error: float = 0.0
+    coarser_force: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,17 +211,19 @@ def _nested_depth(
     levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any
 ) -> tuple[State, Effort]:
     before: tuple[int, ...] = ()
-    coarser = levels.coarser
+    coarser, coarser_force = levels.coarser, float("nan")
     if start is None and coarser is not None:
-        state, effort = _nested_depth(coarser, height, depth, max(tolerance, _COARSE_TOLERANCE), limit, None)
+        looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
+        state, effort = _nested_depth(coarser, height, depth, looser, limit, None)
         before, start = effort.iterations, levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid))
+        coarser_force = state.force * coarser.unit
     cells, taken, direct = levels.cells(height), 0, True
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
         taken, start, direct = part.iterations, window.embed(part.pressure, cells), part.direct
     state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
-    return state, Effort((*before, taken + state.iterations))
+    return state, Effort((*before, taken + state.iterations), coarser_force=coarser_force)
 
 
 def solve_force(
@@ -244,6 +256,7 @@ def _nested_force(
         levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
         state.depth * coarser.grid.spacing,
     )
+    coarser_depth = depth
     if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
         punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
     cells, taken = levels.cells(height), 0
@@ -256,7 +269,10 @@ def _nested_force(
     state, more, missing, punch = _newton(
         levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
     )
-    return state, Effort((*effort.iterations, taken + more), missing), punch
+    # the other depth for the same force stands for another force at the same depth
+    changed = state.depth * levels.grid.spacing - coarser_depth
+    coarser_force = force + punch.stiffness * changed if punch is not None else float("nan")
+    return state, Effort((*effort.iterations, taken + more), missing, coarser_force), punch
 
 
 def _newton(
@@ -276,8 +292,7 @@ def _newton(
     Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
     near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
     """
-    spacing, modulus = levels.grid.spacing, levels.kernel.modulus
-    unit = modulus * spacing**2
+    spacing, modulus, unit = levels.grid.spacing, levels.kernel.modulus, levels.unit
     iterations, missing, stiffness, aim = 0, 1.0, 0.0, None
     if punch is not None:
         stiffness = punch.stiffness

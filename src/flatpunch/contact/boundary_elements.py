@@ -10,17 +10,22 @@ import scipy
 from flatpunch import bem
 from flatpunch._progress import Report, reporting
 from flatpunch._validation import Array, Indices
+from flatpunch.bem.extent import bounding_box
 from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
+from flatpunch.contact import cell_error
 from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expected_box import outgrown
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE = 1e-6
 _SINGLE_TOLERANCE = 1e-5
 _LIMIT = 1000
+_CELLS_OF_BOX = 2.5
+"""Width of a fitted grid over the half-width of its contact: that and a rim of a quarter on either side."""
 
 
 def solve(
@@ -91,7 +96,11 @@ def solve(
         contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
     converged = np.ones(control.values.size, dtype=bool)
     converged[rows] = [solution.converged for solution in found]
+    force_error, contour_error = np.zeros((2, control.values.size))
+    if found:
+        force_error[rows], contour_error[rows] = _errors(indenter, found, traces)
     extra: Extra = {
+        **estimates(force_error, contour_error),
         "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
         "penetration": (
             ("step",),
@@ -174,6 +183,20 @@ def _solutions(
         angles=angles,
         **options,
     )
+
+
+def _errors(indenter: Indenter, found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
+    """Estimated relative errors of the forces, and of the outlines over the mean radius; infinite where there is no outline."""
+    outline = np.log([trace.contour / trace.radius for trace in traces])
+    boxes = [bounding_box(solution.grid, solution.contact).half_widths for solution in found]
+    cells = np.array(
+        [_CELLS_OF_BOX * np.sqrt(wx * wy) / s.grid.spacing for (wx, wy), s in zip(boxes, found, strict=True)]
+    )
+    change = np.array([solution.coarser_force / solution.force - 1 for solution in found])
+    # steps that began from the one before are too close to it to differ
+    latest = np.maximum.accumulate(np.where(np.isfinite(change), np.arange(change.size), 0))
+    force = cell_error.own_force_error(change[latest], outline, cells, edges=bool(indenter.corners))
+    return force, np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
 
 
 def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:

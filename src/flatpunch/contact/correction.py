@@ -19,6 +19,7 @@ import scipy
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
+from flatpunch.contact import cell_error
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.correction_row import FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
@@ -65,11 +66,6 @@ _CLOSE_TOLERANCE = 8e-3
 """The same between those that lie close."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
-_GRID_ERROR, _CORNER_GRID_ERROR, _APART = 1.6, 2.4, 9.0
-"""Relative force error of the grid times the number of cells, of smooth tips and, over their reach, of those with edges, which is
-taken for this where the contact has no outline (catalogue)."""
-_RIM_ERROR, _END_ERROR, _FLANK_ERROR = 1.3, 1.5, 0.15
-"""Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING = 1e-9
@@ -165,28 +161,10 @@ class Correction:
             # where ratios to the round contact stand still it carries on
             shape += (theory - still)[:, None]
         outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
-        error += self._grid_error(shape)
-        shape_error = np.maximum(wrong, self._rim_error(shape))
+        outline = shape[:, 2:] - shape[:, :1]
+        error += cell_error.force_error(outline, self.cells, edges=bool(self.indenter.corners))
+        shape_error = np.maximum(wrong, cell_error.outline_error(outline, self.cells))
         return Refined(force, stiffness, shape, error, shape_error, between_good(nodes, outlined, at))
-
-    def _grid_error(self, shape: Array) -> Array:
-        """Relative error of the force that the cells make, shape (n,): they are wider where needles want a larger grid."""
-        if not self.indenter.corners:
-            return np.full(shape.shape[0], _GRID_ERROR / self.cells**2)
-        reach = np.exp(shape[:, 2:].max(axis=1) - shape[:, 0])
-        return _CORNER_GRID_ERROR * np.where(np.isfinite(reach), reach, _APART) / self.cells**2
-
-    def _rim_error(self, shape: Array) -> Array:
-        """Error of outlines over their mean radius that the cells make, shape (n,).
-
-        It grows with the farthest point over the mean radius: contacts are drawn out into arms that are a few cells wide. Rays
-        beside a needle meet its flank aslant: with dln a/dphi of up to 100 they move that much farther than it does.
-        """
-        outline = shape[:, 2:]
-        far = np.exp(outline.max(axis=1) - shape[:, 0]) - 1
-        steepest = np.abs(np.diff(outline, append=outline[:, :1])).max(axis=1) / self.phi[1]
-        far, steepest = np.where(np.isfinite(far), far, 1.0), np.where(np.isfinite(steepest), steepest, 0.0)
-        return np.asarray(np.maximum(_RIM_ERROR + _END_ERROR * far, _FLANK_ERROR * far * steepest) / self.cells)
 
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""

@@ -48,7 +48,7 @@ def solved_row(case: Case, place: Place) -> tuple[Array, tuple[str, ...]]:
         solution, trace = _solved(case, place, 2 * case.cells)
     lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
     growth = solution.stiffness * solution.depth / solution.force
-    row = np.array([np.log(solution.force / case.kernel.modulus), growth, *np.log(lengths)])
+    row = np.array([np.log(solution.extrapolated_force / case.kernel.modulus), growth, *np.log(lengths)])
     return row, () if solution.converged else solution.notes
 
 

@@ -31,11 +31,11 @@ _OUTLINE, _EDGES, _BLUNT = 0.7, 0.4, 0.2
 _OUTLINE_FLOOR = 1e-3
 _LAST, _SKEW, _SQUARE = 0.2, 1.5, 1.5
 """Second order: share of x4 added to |x3 + x4|; for general profiles, per measure of x3 and per x2^2."""
-_SPREAD = 0.7
+_SPREAD = 1.5
 """Fourth order: share of |x4| swing^2, of the size of the sixth order."""
 _LAYERS, _LAYERS_OUTLINE = 1.8, 2.5
 """First order: what layers make of its error on a half-space, in force and outline."""
-_FLOOR, _SAMPLED_FLOOR = 4e-6, 4e-5
+_FLOOR, _SAMPLED_FLOOR = 1e-6, 4e-5
 """Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-6."""
 _LOST = 3.0
 """|ln a/abar| at which general outlines are cut: there the force is lost as well."""

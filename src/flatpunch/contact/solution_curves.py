@@ -11,8 +11,9 @@ from flatpunch._validation import Array, Indices
 
 FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
-_CAUTION = 2.0
-"""What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
+_CAUTION, _SHAPE_CAUTION = 1.3, 2.0
+"""What is told as interpolation error of force and outline over what leaving a solution out tells, which decides on more of them
+(catalogue)."""
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
 _SHAPE_DISPUTE = 0.4
@@ -144,5 +145,5 @@ def error_between(nodes: Array, error: Array, x: Array) -> Array:
     if nodes.size == 1:
         return np.zeros_like(x)
     upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    worse = _CAUTION * np.maximum(error[upper - 1], error[upper])
+    worse = _SHAPE_CAUTION * np.maximum(error[upper - 1], error[upper])
     return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))
