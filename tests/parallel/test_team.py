@@ -179,10 +179,10 @@ def test_an_idle_helper_goes(monkeypatch):
     try:
         here.send(calls.__name__)
         start = time.perf_counter()
-        team._help(there)
+        team._help(there, team._Turns())
     finally:
         signal.signal(signal.SIGINT, before)
-    assert here.recv() == (None, None)
+    assert here.recv() == (0, None, None)
     assert time.perf_counter() - start >= 0.1
 
 

@@ -238,9 +238,13 @@ def _module(name: str) -> Any:
 
 
 def _load_beside(medium: Any, indenter: Indenter, control: Control) -> None:
-    """Let other processes load the refined method while this one does, where that has not been needed so far."""
+    """Let other processes load the refined method while this one does, where that has not been needed so far.
+
+    What results are made of is loaded now as well: at the end the others would have nothing to do meanwhile.
+    """
     if f"flatpunch.contact.{METHODS['refined']}" not in sys.modules:
         call_helpers("flatpunch.contact.correction_row", (medium, indenter), control.values.size)
+        import_module("xarray")
 
 
 def adhesive_method(method: str, indenter: Indenter) -> Any:

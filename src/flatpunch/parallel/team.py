@@ -2,7 +2,8 @@
 
 Some tenths of a second of work each are too few for workers of their own (`processes`), which would be gone again when they have
 loaded what they call. Helpers load it while this process already works, take a share of what is left, and stay for a while.
-Nothing depends on them: what they do not bring back, for whatever reason, is called here.
+Each has all calls of a round, and a counter that all share says which is next: whoever is free takes it and waits for nobody.
+Nothing depends on helpers: what they do not bring back, for whatever reason, is called here.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import pickle
 import sys
 import threading
 import warnings
-from collections import deque
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from multiprocessing.connection import Connection, wait
@@ -29,10 +29,10 @@ _MOST = 3
 """Helpers at most: rounds are of some eight calls, and each helper holds a hundred megabytes."""
 _FEWEST = 4
 """Calls for which helpers are started; those that are there help with two."""
-_AHEAD = 2
-"""Calls that a helper has at hand, so that it need not wait until this process looks up from its own."""
 _SMALL = 2**14
-"""Bytes of a call that certainly fit into a pipe."""
+"""Bytes of calls that certainly fit into a pipe, whose other end does not read yet."""
+_STUCK = 1.0
+"""Seconds after which the counter counts as lost: with a process that was killed while it counted."""
 _IDLE = 120.0
 """Seconds after which a helper that is not called goes."""
 
@@ -91,24 +91,52 @@ def call_helpers(module: str, common: Any, calls: int) -> None:
         _team.lock.release()
 
 
+class _Turns:
+    """The counter of the calls of a round, the last first; shared by all processes."""
+
+    def __init__(self) -> None:
+        self._state = fresh.Array("q", 2)  # number of the round, calls taken
+
+    def start(self, number: int) -> bool:
+        """Begin a round; False if the counter is lost."""
+        if not self._state.get_lock().acquire(timeout=_STUCK):
+            return False
+        self._state[:] = [number, 0]
+        self._state.get_lock().release()
+        return True
+
+    def take(self, number: int, calls: int) -> int | None:
+        """Index of the next call of a round; None if there is none any more, or another round has begun."""
+        if not self._state.get_lock().acquire(timeout=_STUCK):
+            return None
+        now, taken = self._state[:]
+        if now == number and taken < calls:
+            self._state[1] = taken + 1
+        self._state.get_lock().release()
+        return calls - 1 - taken if now == number and taken < calls else None
+
+
 class _Team:
     """The helpers of this process."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self._helpers: list[_Helper] = []
+        self._turns: _Turns | None = None
+        self._round = 0
         self._owner = os.getpid()
 
     def called(self, calls: int, module: str) -> list[_Helper]:
         """Helpers for so many calls of a module's function; new ones if that is worth it."""
         if self._owner != os.getpid():  # a fork, whose parent's they are
-            self._helpers, self._owner = [], os.getpid()
+            self._helpers, self._turns, self._owner = [], None, os.getpid()
         self._helpers = [helper for helper in self._helpers if helper.alive]
         wanted = min(allowed_threads(), calls, _MOST + 1) - 1
         if calls >= _FEWEST and not multiprocessing.current_process().daemon and not getattr(sys, "frozen", False):
             with contextlib.suppress(OSError):
+                self._turns = self._turns or _Turns()
                 while len(self._helpers) < wanted:
-                    self._helpers.append(_Helper(module))
+                    self._helpers.append(_Helper(module, self._turns))
         return self._helpers[:wanted]
 
     def shared(
@@ -120,58 +148,53 @@ class _Team:
         done: Callable[[Any], None],
     ) -> list[Any]:
         """Outcomes of all items, in order; what a helper did not bring back is called here."""
-        helpers, waiting = self.called(len(items), module), deque(range(len(items)))
-        case = packed[:2]
-        own: list[int] = []
+        helpers, turns = self.called(len(items), module), self._turns
+        self._round += 1
+        if turns is None or not helpers or not turns.start(self._round):
+            self.dismiss()
+            return [call(item) for item in items]
+        lost: list[int] = []
         found: dict[int, Any] = {}
         with contextlib.ExitStack() as unless_finished:
             # where it ends early, they are at what nobody waits for any more
             unless_finished.callback(self.dismiss)
             while len(found) < len(items):
                 for helper in helpers:
-                    for index, outcome in helper.answers():
+                    for index, outcome in helper.answers(self._round):
                         if outcome is None:
-                            own.append(index)
+                            lost.append(index)
                         else:
                             found[index] = outcome[0]
                             done(outcome[0])
-                # the longest that are left: one for each that is idle, one for this process, then what they have at hand
-                self._hand_out(helpers, waiting, case, packed, idle=True)
-                mine = own.pop() if own else waiting.pop() if waiting else None
-                self._hand_out(helpers, waiting, case, packed, idle=False)
+                    helper.join(self._round, packed[:2], packed[2:])
+                mine = lost.pop() if lost else turns.take(self._round, len(items))
                 if mine is not None:
                     found[mine] = call(items[mine])
-                elif len(found) < len(items):
-                    wait([helper.pipe for helper in helpers if helper.at])
+                elif busy := [helper.pipe for helper in helpers if helper.busy]:
+                    if len(found) < len(items):
+                        wait(busy)
+                else:
+                    # taken by helpers that are gone
+                    lost = [index for index in range(len(items)) if index not in found]
             unless_finished.pop_all()
         return [found[index] for index in range(len(items))]
-
-    @staticmethod
-    def _hand_out(
-        helpers: list[_Helper], waiting: deque[int], case: list[bytes], packed: list[bytes], *, idle: bool
-    ) -> None:
-        """Give calls that wait to helpers that are idle, or to others as well."""
-        for helper in helpers:
-            while waiting and not (idle and helper.at) and helper.takes(len(waiting), len(packed[2 + waiting[-1]])):
-                index = waiting.pop()
-                helper.give(case, index, packed[2 + index])
 
     def dismiss(self) -> None:
         """Let all helpers go."""
         for helper in self._helpers:
             helper.end()
-        self._helpers = []
+        self._helpers, self._turns = [], None
 
 
 class _Helper:
-    """A process, the pipe to it, and the indices of the calls it has."""
+    """A process, the pipe to it, and what it is at."""
 
-    def __init__(self, module: str) -> None:
+    def __init__(self, module: str, turns: _Turns) -> None:
         self.pipe, end = fresh.Pipe()
-        self.at: list[int] = []
+        self.busy = False
         self._case: list[bytes] | None = None
-        self._ready = False
-        self._process = fresh.Process(target=_help, args=(end,), name="flatpunch-helper", daemon=True)
+        self._ready, self._round = False, 0
+        self._process = fresh.Process(target=_help, args=(end, turns), name="flatpunch-helper", daemon=True)
         with one_thread(), unheard_by_children(), no_main():
             self._process.start()
         end.close()
@@ -181,38 +204,36 @@ class _Helper:
     def alive(self) -> bool:
         return bool(self._process.is_alive())
 
-    def takes(self, waiting: int, size: int) -> bool:
-        """Whether it may have one more of those that wait, of so many bytes; the last is left to whoever is free.
+    def join(self, number: int, case: list[bytes], items: list[bytes]) -> None:
+        """Let it take part in a round: hand over all items, and function and common part if these are others than last time.
 
-        A busy helper does not read: what it gets ahead must fit into the pipe, or both would wait for each other.
+        What is handed over before it reads must fit into the pipe.
         """
-        ahead = len(self.at) < _AHEAD and waiting > 1 and size < _SMALL
-        return self._ready and self.alive and (not self.at or ahead)
-
-    def give(self, case: list[bytes], index: int, item: bytes) -> None:
-        """Hand over a call: its item, and function and common part if these are others than last time."""
-        self.at.append(index)
-        self._send((None if case == self._case else case, index, item))
+        if self._round == number or not self.alive or not (self._ready or sum(map(len, case + items)) < _SMALL):
+            return
+        self._round, self.busy = number, True
+        self._send((None if case == self._case else case, number, items))
         self._case = case
 
     def _send(self, thing: Any) -> None:
         with contextlib.suppress(OSError):  # it is gone; that shows where its answer is awaited
             self.pipe.send(thing)
 
-    def answers(self) -> list[tuple[int, tuple[Any] | None]]:
-        """What it has brought by now: index, and (outcome,) or None where it has none to show."""
+    def answers(self, number: int) -> list[tuple[int, tuple[Any] | None]]:
+        """What it has brought of a round by now: index, and (outcome,) or None where it has none to show."""
         found: list[tuple[int, tuple[Any] | None]] = []
         try:
             while self.pipe.poll():
-                index, outcome = self.pipe.recv()
-                if index is None:
-                    self._ready = True
+                self._ready = True
+                of_round, index, outcome = self.pipe.recv()
+                if of_round != number:
                     continue
-                self.at.remove(index)
-                found.append((index, outcome))
+                if index is None:
+                    self.busy = False
+                else:
+                    found.append((index, outcome))
         except (EOFError, OSError):
-            found += [(index, None) for index in self.at]
-            self.at, self._ready = [], False
+            self.busy = self._ready = False
         return found
 
     def end(self) -> None:
@@ -238,24 +259,27 @@ def _packed(*things: Any) -> list[bytes]:
     return [] if any(of_main(part) for part in packed) else packed
 
 
-def _help(pipe: Connection) -> None:
+def _help(pipe: Connection, turns: _Turns) -> None:
     """Answer calls that come through the pipe, until it is closed or nothing comes any more."""
     left_to_parent()
     with contextlib.suppress(EOFError, OSError):
         # where that fails this process is gone
         import_module(pipe.recv())
         known: tuple[Any, ...] = ()
-        pipe.send((None, None))
+        pipe.send((0, None, None))
         while pipe.poll(_IDLE):
-            case, index, item = pipe.recv()
-            outcome = None
-            with contextlib.suppress(Exception), warnings.catch_warnings():
-                # what fails or warns is called again where the caller hears of it
-                warnings.simplefilter("error")
-                warnings.simplefilter("ignore", DeprecationWarning)
-                if case is not None:
-                    known = ()  # which answers nothing, should the next line fail
+            case, number, items = pipe.recv()
+            if case is not None:
+                known = ()  # which answers nothing, should the next line fail
+                with contextlib.suppress(Exception):
                     known = tuple(pickle.loads(part) for part in case)
-                function, common = known
-                outcome = (function(common, pickle.loads(item)),)
-            pipe.send((index, outcome))
+            while known and (index := turns.take(number, len(items))) is not None:
+                outcome = None
+                with contextlib.suppress(Exception), warnings.catch_warnings():
+                    # what fails or warns is called again where the caller hears of it
+                    warnings.simplefilter("error")
+                    warnings.simplefilter("ignore", DeprecationWarning)
+                    function, common = known
+                    outcome = (function(common, pickle.loads(items[index])),)
+                pipe.send((number, index, outcome))
+            pipe.send((number, None, None))
