@@ -22,7 +22,7 @@ def _cells(pressure_beyond: np.ndarray, fine: int) -> tuple[float, float]:
 
 
 def _found(tip: object, load: float, moment: float, angle: float) -> tuple[float, float]:
-    profile = across(KERNEL, tip, angle, ALONG, 1.0)
+    profile = across(KERNEL, tip, angle, ALONG[[0, -1]], 1.0)
     b = profile.half_widths(ALONG, np.full(ALONG.size, load), np.full(ALONG.size, moment))
     assert np.ptp(b[0]) < 1e-3 * b[0][0]
     return b[0][0], b[1][0]

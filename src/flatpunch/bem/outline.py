@@ -189,15 +189,7 @@ def _why_none(grid: Grid, contact: Mask) -> str:
     """Reason why the contact has no outline a(phi); empty if it has one."""
     if not contact.any():
         return "there is no contact"
-    x, y = -grid.x[0] / grid.spacing, -grid.y[0] / grid.spacing
-    inside = 0 <= x <= grid.nx - 1 and 0 <= y <= grid.ny - 1
-    # the origin may lie on the corner of four cells
-    around = (
-        contact[int(np.floor(y)) : int(np.ceil(y)) + 1, int(np.floor(x)) : int(np.ceil(x)) + 1]
-        if inside
-        else contact[:0]
-    )
-    if not around.all() or around.size == 0:
+    if _read(grid, contact.astype(float), np.zeros((1, 1)), np.zeros((1, 1)))[0, 0] <= 0.5:
         return "the point of first touch is not in contact, so the contact has no outline a(phi) about it; area counts cells"
     if label(contact, np.ones((3, 3)))[1] > 1 or label(~contact)[1] > 1:
         return "the contact has several parts or holes, so it has no outline a(phi); area counts cells"

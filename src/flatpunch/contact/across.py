@@ -90,9 +90,9 @@ class Across:
         return found[0], found[1]
 
 
-def across(kernel: Kernel, indenter: Indenter, angle: float, along: Array, spacing: float) -> Across:
-    """Profile across an edge at a polar angle [rad] and places along it [m], of a medium whose surface has a modulus."""
-    ends, height = along[[0, -1]], IndenterHeight(indenter)
+def across(kernel: Kernel, indenter: Indenter, angle: float, ends: Array, spacing: float) -> Across:
+    """Profile across an edge at a polar angle [rad] between two places along it [m], of a medium whose surface has a modulus."""
+    height = IndenterHeight(indenter)
     steps = np.exp([[-_STEP], [_STEP]]) * _WIDTHS
     beside = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES))
     on = height.at(ends, np.full(2, np.mod(angle, 2 * np.pi)))

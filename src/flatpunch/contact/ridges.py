@@ -13,18 +13,18 @@ along needles, where this does not hold as far as they are narrow, a parabola th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import label, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
 from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.closeup import ROOT, Patch, look_closer, turned
-from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.outline import Outline, trace_outline
+from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
 from flatpunch.contact.across import Across, across
+from flatpunch.contact.parts import EXCESS, FILLED, ray_and_area, star_of, wedges_of
 from flatpunch.contact.star_core import refine_core
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
@@ -50,10 +50,10 @@ _RIM, _BEYOND, _LONGER = 2.0, 6.0, 0.15
 """What a look takes in beside its root: cells on either side, and beyond the last cell in contact, with a share of the tongue."""
 _MEASURED, _MEASURED_BY_MOMENT = 2.0, 1.5
 """Half-widths in cells from which on these tell it: by their number, and along needles by the moment of what they carry."""
+_BESIDE_LAW = 4.0
+"""Half-width over that up to which the load tells it, up to which what is counted departs smoothly from what the load tells."""
 _SPREAD = 0.3
 """Half-width over the distance along the edge up to which the latter holds."""
-_EXCESS = 0.07
-"""By how much these are too many on each side, in cells: those covered in part count (0.04 to 0.11 found)."""
 _TAIL = (0.7, 6.0)
 """Half-widths in cells from which the end is extrapolated."""
 _LONGEST = 60
@@ -67,7 +67,6 @@ _SLENDER = 3.0
 """Reach over the mean radius from which on a tongue is a needle."""
 _DRAWN_OUT = 1.1
 """Reach along a rounded edge over the mean radius from which on it is followed."""
-_WIDEST_WEDGE, _FILLED = 1.5, 0.7
 _ROUNDING = 1e-9
 
 Side = tuple[Array, Array]
@@ -85,7 +84,8 @@ class Trace:
     contour : ndarray, shape (angles,)
         a(phi) [m] at equal angles from 0, the farthest point in contact; NaN where the contact has no outline.
     radius, area : float
-        Mean length of rays in contact [m] and area [m^2]; of contacts without outline those of the cells.
+        Mean length of rays in contact [m] and area [m^2]; where the contact has no outline those of the cells, but for the
+        tongues of a star with islands around it.
     """
 
     contour: Array
@@ -129,17 +129,20 @@ class Edge:
 
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
     """Outline of a boundary element solution, its points along the edges of the tip restored."""
-    outline = solution.outline
-    if indenter.corners and not np.isfinite(outline.contour[0]):
-        outline = _without_parts(kernel, indenter, solution, angles)
+    outline, islands = solution.outline, None
+    if not np.isfinite(outline.contour[0]):
+        outline, islands = star_of(kernel, indenter, solution, angles)
     contour, gaps = np.array(outline.contour), np.array(outline.gaps)
     between, followed = np.ones(angles, dtype=bool), list[tuple[float, Polar]]()
     if not np.isfinite(contour[0]):
-        return Trace(contour, _mean_ray(solution.grid, solution.contact), solution.area)
+        return Trace(contour, *ray_and_area(solution.grid, solution.contact))
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
     star = solution.grid.spacing > _COARSE * outline.radius
     if star:
         refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
+    if islands is not None:
+        # they are no tongue, however near
+        whole = replace(whole, pressure=np.where(islands, 0.0, whole.pressure))
     fold = rotational_symmetry(indenter)
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
@@ -151,48 +154,11 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
                 corner = edge.angle + 2 * np.pi * turn / fold
                 between &= ~_restore(contour, sides, corner)
                 followed += [(corner, side) for side in sides]
-    return Trace(contour, *_radius_and_area(contour, gaps, between, followed))
-
-
-def _mean_ray(grid: Grid, contact: Mask) -> float:
-    """Mean length of the rays from the point of first touch in contact [m]: the integral of 1/r over the cells, by 2 pi."""
-    x, y = (np.append(v - grid.spacing / 2, v[-1] + grid.spacing / 2) for v in (grid.x, grid.y))
-    x, y = x[None, :], y[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # zero on the axes, where arcsinh(1/0) times zero is none
-        corner = np.nan_to_num(x * np.arcsinh(y / np.abs(x))) + np.nan_to_num(y * np.arcsinh(x / np.abs(y)))
-    return float(np.diff(np.diff(corner, axis=0), axis=1)[contact].sum()) / (2 * np.pi)
-
-
-def _without_parts(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Outline:
-    """Outline without those parts of tongues that the grid has cut off, where necks are thinner than a cell."""
-    grid = solution.grid
-    contact = solution.pressure > 0
-    parts, count = label(contact, np.ones((3, 3)))
-    if count < 2:
-        return solution.outline
-    # tongues may be larger than the part about the point of first touch
-    main = int(parts[np.abs(grid.y).argmin(), np.abs(grid.x).argmin()])
-    rows, columns = np.nonzero(contact & (parts != main))
-    x, y, part = grid.x[columns], grid.y[rows], parts[rows, columns]
-    between, along_an_edge = np.ones(x.size, dtype=bool), [main]
-    for angle, wedge, _ in _wedges(indenter):
-        along, across = turned(x, y, -angle)
-        between &= (along <= 0) | (np.abs(across) > _FILLED * wedge * along + grid.spacing)
-        along_an_edge += part[(along > 0) & (np.abs(across) < 1.5 * grid.spacing)].tolist()
-    if main == 0 or between.any() or set(along_an_edge) != set(range(1, count + 1)):
-        return solution.outline
-    pressure = np.where(parts == main, solution.pressure, 0.0)
-    return trace_outline(grid, pressure, angles=angles, rim=(1 + kernel.exponent) / 2, length=kernel.surface_length)
-
-
-def _wedges(indenter: Indenter) -> list[tuple[float, float, bool]]:
-    """Polar angles of the edges [rad], tangents of half the angle to the next one, and whether they are rounded."""
-    rounded = tuple(getattr(indenter, "rounded_edges", ()))
-    angles = np.array(sorted(indenter.corners + rounded))
-    gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
-    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
-    return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]
+    radius, area = _radius_and_area(contour, gaps, between, followed)
+    if islands is None or not islands.any():
+        return Trace(contour, radius, area)
+    ray, more = ray_and_area(solution.grid, islands)
+    return Trace(np.full_like(contour, np.nan), radius + ray, area + more)
 
 
 def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool, fold: int) -> list[Edge]:
@@ -203,7 +169,7 @@ def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star
     nearest = (_BESIDE_CORE if star else _NEAREST) * mean
     phi, closed = np.linspace(0, 2 * np.pi, contour.size + 1), np.append(contour, contour[0])
     chosen: dict[float, Edge] = {}
-    for angle, wedge, rounded in sorted(_wedges(indenter), key=lambda edge: abs(np.sin(2 * edge[0]))):
+    for angle, wedge, rounded in sorted(wedges_of(indenter), key=lambda edge: abs(np.sin(2 * edge[0]))):
         reach = np.interp(np.mod(angle, 2 * np.pi), phi, closed) / mean
         if not rounded or reach > _DRAWN_OUT:
             place = round(angle * fold / (2 * np.pi), 6) % 1
@@ -226,7 +192,9 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
-        profile = across(kernel, indenter, edge.angle, grid.x, grid.spacing) if edge.told else None
+        # the grid may begin beyond the point of first touch
+        ends = np.array([start, grid.x[-1]])
+        profile = across(kernel, indenter, edge.angle, ends, grid.spacing) if even and not kernel.exponent else None
         sides = [_side(patch, edge, start, left, profile) for left in ((True,) if even else (True, False))]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
@@ -258,7 +226,7 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence
     half = np.zeros(int(along.max() / h) + 1)
     np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
     # as wide as a tongue may be, or nearly filling what lies between two neighbours
-    wide = np.flatnonzero(half > np.minimum(widest, _FILLED * edge.wedge * h * np.arange(half.size)))
+    wide = np.flatnonzero(half > np.minimum(widest, FILLED * edge.wedge * h * np.arange(half.size)))
     begin = h * (wide[-1] + 1) if wide.size else 0.0
     if sides:
         begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
@@ -283,21 +251,25 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence
 
 def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | None) -> Side | None:
     """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
-    h, rows, columns = patch.grid.spacing, patch.grid.y > 0 if left else patch.grid.y < 0, patch.grid.x > start
-    x, y = patch.grid.x[columns], np.abs(patch.grid.y[rows])
-    pressure = np.where(y[:, None] < edge.wedge * x, patch.pressure[rows][:, columns], 0.0)
+    h, middle, columns = patch.grid.spacing, patch.grid.ny // 2, patch.grid.x > start
+    x, y = patch.grid.x[columns], patch.grid.y[middle:]
+    pressure = (patch.pressure[middle:] if left else patch.pressure[middle - 1 :: -1])[:, columns]
+    # what is apart from the edge is no tongue
+    tongue = np.logical_and.accumulate(pressure > 0) & (y[:, None] < edge.wedge * x)
+    pressure = np.where(tongue, pressure, 0.0)
     width, load = h * np.count_nonzero(pressure > 0, axis=0), pressure.sum(axis=0)
     if not load.any():
         return None
-    q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - _EXCESS * h, _MEASURED
+    q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - EXCESS * h, _MEASURED
     terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
     if profile is not None:
         of_load, of_moment = profile.half_widths(x, load, pressure.T @ y**2)
-        if of_load.max() < profile.widest:
+        if of_load.max() < _BESIDE_LAW * profile.widest:
+            # where tongues are narrow they obey it, and depart from it the more the wider they are
+            known, terms = of_load, of_load[:, None] * np.column_stack([q, q**2])
+        if edge.told and of_load.max() < profile.widest:
             # where it spreads towards its root a needle is more than its profile across
             counted, fewest = np.where(of_load < _SPREAD * x, of_moment, counted), _MEASURED_BY_MOMENT
-            known = of_load
-            terms = known[:, None] * np.column_stack([q, q**2])
     measured = width > fewest * h
     if measured.sum() < _FEWEST:
         return None
