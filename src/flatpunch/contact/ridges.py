@@ -31,7 +31,7 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINE = 2e-3
+_FINE = 1e-3
 """Cells over the mean radius down to which looks are taken."""
 _TONGUES, _NEEDLES, _FINER_NEEDLES, _COUNTED_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02), (4, 0.01)
 """Cells of the first look per cell, at least, and over the mean radius, at most. Needles are narrow where they leave the core,
@@ -129,7 +129,7 @@ class Edge:
 
 def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> Trace:
     """Outline of a boundary element solution, its points along the edges of the tip restored."""
-    outline, islands = solution.outline, None
+    outline, islands = solution.outline, np.zeros_like(solution.contact)
     if not np.isfinite(outline.contour[0]):
         outline, islands = star_of(kernel, indenter, solution, angles)
     contour, gaps = np.array(outline.contour), np.array(outline.gaps)
@@ -140,22 +140,23 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     star = solution.grid.spacing > _COARSE * outline.radius
     if star:
         refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
-    if islands is not None:
-        # they are no tongue, however near
+    apart = bool(islands.any())
+    if apart:
+        # islands are no tongue, however near
         whole = replace(whole, pressure=np.where(islands, 0.0, whole.pressure))
     fold = rotational_symmetry(indenter)
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
     contour = np.mean([np.interp(rays + turn / fold, rays, contour, period=1.0) for turn in range(fold)], axis=0)
     for edge in _edges(kernel, indenter, contour, outline.radius, star, fold):
-        sides = _tongue(kernel, indenter, solution.depth, whole, edge)
+        sides = _tongue(kernel, indenter, solution.depth, whole, edge, closely=not apart)
         if sides is not None:
             for turn in range(fold):
                 corner = edge.angle + 2 * np.pi * turn / fold
                 between &= ~_restore(contour, sides, corner)
                 followed += [(corner, side) for side in sides]
     radius, area = _radius_and_area(contour, gaps, between, followed)
-    if islands is None or not islands.any():
+    if not apart:
         return Trace(contour, radius, area)
     ray, more = ray_and_area(solution.grid, islands)
     return Trace(np.full_like(contour, np.nan), radius + ray, area + more)
@@ -179,8 +180,10 @@ def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star
     return list(chosen.values())
 
 
-def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge) -> tuple[Polar, Polar] | None:
-    """Left and right side of the tongue along one edge, looked at closer and closer; None where there is none."""
+def _tongue(
+    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge: Edge, *, closely: bool
+) -> tuple[Polar, Polar] | None:
+    """Left and right side of the tongue along one edge, looked at once or closer and closer; None where there is none."""
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
     finer = max(edge.finer, int(np.ceil(patch.grid.spacing / (edge.coarsest * edge.mean))))
@@ -202,7 +205,7 @@ def _tongue(kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, edge
         if len(found) == len(sides):
             # needles may be too narrow for the cells of the first look
             looks.append(found)
-        if grid.spacing <= _FINE * edge.mean:
+        if not closely or grid.spacing <= _FINE * edge.mean:
             break
         # no finer than the last look has to be
         finer = min(_CLOSER, max(2, int(np.ceil(grid.spacing / (_FINE * edge.mean)))))

@@ -1,0 +1,85 @@
+"""Contacts in several parts, or with slits beside their needles: mean radius and area, though there may be no outline."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.parts import EXCESS, ray_and_area, star_of
+from flatpunch.contact.ridges import traced
+
+THREE, FOUR = fp.Pyramid(3, 0.35), fp.Pyramid(4, 0.35)
+
+
+def solved(ratio: float, tip: fp.Pyramid | fp.Rounded, depth: float, cells: int) -> bem.Solution:
+    """On a film so many times stiffer than its base."""
+    medium = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    return bem.solve(compliance(medium), tip, depths=depth, grid=cells, tolerance=1e-6)[0]
+
+
+def looked_at(ratio: float, tip: fp.Pyramid | fp.Rounded, solution: bem.Solution) -> tuple[float, float, bool]:
+    """Mean radius, area, and whether there is an outline."""
+    medium = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    trace = traced(compliance(medium), tip, solution, 360)
+    return trace.radius, trace.area, bool(np.isfinite(trace.contour).all())
+
+
+def test_cells_of_a_ring() -> None:
+    """As contacts have them, whose rims reach a little too far: on average over rings neither length nor area is off."""
+    grid = bem.Grid(64, 64, 2.5 / 64)
+    r = np.hypot(grid.x[None, :], grid.y[:, None])
+    found = []
+    for outer in np.linspace(0.9, 1.1, 101):
+        cells = (r < outer + EXCESS * grid.spacing) & (r > outer / 2 - EXCESS * grid.spacing)
+        ray, area = ray_and_area(grid, cells)
+        found.append((ray / (outer / 2), area / (0.75 * np.pi * outer**2)))
+    # without what they are too many it would be 0.011 and 0.009
+    np.testing.assert_allclose(np.mean(found, axis=0), 1.0, atol=1.5e-3)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "tip", "depth", "counted"),
+    [
+        (50.0, THREE, 6.0, 0.25),  # needles half a cell wide; islands have just come down
+        (50.0, THREE, 9.6, 0.05),
+        (100.0, THREE, 9.25, 0.25),  # needles that are looked at from beyond the point of first touch on
+        (50.0, FOUR, 6.067, 0.05),
+        (50.0, fp.Rounded(FOUR, 1.0), 8.16, 0.015),
+    ],
+)
+def test_needles_with_islands_beside_them(
+    ratio: float, tip: fp.Pyramid | fp.Rounded, depth: float, counted: float
+) -> None:
+    """By their cells they are too large by more than `counted`; looked at, 256 cells tell what 1024 do."""
+    rough, fine = (solved(ratio, tip, depth, cells) for cells in (256, 1024))
+    (radius, area, outlined), (true_radius, true_area, has_outline) = (looked_at(ratio, tip, s) for s in (rough, fine))
+    assert not outlined
+    assert not has_outline
+    assert radius == pytest.approx(true_radius, rel=5e-3)
+    assert area == pytest.approx(true_area, rel=8e-3)
+    assert rough.area > (1 + counted) * true_area
+
+
+def test_slits_beside_needles_do_not_count() -> None:
+    """Three sides, film 10: lobes on either side of each needle. Counted on 1024 cells both are right to a few thousandths."""
+    rough, fine = (solved(10.0, THREE, 6.1256, cells) for cells in (256, 1024))
+    radius, area, _ = looked_at(10.0, THREE, rough)
+    true_radius, true_area = ray_and_area(fine.grid, fine.contact)
+    assert radius == pytest.approx(true_radius, rel=6e-3)
+    assert area == pytest.approx(true_area, rel=8e-3)
+
+
+def test_islands_are_told_from_pieces_of_needles() -> None:
+    solution = solved(50.0, THREE, 6.0, 256)
+    medium = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    outline, islands = star_of(compliance(medium), THREE, solution, 360)
+    assert np.isfinite(outline.contour).all()
+    rows, columns = np.nonzero(islands)
+    x, y = solution.grid.x[columns], solution.grid.y[rows]
+    # on the faces, in the middle between the edges at 60, 180 and 300 degrees, and far from the point of first touch
+    off = np.abs(np.mod(np.arctan2(y, x) + np.pi / 3, 2 * np.pi / 3) - np.pi / 3)
+    assert off.max() < np.pi / 6
+    assert np.hypot(x, y).min() > 4.0
