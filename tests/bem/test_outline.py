@@ -78,6 +78,20 @@ def test_contact_away_from_the_first_touch():
     assert "no contact" in trace_outline(grid, 0 * pressure).note
 
 
+def test_first_touch_in_the_outermost_cell_in_contact():
+    """It lies 0.002 cells beyond the centre of that cell: what lies next counts as little as that."""
+    grid = Grid(33, 33, 1.0, center=(-0.002, 0.0))
+    x, y = grid.x[None, :], grid.y[:, None]
+    pressure = np.where(np.hypot(x + 4, y) < 4.3, 1.0, 0.0)
+    assert pressure[16, 16] == 1
+    assert pressure[16, 17] == 0
+    outline = trace_outline(grid, pressure)
+    assert np.isfinite(outline.contour).all()
+    # four and a half cells the other way, and half a cell this way
+    assert outline.contour[180] == pytest.approx(8.5, abs=0.5)
+    assert outline.contour[0] == pytest.approx(0.5, abs=0.3)
+
+
 @pytest.mark.parametrize("depth", [10.0, 30.0])
 def test_rim_under_a_layer_few_cells_thick(depth):
     """Six cells in the thickness will do where the pressure still is root-like over four of them."""
