@@ -69,6 +69,17 @@ def test_estimates_along_a_curve():
     assert wide.contour_error[0] > 1.5 * curve.contour_error[1]
 
 
+def test_estimates_where_cells_are_too_wide():
+    """Between their centres there is a contact that none of them knows of."""
+    curve = fp.indent(
+        fp.HalfSpace(1.0, 0.3), fp.Sphere(1.0), depth=[1e-6, 0.3], method="bem", grid=bem.Grid(64, 64, 0.1)
+    )
+    assert curve.force[0] == curve.radius[0] == curve.area[0] == 0
+    assert np.isinf(curve.force_error[0])
+    assert np.isinf(curve.contour_error[0])
+    assert curve.force_error[1] < 0.01
+
+
 def test_pressure_at_points():
     x = np.array([0.0, 1e-7, 1e-5])
     p = fp.pressure(fp.HalfSpace(1e9, 0.3), fp.Paraboloid(1e-5), x, 0 * x, depth=1e-8, method="bem")

@@ -186,17 +186,22 @@ def _solutions(
 
 
 def _errors(indenter: Indenter, found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
-    """Estimated relative errors of the forces, and of the outlines over the mean radius; infinite where there is no outline."""
-    outline = np.log([trace.contour / trace.radius for trace in traces])
-    boxes = [bounding_box(solution.grid, solution.contact).half_widths for solution in found]
-    cells = np.array(
-        [_CELLS_OF_BOX * np.sqrt(wx * wy) / s.grid.spacing for (wx, wy), s in zip(boxes, found, strict=True)]
-    )
-    change = np.array([solution.coarser_force / solution.force - 1 for solution in found])
+    """Estimated relative errors of the forces, and of the outlines over the mean radius; infinite where there is no outline.
+
+    Where cells are so wide that none is in contact both are.
+    """
+    cells, change = np.full((2, len(found)), np.nan)
+    for i, solution in enumerate(found):
+        if solution.contact.any():
+            wx, wy = bounding_box(solution.grid, solution.contact).half_widths
+            cells[i] = _CELLS_OF_BOX * np.sqrt(wx * wy) / solution.grid.spacing
+            change[i] = solution.coarser_force / solution.force - 1
     # steps that began from the one before are too close to it to differ
     latest = np.maximum.accumulate(np.where(np.isfinite(change), np.arange(change.size), 0))
+    outline = np.log([trace.contour / trace.radius for trace in traces])
     force = cell_error.own_force_error(change[latest], outline, cells, edges=bool(indenter.corners))
-    return force, np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
+    contour = np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
+    return np.where(np.isfinite(cells), force, np.inf), contour
 
 
 def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:

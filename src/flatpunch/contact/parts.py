@@ -60,13 +60,12 @@ def ray_and_area(grid: Grid, cells: Mask) -> tuple[float, float]:
     with np.errstate(divide="ignore", invalid="ignore"):
         # zero on the axes, where arcsinh(1/0) times zero is none
         corner = np.nan_to_num(x * np.arcsinh(y / np.abs(x))) + np.nan_to_num(y * np.arcsinh(x / np.abs(y)))
-    padded, count = np.pad(cells, 1), np.count_nonzero(cells)
+    ray = float(np.diff(np.diff(corner, axis=0), axis=1)[cells].sum()) / (2 * np.pi)
+    padded, count = np.pad(cells, 1), int(np.count_nonzero(cells))
+    faces = sum(int(np.count_nonzero(np.diff(padded, axis=axis))) for axis in (0, 1))
     # a staircase is longer than what it follows
-    rim = np.pi / 4 * sum(np.count_nonzero(np.diff(padded, axis=axis)) for axis in (0, 1))
-    share = max(1 - EXCESS * rim / count, 0.0)
-    return share * float(np.diff(np.diff(corner, axis=0), axis=1)[cells].sum()) / (
-        2 * np.pi
-    ), share * count * grid.cell_area
+    share = max(1.0 - EXCESS * float(np.pi / 4) * faces / max(count, 1), 0.0)
+    return share * ray, share * count * grid.cell_area
 
 
 def wedges_of(indenter: Indenter) -> list[tuple[float, float, bool]]:
