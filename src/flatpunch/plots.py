@@ -18,7 +18,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.path import Path as Outline
 from scipy.ndimage import distance_transform_edt
 
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Flags
+from flatpunch.bem.shape import overlap_half_widths
 from flatpunch.contact import pressure
 from flatpunch.files.results import whole_file
 from flatpunch.files.units import readable
@@ -70,11 +71,11 @@ def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None =
     axes : matplotlib.axes.Axes
         Where to draw.
     step : int, optional
-        Which step; by default the last at which the theory holds, with three earlier ones thinner.
+        Which step; by default the last at which the theory holds and the contact has an outline, with three earlier ones thinner.
     """
     last = _last_valid(result) if step is None else step
     phi, contour = result["phi"].values, result["contour"].values
-    half = 1.25 * float(np.max(contour[last]))
+    half = _half_width(result, indenter, last)
     factor, unit = readable(half, "m")
     _level_lines(indenter, half, factor, axes)
     for i in _earlier(result, last) if step is None else []:
@@ -82,7 +83,8 @@ def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None =
     axes.plot(*_curve(contour[last], phi, factor), color=_OUTLINE, linewidth=1.8)
     _frame(axes, half * factor, unit)
     depth, depth_unit = _scaled(result["depth"].values[last : last + 1], "m")
-    axes.set_title(f"Contact outline (red) at $d$ = {depth[0]:.3g} {depth_unit}")
+    what = "Contact outline (red)" if _outlined(result)[last] else "Several parts, no outline"
+    axes.set_title(f"{what} at $d$ = {depth[0]:.3g} {depth_unit}")
     return axes
 
 
@@ -100,12 +102,12 @@ def pressure_map(
     axes : matplotlib.axes.Axes
         Where to draw.
     step : int, optional
-        Which step; by default the last at which the theory holds.
+        Which step; by default the last at which the theory holds and the contact has an outline.
     points : int
         Number of points along either side of the map.
     """
     last = _last_valid(result) if step is None else step
-    half = 1.25 * float(np.max(result["contour"].values[last]))
+    half = _half_width(result, indenter, last)
     x = np.linspace(-half, half, points)
     # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
     control = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
@@ -240,9 +242,10 @@ def _scaled(values: Array, unit: str, *, quantile: bool = False) -> tuple[Array,
 
 
 def _last_valid(result: xr.Dataset) -> int:
-    """Last step before the theory first fails; if it fails from the start, the last step at which it holds.
+    """Last step with an outline before the theory first fails; if it fails from the start, the last step at which it holds.
 
-    A pressure field belongs to the whole history of the contact, so steps beyond a gap are second choice.
+    A pressure field belongs to the whole history of the contact, so steps beyond a gap are second choice, and those whose
+    contact has come apart the last.
     """
     valid = result["valid"].values.astype(bool)
     usable = valid & (result["radius"].values > 0)
@@ -250,15 +253,29 @@ def _last_valid(result: xr.Dataset) -> int:
         raise ValueError(
             "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
         )
-    leading = usable & np.logical_and.accumulate(valid)
-    return int(np.flatnonzero(leading if leading.any() else usable)[-1])
+    leading, outlined = usable & np.logical_and.accumulate(valid), _outlined(result)
+    choices = (leading & outlined, usable & outlined, leading, usable)
+    return int(np.flatnonzero(next(choice for choice in choices if choice.any()))[-1])
+
+
+def _outlined(result: xr.Dataset) -> Flags:
+    """Whether contacts have an outline, shape (steps,)."""
+    return np.asarray(np.isfinite(result["contour"].values).all(axis=1))
+
+
+def _half_width(result: xr.Dataset, indenter: Any, step: int) -> float:
+    """Half of the width that a picture of one contact shows [m]; of one without an outline where the indenter would overlap."""
+    if _outlined(result)[step]:
+        return 1.25 * float(np.max(result["contour"].values[step]))
+    return max(overlap_half_widths(indenter, float(result["depth"].values[step])))
 
 
 def _earlier(result: xr.Dataset, last: int) -> list[int]:
     """Up to three steps before the last, at about a quarter, a half and three quarters of its radius."""
     radius = result["radius"].values
     wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in (0.25, 0.5, 0.75)]
-    return [i for i in sorted(set(wanted)) if i != last and radius[i] > 0 and bool(result["valid"].values[i])]
+    drawn = result["valid"].values.astype(bool) & _outlined(result) & (radius > 0)
+    return [i for i in sorted(set(wanted)) if i != last and drawn[i]]
 
 
 def _curve(contour: Array, phi: Array, factor: float) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 import flatpunch as fp
 from flatpunch import plots
+from flatpunch.bem.shape import overlap_half_widths
 
 GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1.2e-6)], base=fp.RigidBase())
 TIP = fp.Pyramid(sides=4, inclination=0.9)
@@ -60,6 +61,26 @@ def test_outline_is_closed_and_of_the_last_valid_step(result, axes):
     # polar radii of the drawn curve are the contour of step 14, in nm
     np.testing.assert_allclose(np.hypot(x, y)[:-1], result["contour"][14] * 1e9, rtol=1e-12)
     assert axes.get_aspect() == 1
+
+
+def test_contacts_without_an_outline(result, axes):
+    """The last that has one is drawn; if none has, what the indenter would overlap bounds the picture."""
+    apart = result.copy(deep=True)
+    apart["contour"][15:] = np.nan
+    plots.outline(apart, TIP, axes)
+    x, y = axes.lines[-1].get_data()
+    np.testing.assert_allclose(np.hypot(x, y)[:-1], result["contour"][14] * 1e9, rtol=1e-12)
+    apart["contour"][:] = np.nan
+    axes.clear()
+    plots.outline(apart, TIP, axes)
+    assert axes.get_title().startswith("Several parts, no outline")
+    depth = float(result["depth"][-1])
+    across = max(overlap_half_widths(TIP, depth))
+    factor = 1e9 if "nm" in axes.get_xlabel() else 1e6
+    assert axes.get_xlim() == pytest.approx((-across * factor, across * factor))
+    axes.clear()
+    plots.pressure_map(apart, GEL, TIP, axes, points=21)
+    assert np.isfinite(axes.get_xlim()).all()
 
 
 def test_pressure_map_integrates_to_the_force(result, axes):
