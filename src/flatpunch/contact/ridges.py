@@ -31,8 +31,8 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _WIDTH, _CELLS = 0.28, 8.0
 """Half-width up to which a tongue is looked at: over the mean radius, and at least this many cells."""
-_FINE = 1e-3
-"""Cells over the mean radius down to which looks are taken."""
+_FINE, _FINE_ROUNDED = 1e-3, 5e-4
+"""Cells over the mean radius down to which looks are taken, and those along rounded edges, whose needles end bluntly."""
 _TONGUES, _NEEDLES, _FINER_NEEDLES, _COUNTED_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02), (4, 0.01)
 """Cells of the first look per cell, at least, and over the mean radius, at most. Needles are narrow where they leave the core,
 the narrower the more they are; blunt ends of rounded edges follow from this look alone, and counting wants many cells."""
@@ -187,6 +187,7 @@ def _tongue(
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
     finer = max(edge.finer, int(np.ceil(patch.grid.spacing / (edge.coarsest * edge.mean))))
+    finest = (_FINE_ROUNDED if edge.rounded else _FINE) * edge.mean
     looks: list[list[Side]] = []
     while True:
         grid = _window(patch, edge, widest, finer, looks[-1] if looks else ())
@@ -205,10 +206,10 @@ def _tongue(
         if len(found) == len(sides):
             # needles may be too narrow for the cells of the first look
             looks.append(found)
-        if not closely or grid.spacing <= _FINE * edge.mean:
+        if not closely or grid.spacing <= finest:
             break
         # no finer than the last look has to be
-        finer = min(_CLOSER, max(2, int(np.ceil(grid.spacing / (_FINE * edge.mean)))))
+        finer = min(_CLOSER, max(2, int(np.ceil(grid.spacing / finest))))
         widest = _NARROW * grid.spacing / finer
     if not looks:
         return None
