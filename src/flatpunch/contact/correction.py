@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from flatpunch._validation import Array, Flags
+from flatpunch._validation import Array, Flags, Indices
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
 from flatpunch.contact import cell_error
@@ -27,33 +27,28 @@ from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import (
     between_good,
-    continued,
-    curve_beside,
     leading,
-    left_out,
     left_out_of_hermite,
     off_smoother,
     settled_slopes,
 )
 from flatpunch.contact.round_series import RoundSeries
+from flatpunch.contact.shape_curve import ShapeCurve, shape_curve
 from flatpunch.contact.solution_curves import (
     FEWEST,
     ForceCurve,
     ForcePart,
-    ShapeCurve,
     constant,
-    error_between,
-    standing,
 )
 from flatpunch.contact.theory_forms import BASE, NOTHING, Theory, TheoryAt, forces
+from flatpunch.indenters.edges import sectors
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import call_helpers, shared_out
 
 _FINEST, _FAR_APART = 1 / 4, 1 / 2
 """Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
-_FINEST_TONGUES, _GROWING, _LONG = 1 / 8, 0.1, 6.0
-"""The first of these where tongues under edges set in, by how much ln(reach/mean radius) rises in a gap there, and up to which
-reach: needles grow evenly. Likewise between contacts with an outline and without."""
+_FINEST_CHANGE, _GROWING = 1 / 32, 0.35
+"""The first of these where contacts come apart or join again, and where needles set in: ln(reach/mean radius) rises that much."""
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and ratios to the round contact stand still (they move like beta)."""
 _DECADES = 9
@@ -64,8 +59,6 @@ _SHAPE_TOLERANCE = 5e-3
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
 _CLOSE_TOLERANCE = 8e-3
 """The same between those that lie close."""
-_CHOICE = 4
-"""Power of the ratio of errors with which the better of two curves is preferred."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING = 1e-9
@@ -150,7 +143,7 @@ class Correction:
         nodes = self._own_nodes(at) if exactly and self._few(at) else self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
         curve = self._shape_curve(tuple(nodes))
-        shape, wrong, frozen = curve.absolute(at), error_between(nodes, curve.error, at), at != x
+        shape, wrong, frozen = curve.absolute(at), curve.estimate(at), at != x
         if curve.weight.any() or frozen.any():
             theory = np.log(contact.radius)
             still = np.array(theory)
@@ -214,30 +207,13 @@ class Correction:
         return ForceCurve.of(nodes, parts)
 
     def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
-        """Curves through shapes and their ratios to the round contact, trusted where leaving solutions out changes them least."""
+        """Curves through radii, areas and outlines."""
         nodes = np.array(known)
-        rows, theory = np.array([self.known[node][RADIUS:] for node in known]), self.theory.at(nodes)
-        good = np.isfinite(rows[:, -1])
-        filled = continued(nodes, rows, good)
-        rows[:, 2:] = filled[:, 2:]
-        round_contact = np.log(theory.radius)[:, None]
-        tables = (rows, rows - round_contact)
-        if nodes.size == 1:
-            absolute, relative = (standing(table) for table in tables)
-            return ShapeCurve(nodes, absolute, relative, np.ones(1), np.zeros(1))
-        # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
-        steepness = (np.roll(rows[:, 2:], -1, axis=1) - np.roll(rows[:, 2:], 1, axis=1)) / (2 * self.phi[1])
-        reach = np.exp(rows[:, 2:] - rows[:, :1]) / np.hypot(1.0, steepness)
-        missed = np.hsplit(left_out(nodes, np.hstack(tables)), 2)
-        errors = [(wrong[:, 2:] * reach).max(axis=1) for wrong in missed]
-        share, wrong = np.zeros(nodes.size), errors[0]
-        if nodes.size > 2:
-            share = np.nan_to_num(1 / (1 + (errors[1] / (errors[0] + _ROUNDING)) ** _CHOICE))
-            share[theory.radius >= self.theory.turning(theory.radius)] = 0.0
-            wrong = wrong + share * (errors[1] - wrong)
-        absolute = curve_beside(nodes, rows, good, filled)
-        relative = curve_beside(nodes, rows - round_contact, good, filled - round_contact)
-        return ShapeCurve(nodes, absolute, relative, share, wrong)
+        radius = self.theory.at(nodes).radius
+        turned = radius >= self.theory.turning(radius) if nodes.size > 1 else np.zeros(1, dtype=bool)
+        return shape_curve(
+            nodes, np.array([self.known[node][RADIUS:] for node in known]), np.log(radius), turned, self._sectors
+        )
 
     @property
     def _self_similar(self) -> bool:
@@ -297,18 +273,20 @@ class Correction:
             split = self._rough(tuple(nodes), rtol)
             if not split.any():
                 return nodes
-            self._solve(middles[split])
+            kinks = self._shape_curve(tuple(nodes)).kinks
+            self._solve(np.where(np.isfinite(kinks), kinks, middles)[split])
 
     def _gaps_to_halve(self, known: tuple[float, ...], rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
         nodes = np.array(known)
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
         theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
-        reach = np.array([row[OUTLINE:].max() - row[RADIUS] for row in (self.known[node] for node in known)])
-        tongues = (np.diff(reach) > _GROWING) & (reach[:-1] < np.log(_LONG)) | np.diff(np.isfinite(reach))
-        finest = np.where(tongues, _FINEST_TONGUES, _FINEST)
+        rows = np.array([self.known[node] for node in known])
+        reach = np.array([rows[:, OUTLINE:][:, self._sectors == kind].max(axis=1) for kind in np.unique(self._sectors)])
+        grown = np.diff(reach - rows[:, RADIUS]).max(axis=0)
+        finest = np.where((grown > _GROWING) | np.diff(np.isfinite(rows[:, -1])), _FINEST_CHANGE, _FINEST)
         rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > finest)
-        wrong = np.maximum.reduce([shape.error[1:], shape.error[:-1], shape.blended(middles, np.log(theory.radius))[1]])
+        wrong = np.maximum(shape.error, shape.blended(middles, np.log(theory.radius))[1])
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
         rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > finest)
         return np.asarray(rough)
@@ -334,6 +312,10 @@ class Correction:
         """Let other processes load boundary elements meanwhile, for a curve of so many contacts of which nothing is known."""
         if not self.known and not self._self_similar and self.cells <= SHARED_CELLS:
             call_helpers(solved_row.__module__, self._case, contacts)
+
+    @cached_property
+    def _sectors(self) -> Indices:
+        return sectors(self.indenter, self.phi)
 
     @cached_property
     def _level_line(self) -> Array:

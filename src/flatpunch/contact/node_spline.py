@@ -46,16 +46,6 @@ def curve_through(nodes: Array, table: Array) -> Curve:
     return curve
 
 
-def curve_beside(nodes: Array, table: Array, good: Flags, filled: Array) -> Curve:
-    """The same, which between good nodes knows of the others only what is carried on to them."""
-    whole = curve_through(nodes, table)
-    between = good[1:] & good[:-1]
-    smooth = curve_through(nodes, filled) if between.any() and not between.all() else whole
-    if isinstance(whole, scipy.interpolate.PPoly) and isinstance(smooth, scipy.interpolate.PPoly):
-        whole = scipy.interpolate.PPoly(np.where(between[:, None], smooth.c, whole.c), nodes)
-    return whole
-
-
 def off_smoother(nodes: Array, values: Array, slopes: Array) -> Array:
     """Estimated error of the cubic Hermite curve in each gap, shape (n - 1,): what it differs from a smoother one by.
 
@@ -118,8 +108,8 @@ def _beside_too(wrong: Array, share: float) -> Array:
     return np.asarray(np.maximum(wrong, share * np.maximum(np.append(wrong[1:], 0.0), np.insert(wrong[:-1], 0, 0.0))))
 
 
-def left_out(nodes: Array, table: Array) -> Array:
-    """Estimated error of the local curve beside each node, shape of table: a fifth of what it misses without that node.
+def left_out(nodes: Array, table: Array, through: Callable[[Array, Array], Curve] = curve_through) -> Array:
+    """Error of local curves beside each node, shape of table: a fifth of what they miss, with its sign, without that node.
 
     Leaving a node out doubles the local spacing, so the error grows by eight or sixteen where it is resolved; five is on the
     safe side. At the ends, where leaving out extrapolates, the next node's value stands.
@@ -129,7 +119,7 @@ def left_out(nodes: Array, table: Array) -> Array:
     wrong = np.zeros_like(table)
     for i in range(1, nodes.size - 1):
         near = _neighbours(i, nodes.size, _BESIDE)
-        wrong[i] = np.abs(curve_through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
+        wrong[i] = (through(nodes[near], table[near])(nodes[i]) - table[i]) / _PLAIN_SAFETY
     wrong[0], wrong[-1] = _ONE_SIDED * wrong[1], _ONE_SIDED * wrong[-2]
     return wrong
 

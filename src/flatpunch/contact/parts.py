@@ -10,6 +10,7 @@ from flatpunch.bem.closeup import turned
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.compliance import Kernel
+from flatpunch.indenters.edges import wedges_of
 from flatpunch.indenters.profile import Indenter
 
 FILLED = 0.7
@@ -18,8 +19,6 @@ EXCESS = 0.07
 """By how much cells in contact are too many along their rim, in cells: those covered in part count (0.04 to 0.11 found)."""
 _AT = 1.5
 """Cells from the point of first touch within which it counts as in contact."""
-_WIDEST_WEDGE = 1.5
-"""Half of the angle to the next edge at most [rad]."""
 
 
 def star_of(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: int) -> tuple[Outline, Mask]:
@@ -66,12 +65,3 @@ def ray_and_area(grid: Grid, cells: Mask) -> tuple[float, float]:
     # a staircase is longer than what it follows
     share = max(1.0 - EXCESS * float(np.pi / 4) * faces / max(count, 1), 0.0)
     return share * ray, share * count * grid.cell_area
-
-
-def wedges_of(indenter: Indenter) -> list[tuple[float, float, bool]]:
-    """Polar angles of the edges [rad], tangents of half the angle to the next one, and whether they are rounded."""
-    rounded = tuple(getattr(indenter, "rounded_edges", ()))
-    angles = np.array(sorted(indenter.corners + rounded))
-    gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
-    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
-    return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]

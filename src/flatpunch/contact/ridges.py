@@ -24,8 +24,9 @@ from flatpunch.bem.closeup import ROOT, Patch, look_closer, turned
 from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
 from flatpunch.contact.across import Across, across
-from flatpunch.contact.parts import EXCESS, FILLED, ray_and_area, star_of, wedges_of
+from flatpunch.contact.parts import EXCESS, FILLED, ray_and_area, star_of
 from flatpunch.contact.star_core import refine_core
+from flatpunch.indenters.edges import place_of, wedges_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
@@ -148,7 +149,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
     contour = np.mean([np.interp(rays + turn / fold, rays, contour, period=1.0) for turn in range(fold)], axis=0)
-    for edge in _edges(kernel, indenter, contour, outline.radius, star, fold):
+    for edge in _edges(kernel, indenter, contour, outline.radius, star):
         sides = _tongue(kernel, indenter, solution.depth, whole, edge, closely=not apart)
         if sides is not None:
             for turn in range(fold):
@@ -162,7 +163,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     return Trace(np.full_like(contour, np.nan), radius + ray, area + more)
 
 
-def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool, fold: int) -> list[Edge]:
+def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
     """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap.
 
     Of those that turning the tip carries into each other the one that lies along rows of cells, if there is one.
@@ -173,10 +174,12 @@ def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star
     for angle, wedge, rounded in sorted(wedges_of(indenter), key=lambda edge: abs(np.sin(2 * edge[0]))):
         reach = np.interp(np.mod(angle, 2 * np.pi), phi, closed) / mean
         if not rounded or reach > _DRAWN_OUT:
-            place = round(angle * fold / (2 * np.pi), 6) % 1
             told = not kernel.exponent and mirrored_about(indenter, angle) and (star or bool(reach > _SLENDER))
             needles = _COUNTED_NEEDLES if not told else _FINER_NEEDLES if rounded or wedge < _CROWDED else _NEEDLES
-            chosen.setdefault(place, Edge(angle, wedge, nearest, mean, *(needles if star else _TONGUES), rounded, told))
+            chosen.setdefault(
+                place_of(indenter, angle),
+                Edge(angle, wedge, nearest, mean, *(needles if star else _TONGUES), rounded, told),
+            )
     return list(chosen.values())
 
 

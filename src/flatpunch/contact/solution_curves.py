@@ -11,13 +11,10 @@ from flatpunch._validation import Array, Indices
 
 FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
-_CAUTION, _SHAPE_CAUTION = 1.3, 2.0
-"""What is told as interpolation error of force and outline over what leaving a solution out tells, which decides on more of them
-(catalogue)."""
+_CAUTION = 1.3
+"""What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
-_SHAPE_DISPUTE = 0.4
-"""The same of the outline, over what the ratios to the round contact change of it."""
 _ROUNDING = 1e-9
 
 
@@ -108,42 +105,6 @@ class ForceCurve:
         return values
 
 
-@dataclass(frozen=True, slots=True)
-class ShapeCurve:
-    """Logarithms of shapes over x = ln d: curves through them and their ratios to the round contact, one value per column.
-
-    `weight` is that of the latter at the nodes and `error` the estimated error there over the mean radius, shape (nodes,).
-    """
-
-    nodes: Array
-    absolute: Callable[[Array], Array]
-    relative: Callable[[Array], Array]
-    weight: Array
-    error: Array
-
-    def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
-        """Logarithms at x, (n, columns), where the round radius has `theory`, and the error their difference tells, (n,)."""
-        absolute = self.absolute(x)
-        change = np.interp(x, self.nodes, self.weight)[:, None] * (self.relative(x) + theory[:, None] - absolute)
-        blended = absolute + change
-        dispute = np.abs(change[:, 2:]) * np.exp(blended[:, 2:] - blended[:, :1])
-        return blended, _SHAPE_DISPUTE * dispute.max(axis=1)
-
-
 def constant(value: float, slope: float) -> Callable[..., Array]:
     """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
     return lambda x, nu=0: np.full_like(x, slope if nu else value)
-
-
-def standing(table: Array) -> Callable[[Array], Array]:
-    """Curve through one row."""
-    return lambda x: np.repeat(table, x.size, axis=0)
-
-
-def error_between(nodes: Array, error: Array, x: Array) -> Array:
-    """Estimated error at points: between two solutions the worse of them counts, at one none."""
-    if nodes.size == 1:
-        return np.zeros_like(x)
-    upper = np.clip(np.searchsorted(nodes, x), 1, nodes.size - 1)
-    worse = _SHAPE_CAUTION * np.maximum(error[upper - 1], error[upper])
-    return np.asarray(np.where(np.abs(nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, worse))

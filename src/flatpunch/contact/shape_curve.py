@@ -1,0 +1,132 @@
+"""Curves through mean radius, area and outline of boundary element solutions over x = ln d."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from flatpunch._validation import Array, Flags, Indices
+from flatpunch.contact.kinks import sizes_through
+from flatpunch.contact.node_spline import Curve, continued, curve_through, left_out
+from flatpunch.contact.progress import outlines_through
+
+_CAUTION = 2.0
+"""What is told as interpolation error of outlines over what leaving a solution out tells, which decides on more of them
+(catalogue)."""
+_DISPUTE = 0.4
+"""Error of the outline over what following the round contact changes of it."""
+_DEPARTURE = 0.02
+"""Departure of the round contact from a smooth curve up to which shapes are thought to share it."""
+_CHOICE = 4
+"""Power of the ratio of errors with which the better of two curves is preferred."""
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeCurve:
+    """Logarithms of shapes over x = ln d, one value per column: ln a0, ln sqrt(A/pi) and ln a(phi).
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n,)
+        Positions of the solutions.
+    absolute, steady : callable
+        Curves through the shapes, and through the round radii beside them.
+    weight : ndarray, shape (n,)
+        How far shapes follow what the latter miss of the round contact between solutions.
+    error : ndarray, shape (n - 1,)
+        Estimated error in each gap: of the outline over its mean radius, and where there is none of the logarithms of the sizes.
+    kinks : ndarray, shape (n - 1,)
+        Where in a gap the contact comes apart, else NaN.
+    """
+
+    nodes: Array
+    absolute: Curve
+    steady: Curve
+    weight: Array
+    error: Array
+    kinks: Array
+
+    def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
+        """Logarithms at x, (n, columns), where the round radius has `theory`, and the error that following it tells, (n,)."""
+        missed = theory - self.steady(x)
+        # round contacts jump where others need not
+        change = np.interp(x, self.nodes, self.weight) * missed / (1 + (missed / _DEPARTURE) ** 4)
+        blended = self.absolute(x) + change[:, None]
+        return blended, _DISPUTE * np.abs(change) * np.exp((blended[:, 2:] - blended[:, :1]).max(axis=1))
+
+    def estimate(self, x: Array) -> Array:
+        """Estimated error at points, shape (n,): none at a solution."""
+        if self.nodes.size == 1:
+            return np.zeros_like(x)
+        gap = np.clip(np.searchsorted(self.nodes, x) - 1, 0, self.error.size - 1)
+        return np.where(np.abs(self.nodes[:, None] - x).min(axis=0) < _ROUNDING, 0.0, _CAUTION * self.error[gap])
+
+
+def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, sectors: Indices) -> ShapeCurve:
+    """Curves through shapes that know of the round contact where that makes them miss less of solutions left out.
+
+    Parameters
+    ----------
+    nodes : array, shape (n,)
+        Positions ln d of the solutions.
+    rows : array, shape (n, 2 + angles)
+        Their ln a0, ln sqrt(A/pi) and ln a(phi), NaN where a contact has no outline.
+    round_radius : array, shape (n,)
+        ln a of the round contacts.
+    turned : array of bool, shape (n,)
+        Whether these have turned back before.
+    sectors : array of int, shape (angles,)
+        Which kind of edge is nearest to each ray.
+    """
+    if nodes.size == 1:
+        shape = continued(nodes, rows, np.isfinite(rows[:, -1]))
+        return ShapeCurve(nodes, _standing(shape), _standing(round_radius), np.ones(1), np.zeros(0), np.zeros(0))
+    whole = np.isfinite(rows[:, -1])
+    through = partial(outlines_through, sectors=sectors)
+    outlines = continued(nodes, rows, whole)[:, 2:]
+    # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
+    steepness = (np.roll(outlines, -1, axis=1) - np.roll(outlines, 1, axis=1)) * (sectors.size / (4 * np.pi))
+    reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, steepness)
+    missed = left_out(nodes, outlines, through)
+    beside = missed - left_out(nodes, round_radius)[:, None]
+    alone, together = ((np.abs(wrong) * reach).max(axis=1) for wrong in (missed, beside))
+    share, wrong = np.zeros(nodes.size), alone
+    if nodes.size > 2:
+        share = np.nan_to_num(1 / (1 + (together / (alone + _ROUNDING)) ** _CHOICE))
+        share[turned | ~whole] = 0.0
+        wrong = alone + share * (together - alone)
+    sizes = sizes_through(nodes, rows[:, :2], whole)
+    error = np.where(whole[1:] & whole[:-1], np.maximum(wrong[1:], wrong[:-1]), sizes.error)
+    curve = _by_runs(nodes, outlines, whole, through)
+
+    def absolute(x: Array) -> Array:
+        return np.hstack([sizes(x), curve(x)])
+
+    return ShapeCurve(nodes, absolute, curve_through(nodes, round_radius), share, error, sizes.kinks)
+
+
+def _by_runs(nodes: Array, outlines: Array, whole: Flags, through: Callable[[Array, Array], Curve]) -> Curve:
+    """Outlines of contacts in one part know nothing of what lies beyond others."""
+    everywhere = through(nodes, outlines)
+    runs = np.split(np.arange(nodes.size), np.flatnonzero(np.diff(whole)) + 1)
+    own = [(nodes[run[[0, -1]]], through(nodes[run], outlines[run])) for run in runs if whole[run[0]] and run.size > 1]
+    if len(runs) == 1:
+        return everywhere
+
+    def outline(x: Array) -> Array:
+        values = everywhere(x)
+        for (first, last), curve in own:
+            here = (x >= first) & (x <= last)
+            values[here] = curve(x[here])
+        return values
+
+    return outline
+
+
+def _standing(table: Array) -> Curve:
+    """Curve through one row."""
+    return lambda x: np.repeat(table, x.size, axis=0)
