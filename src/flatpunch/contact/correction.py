@@ -45,20 +45,23 @@ from flatpunch.indenters.edges import sectors
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import call_helpers, shared_out
 
-_FINEST, _FAR_APART = 1 / 4, 1 / 2
-"""Gaps, in spacings, that are never halved, and those up to which solutions count as close."""
-_FINEST_CHANGE, _GROWING = 1 / 32, 0.35
-"""The first of these where contacts come apart or join again, and where needles set in: ln(reach/mean radius) rises that much."""
+_FAR_APART, _CLOSE, _CLOSER, _CLOSEST_CHANGE = 1 / 2, 1 / 4, 1 / 8, 1 / 16
+"""Gaps, in spacings, above which solutions lie far apart, or are close, or closer still, where contacts change quickly."""
+_GROWING = 0.3
+"""By how much ln(reach/mean radius) rises in a gap in which needles set in."""
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and ratios to the round contact stand still (they move like beta)."""
 _DECADES = 9
 """Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
 _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
-_SHAPE_TOLERANCE = 5e-3
-"""Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart."""
-_CLOSE_TOLERANCE = 8e-3
-"""The same between those that lie close."""
+_SHAPE_TOLERANCE, _CLOSE_TOLERANCE, _CLOSER_TOLERANCE = 5e-3, 8e-3, 2.5e-2
+"""Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart, that are close, and
+that are closer: leaving one out of these tells up to five times too much."""
+_APART_TOLERANCE = 1.5e-2
+"""The last of these in radius and area where contacts come apart."""
+_AFTER = 1 / 3
+"""Where in the rest of a gap the rise after a kink is solved for too, as long as solutions are not closer."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
 _ROUNDING = 1e-9
@@ -274,7 +277,10 @@ class Correction:
             if not split.any():
                 return nodes
             kinks = self._shape_curve(tuple(nodes)).kinks
-            self._solve(np.where(np.isfinite(kinks), kinks, middles)[split])
+            # and where the steep rise after a kink begins, as long as it is not well known
+            beyond = kinks + _AFTER * (nodes[1:] - kinks)
+            wide = split & np.isfinite(kinks) & (gaps > _CLOSER)
+            self._solve(np.append(np.where(np.isfinite(kinks), kinks, middles)[split], beyond[wide]))
 
     def _gaps_to_halve(self, known: tuple[float, ...], rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
@@ -284,11 +290,14 @@ class Correction:
         rows = np.array([self.known[node] for node in known])
         reach = np.array([rows[:, OUTLINE:][:, self._sectors == kind].max(axis=1) for kind in np.unique(self._sectors)])
         grown = np.diff(reach - rows[:, RADIUS]).max(axis=0)
-        finest = np.where((grown > _GROWING) | np.diff(np.isfinite(rows[:, -1])), _FINEST_CHANGE, _FINEST)
-        rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > finest)
+        apart = np.diff(np.isfinite(rows[:, -1]))
+        changing = (grown > _GROWING) | apart
         wrong = np.maximum(shape.error, shape.blended(middles, np.log(theory.radius))[1])
+        rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > _CLOSE)
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
-        rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > finest)
+        rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > np.where(changing, _CLOSER, _CLOSE))
+        closer = np.where(apart, _APART_TOLERANCE, _CLOSER_TOLERANCE)
+        rough |= (wrong > closer) & (gaps > np.where(changing, _CLOSEST_CHANGE, _CLOSER))
         return np.asarray(rough)
 
     def _solve(self, positions: Array, *, alone: bool = False) -> None:

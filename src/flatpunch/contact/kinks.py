@@ -18,8 +18,8 @@ from flatpunch.contact.node_spline import Curve, curve_through, left_out, spline
 
 _KNOWN = 3
 """Solutions by which a curve is continued."""
-_SAFETY = 3.0
-"""Over what a continuation changes without the nearest of its solutions."""
+_SAFETY, _SHARE = 3.0, 0.1
+"""Over what a continuation changes without the nearest of its solutions, and the least error of the rise after the kink."""
 _FINE = np.linspace(0.0, 1.0, 65)
 _INSIDE = 0.1
 """Share of a gap that a new solution keeps from its ends."""
@@ -90,18 +90,20 @@ def _kinked(nodes: Array, sizes: Array, before: Indices, after: Indices) -> tupl
 
     x = start + _FINE * (end - start)
     rise = _continued(nodes, sizes, right)(x) - _continued(nodes, sizes, left)(x)
+    wrong = [_SHARE * np.abs(rise[-1]).max()]
     if right.size < 2 or np.any(rise[0] > 0) or np.any(rise[-1] < 0):
         ends = [left[-1], right[0]]
-        return spline_through(nodes[ends], sizes[ends]), float(np.abs(rise[[0, -1]]).min(axis=0).max()), np.nan
+        return spline_through(nodes[ends], sizes[ends]), float(wrong[0]), np.nan
     kink = x[np.argmax(rise[:, 1] >= 0)]
     further = before[:-1][-_KNOWN:], after[1:][:_KNOWN]
-    wrong = [
+    wrong += [
         np.abs(_continued(nodes, sizes, near)(np.array([kink])) - _continued(nodes, sizes, far)(np.array([kink]))).max()
+        / _SAFETY
         for near, far in zip((left, right), further, strict=True)
         if far.size
     ]
     inside = _INSIDE * (end - start)
-    return larger, float(max(wrong)) / _SAFETY, float(np.clip(kink, start + inside, end - inside))
+    return larger, float(max(wrong)), float(np.clip(kink, start + inside, end - inside))
 
 
 def _continued(nodes: Array, sizes: Array, by: Indices) -> Curve:

@@ -140,7 +140,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
     star = solution.grid.spacing > _COARSE * outline.radius
     if star:
-        refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius)
+        refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius, islands)
     apart = bool(islands.any())
     if apart:
         # islands are no tongue, however near

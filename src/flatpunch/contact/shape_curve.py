@@ -89,8 +89,7 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     through = partial(outlines_through, sectors=sectors)
     outlines = continued(nodes, rows, whole)[:, 2:]
     # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
-    steepness = (np.roll(outlines, -1, axis=1) - np.roll(outlines, 1, axis=1)) * (sectors.size / (4 * np.pi))
-    reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, steepness)
+    reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, _steepness(outlines))
     missed = left_out(nodes, outlines, through)
     beside = missed - left_out(nodes, round_radius)[:, None]
     alone, together = ((np.abs(wrong) * reach).max(axis=1) for wrong in (missed, beside))
@@ -100,13 +99,22 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
         share[turned | ~whole] = 0.0
         wrong = alone + share * (together - alone)
     sizes = sizes_through(nodes, rows[:, :2], whole)
-    error = np.where(whole[1:] & whole[:-1], np.maximum(wrong[1:], wrong[:-1]), sizes.error)
+    error = np.where(np.isfinite(sizes.kinks) | (whole[1:] != whole[:-1]), sizes.error, sizes.error / 3)
+    error = np.where(whole[1:] & whole[:-1], np.maximum.reduce([wrong[1:], wrong[:-1], error]), error)
     curve = _by_runs(nodes, outlines, whole, through)
 
     def absolute(x: Array) -> Array:
         return np.hstack([sizes(x), curve(x)])
 
     return ShapeCurve(nodes, absolute, curve_through(nodes, round_radius), share, error, sizes.kinks)
+
+
+def _steepness(outlines: Array) -> Array:
+    """|dln a/dphi| of flanks, shape (n, angles): ends of needles are none, whether at a ray or between two."""
+    forwards = np.roll(outlines, -1, axis=1) - outlines
+    backwards = np.roll(forwards, 1, axis=1)
+    least = np.minimum.reduce([np.abs(forwards), np.abs(backwards), np.abs(forwards + backwards) / 2])
+    return np.asarray(least * (outlines.shape[1] / (2 * np.pi)))
 
 
 def _by_runs(nodes: Array, outlines: Array, whole: Flags, through: Callable[[Array, Array], Curve]) -> Curve:

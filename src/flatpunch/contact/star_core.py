@@ -6,10 +6,11 @@ The core is solved again on finer cells (bem/closeup.py), the half, the quarter 
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from flatpunch._validation import Array
 from flatpunch.bem.closeup import ROOT, Patch, look_closer
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.outline import rim_along
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
@@ -22,7 +23,14 @@ _SPARE = 0.1
 
 
 def refine_core(
-    kernel: Kernel, indenter: Indenter, depth: float, whole: Patch, contour: Array, gaps: Array, mean: float
+    kernel: Kernel,
+    indenter: Indenter,
+    depth: float,
+    whole: Patch,
+    contour: Array,
+    gaps: Array,
+    mean: float,
+    islands: Mask,
 ) -> None:
     """Replace a(phi) [m] where it is within reach of a look at the core, and where rays do not meet the contact again.
 
@@ -38,6 +46,8 @@ def refine_core(
         What rays miss before a(phi), as `Outline.gaps` has it; written to.
     mean : float
         Mean radius of the contact [m].
+    islands : ndarray, shape (ny, nx)
+        Cells in contact that do not belong to the star.
     """
     spacing = whole.grid.spacing
     fine = spacing / np.ceil(spacing / (_FINE * mean))
@@ -53,10 +63,21 @@ def refine_core(
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, mirrored=mirrored)
     if not core.converged:
         return
-    closer, *_ = rim_along(grid, core.pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
+    pressure = np.where(_on(islands, whole.grid, grid), 0.0, core.pressure) if islands.any() else core.pressure
+    closer, *_ = rim_along(grid, pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
     if one_of_three:
         rays = np.arange(contour.size) * (2 * np.pi / contour.size)
         images = sector - np.pi / 3 + np.mod(rays - sector + np.pi / 3, 2 * np.pi / 3)
         closer = np.interp(images, rays, closer, period=2 * np.pi)
     inside = (closer < half * fine - ROOT * spacing) & (gaps[:, 0] < ROOT * spacing)
     contour[inside], gaps[inside] = closer[inside], 0.0
+
+
+def _on(islands: Mask, coarse: Grid, fine: Grid) -> Mask:
+    """Which fine cells, their axes parallel, lie on islands or within two of the coarse cells around them."""
+    around = binary_dilation(islands, np.ones((3, 3)), iterations=2)
+    rows, columns = (
+        np.clip(np.rint((values - first) / coarse.spacing).astype(int), 0, count - 1)
+        for values, first, count in ((fine.y, coarse.y[0], coarse.ny), (fine.x, coarse.x[0], coarse.nx))
+    )
+    return np.asarray(around[np.ix_(rows, columns)])
