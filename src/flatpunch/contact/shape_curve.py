@@ -22,6 +22,8 @@ _DEPARTURE = 0.02
 """Departure of the round contact from a smooth curve up to which shapes are thought to share it."""
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
+_LENIENCE = 3.0
+"""How much larger errors of radius and area may be than of outlines, but where contacts come apart: leaving out tells too much."""
 _ROUNDING = 1e-9
 
 
@@ -38,7 +40,7 @@ class ShapeCurve:
     weight : ndarray, shape (n,)
         How far shapes follow what the latter miss of the round contact between solutions.
     error : ndarray, shape (n - 1,)
-        Estimated error in each gap: of the outline over its mean radius, and where there is none of the logarithms of the sizes.
+        Estimated error in each gap: of the outline over its mean radius, or of the logarithms of the sizes.
     kinks : ndarray, shape (n - 1,)
         Where in a gap the contact comes apart, else NaN.
     """
@@ -82,24 +84,23 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     sectors : array of int, shape (angles,)
         Which kind of edge is nearest to each ray.
     """
-    if nodes.size == 1:
-        shape = continued(nodes, rows, np.isfinite(rows[:, -1]))
-        return ShapeCurve(nodes, _standing(shape), _standing(round_radius), np.ones(1), np.zeros(0), np.zeros(0))
     whole = np.isfinite(rows[:, -1])
-    through = partial(outlines_through, sectors=sectors)
     outlines = continued(nodes, rows, whole)[:, 2:]
+    if nodes.size == 1:
+        shape = np.hstack([rows[:, :2], outlines])
+        return ShapeCurve(nodes, _standing(shape), _standing(round_radius), np.ones(1), np.zeros(0), np.zeros(0))
+    through = partial(outlines_through, sectors=sectors)
     # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
     reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, _steepness(outlines))
     missed = left_out(nodes, outlines, through)
-    beside = missed - left_out(nodes, round_radius)[:, None]
-    alone, together = ((np.abs(wrong) * reach).max(axis=1) for wrong in (missed, beside))
-    share, wrong = np.zeros(nodes.size), alone
+    wrong, share = (np.abs(missed) * reach).max(axis=1), np.zeros(nodes.size)
     if nodes.size > 2:
-        share = np.nan_to_num(1 / (1 + (together / (alone + _ROUNDING)) ** _CHOICE))
+        beside = (np.abs(missed - left_out(nodes, round_radius)[:, None]) * reach).max(axis=1)
+        share = 1 / (1 + (beside / (wrong + _ROUNDING)) ** _CHOICE)
         share[turned | ~whole] = 0.0
-        wrong = alone + share * (together - alone)
+        wrong += share * (beside - wrong)
     sizes = sizes_through(nodes, rows[:, :2], whole)
-    error = np.where(np.isfinite(sizes.kinks) | (whole[1:] != whole[:-1]), sizes.error, sizes.error / 3)
+    error = np.where(whole[1:] != whole[:-1], sizes.error, sizes.error / _LENIENCE)
     error = np.where(whole[1:] & whole[:-1], np.maximum.reduce([wrong[1:], wrong[:-1], error]), error)
     curve = _by_runs(nodes, outlines, whole, through)
 
