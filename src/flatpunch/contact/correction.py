@@ -47,19 +47,17 @@ from flatpunch.parallel.team import call_helpers, shared_out
 
 _FAR_APART, _CLOSE, _CLOSER, _CLOSEST_CHANGE = 1 / 2, 1 / 4, 1 / 8, 1 / 16
 """Gaps, in spacings, above which solutions lie far apart, or are close, or closer still, where contacts change quickly."""
-_GROWING = 0.3
-"""By how much ln(reach/mean radius) rises in a gap in which needles set in."""
+_GROWING = 0.27
+"""By how much ln of the farthest or nearest point over the mean radius rises in gaps in which contacts change quickly."""
 _THINNEST = 0.01
 """beta below which a medium is its surface's half-space and ratios to the round contact stand still (they move like beta)."""
 _DECADES = 9
 """Decades of depth below the largest at which the ratios of tips with lengths of their own stand still."""
 _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 """Error of dln F/dln d times the cells per side, of smooth tips and of those with edges (0.05 to 0.3 and 0.1 to 1 found)."""
-_SHAPE_TOLERANCE, _CLOSE_TOLERANCE, _CLOSER_TOLERANCE = 5e-3, 8e-3, 2.5e-2
+_SHAPE_TOLERANCE, _CLOSE_TOLERANCE, _CLOSER_TOLERANCE = 5e-3, 8e-3, 1.5e-2
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart, that are close, and
 that are closer: leaving one out of these tells up to five times too much."""
-_APART_TOLERANCE = 1.5e-2
-"""The last of these in radius and area where contacts come apart."""
 _AFTER = 1 / 3
 """Where in the rest of a gap the rise after a kink is solved for too, as long as solutions are not closer."""
 _USUAL, _CLOSEST = 2, 1 / 8
@@ -288,16 +286,17 @@ class Correction:
         gaps, middles = self.spacing.between(nodes), (nodes[1:] + nodes[:-1]) / 2
         theory, curve, shape = self.theory.at(middles), self._force_curve(known), self._shape_curve(known)
         rows = np.array([self.known[node] for node in known])
-        reach = np.array([rows[:, OUTLINE:][:, self._sectors == kind].max(axis=1) for kind in np.unique(self._sectors)])
-        grown = np.diff(reach - rows[:, RADIUS]).max(axis=0)
+        # needles set in, or what lies between them comes into contact
+        beside = [rows[:, OUTLINE:][:, self._sectors == kind] for kind in np.unique(self._sectors)]
+        ends = np.array([end for rays in beside for end in (rays.max(axis=1), rays.min(axis=1))])
+        grown = np.diff(ends - rows[:, RADIUS]).max(axis=0)
         apart = np.diff(np.isfinite(rows[:, -1]))
         changing = (grown > _GROWING) | apart
         wrong = np.maximum(shape.error, shape.blended(middles, np.log(theory.radius))[1])
         rough = (curve.wrong(middles, theory.force) > rtol) & (gaps > _CLOSE)
         rough |= (wrong > _SHAPE_TOLERANCE) & (gaps > _FAR_APART)
         rough |= (wrong > _CLOSE_TOLERANCE) & (gaps > np.where(changing, _CLOSER, _CLOSE))
-        closer = np.where(apart, _APART_TOLERANCE, _CLOSER_TOLERANCE)
-        rough |= (wrong > closer) & (gaps > np.where(changing, _CLOSEST_CHANGE, _CLOSER))
+        rough |= (wrong > _CLOSER_TOLERANCE) & (gaps > np.where(changing, _CLOSEST_CHANGE, _CLOSER))
         return np.asarray(rough)
 
     def _solve(self, positions: Array, *, alone: bool = False) -> None:

@@ -268,20 +268,21 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | 
     if not load.any():
         return None
     q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - EXCESS * h, _MEASURED
-    terms = np.column_stack([*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3])
+    terms = [*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3]
     if profile is not None:
         of_load, of_moment = profile.half_widths(x, load, pressure.T @ y**2)
         if of_load.max() < _BESIDE_LAW * profile.widest:
             # where tongues are narrow they obey it, and depart from it the more the wider they are
-            known, terms = of_load, of_load[:, None] * np.column_stack([q, q**2])
+            known, terms = of_load, [of_load * q, of_load * q**2]
         if edge.told and of_load.max() < profile.widest:
             # where it spreads towards its root a needle is more than its profile across
             counted, fewest = np.where(of_load < _SPREAD * x, of_moment, counted), _MEASURED_BY_MOMENT
     measured = width > fewest * h
     if measured.sum() < _FEWEST:
         return None
-    c = np.linalg.lstsq(terms[measured], (counted - known)[measured], rcond=None)[0]
-    half = np.maximum(known + terms @ c, 0.0)
+    columns = np.column_stack(terms)
+    c = np.linalg.lstsq(columns[measured], (counted - known)[measured], rcond=None)[0]
+    half = np.maximum(known + columns @ c, 0.0)
     # what the fit misses where the tongue is wide
     missed = np.where(measured, counted - half, 0.0)
     half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED, mode="nearest"), 0.0)

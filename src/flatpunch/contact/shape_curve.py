@@ -23,7 +23,7 @@ _DEPARTURE = 0.02
 _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
 _LENIENCE = 3.0
-"""How much larger errors of radius and area may be than of outlines, but where contacts come apart: leaving out tells too much."""
+"""How much larger than of outlines errors of radius and area may be, but where contacts come apart."""
 _ROUNDING = 1e-9
 
 
