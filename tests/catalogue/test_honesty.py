@@ -61,9 +61,9 @@ def test_guard_of_fourth_order_on_fresh_cases() -> None:
 
 
 @pytest.mark.parametrize(("method", "share"), [("refined", 0.92), ("refined-single", 0.95)])
-def test_refined_is_right_to_four_ten_thousandths_in_force(method: str, share: float) -> None:
+def test_refined_is_right_to_three_ten_thousandths_in_force(method: str, share: float) -> None:
     rows = _rows()
-    assert max(float(row[f"{method} force"]) for row in rows) < 4e-4
+    assert max(float(row[f"{method} force"]) for row in rows) < 3e-4
     # the others are mostly stars under films seven times stiffer and more, asked radially at points; the last lot has more
     known, drawn = (
         np.array([float(row[f"{method} outline"]) for row in lot if row[f"{method} outline"] != "nan"])

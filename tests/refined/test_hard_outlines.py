@@ -61,8 +61,8 @@ def test_outline_between_solutions(number: int, grid: int) -> None:
     assert float(found.radius) == pytest.approx(truth.radius, rel=0.01)
 
 
-def test_the_estimate_holds_between_solutions_of_another_range() -> None:
-    """Needles of seven sides on film 50 grow by a half between two of them: their ends are 2.6 % of the mean radius off."""
+def test_outline_between_solutions_of_another_range() -> None:
+    """Needles of seven sides on film 50 grow by a half between two of them."""
     correction.cache_clear()
     for number in (278, 283):
         case = KNOWN[number]
@@ -73,6 +73,7 @@ def test_the_estimate_holds_between_solutions_of_another_range() -> None:
     kernel = compliance(medium)
     (solution,) = bem.solve(kernel, tip, depths=depth, grid=1024, tolerance=1e-6, angles=RAYS)
     truth = traced(kernel, tip, solution, RAYS)
-    assert distance(found.contour.values, truth.contour) < float(found.contour_error) * truth.radius
+    assert distance(found.contour.values, truth.contour) < 0.01 * truth.radius
+    assert float(found.contour_error) > 0.01
     assert float(found.force) == pytest.approx(solution.force, rel=1e-3)
     assert float(found.radius) == pytest.approx(truth.radius, rel=0.01)

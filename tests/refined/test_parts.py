@@ -72,6 +72,16 @@ def test_slits_beside_needles_do_not_count() -> None:
     assert area == pytest.approx(true_area, rel=8e-3)
 
 
+def test_islands_within_a_look_at_the_core_count_once() -> None:
+    """Four sides, film 10: by the star they once counted too, the radius was 8 and the area 9 % too large."""
+    rough, fine = (solved(10.0, FOUR, 3.044, cells) for cells in (256, 1024))
+    radius, area, outlined = looked_at(10.0, FOUR, rough)
+    true_radius, true_area = ray_and_area(fine.grid, fine.contact)
+    assert not outlined
+    assert radius == pytest.approx(true_radius, rel=8e-3)
+    assert area == pytest.approx(true_area, rel=8e-3)
+
+
 def test_islands_are_told_from_pieces_of_needles() -> None:
     solution = solved(50.0, THREE, 6.0, 256)
     medium = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
