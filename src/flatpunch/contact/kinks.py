@@ -82,30 +82,20 @@ def _beside(missed: Array) -> Array:
 
 def _kinked(nodes: Array, sizes: Array, before: Indices, after: Indices) -> tuple[Curve, float, float]:
     """Curve in the gap in which a contact comes apart, its estimated error, and where it does."""
-    left, right = before[-_KNOWN:], after[:_KNOWN]
-    start, end = nodes[left[-1]], nodes[right[0]]
 
-    def larger(x: Array) -> Array:
-        return np.maximum(_continued(nodes, sizes, left)(x), _continued(nodes, sizes, right)(x))
+    def by(few: Indices) -> Curve:
+        return spline_through(nodes[few], sizes[few])
 
+    left, right = by(before[-_KNOWN:]), by(after[:_KNOWN])
+    start, end = nodes[before[-1]], nodes[after[0]]
     x = start + _FINE * (end - start)
-    rise = _continued(nodes, sizes, right)(x) - _continued(nodes, sizes, left)(x)
-    wrong = [_SHARE * np.abs(rise[-1]).max()]
-    if right.size < 2 or np.any(rise[0] > 0) or np.any(rise[-1] < 0):
-        ends = [left[-1], right[0]]
-        return spline_through(nodes[ends], sizes[ends]), float(wrong[0]), np.nan
-    kink = x[np.argmax(rise[:, 1] >= 0)]
-    further = before[:-1][-_KNOWN:], after[1:][:_KNOWN]
-    wrong += [
-        np.abs(_continued(nodes, sizes, near)(np.array([kink])) - _continued(nodes, sizes, far)(np.array([kink]))).max()
-        / _SAFETY
-        for near, far in zip((left, right), further, strict=True)
-        if far.size
-    ]
+    rise = right(x) - left(x)
+    error = _SHARE * float(np.abs(rise[-1]).max())
+    if after.size < 2 or np.any(rise[0] > 0) or np.any(rise[-1] < 0):
+        return by(np.array([before[-1], after[0]])), error, np.nan
+    kink = x[[np.argmax(rise[:, 1] >= 0)]]
+    for curve, further in ((left, before[:-1][-_KNOWN:]), (right, after[1:][:_KNOWN])):
+        if further.size:
+            error = max(error, float(np.abs(curve(kink) - by(further)(kink)).max()) / _SAFETY)
     inside = _INSIDE * (end - start)
-    return larger, float(max(wrong)), float(np.clip(kink, start + inside, end - inside))
-
-
-def _continued(nodes: Array, sizes: Array, by: Indices) -> Curve:
-    """The polynomial through a few solutions."""
-    return spline_through(nodes[by], sizes[by])
+    return lambda at: np.maximum(left(at), right(at)), error, float(np.clip(kink[0], start + inside, end - inside))
