@@ -109,6 +109,16 @@ def test_needles_thinner_at_their_root_than_farther_out() -> None:
     assert fine.contour.mean() > 1.03 * fine.radius
 
 
+def test_radii_grow_from_an_obtuse_point_on() -> None:
+    """Beside the short diagonal of a Knoop tip the outline is farther away than at its own end, which it had for a radius (5 %)."""
+    layer, tip = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()), fp.Knoop()
+    (solution,) = bem.solve(compliance(layer), tip, depths=0.73, grid=1024, tolerance=1e-6, angles=360)
+    trace = traced(compliance(layer), tip, solution, 360)
+    assert trace.contour[90] == pytest.approx(1.9259, rel=1e-3)  # from 2048 cells
+    np.testing.assert_allclose(trace.contour[91:94], solution.outline.contour[91:94], rtol=5e-3)
+    assert trace.contour[95] < trace.contour[90] < trace.contour[110]
+
+
 def test_contacts_that_rays_meet_again() -> None:
     """Four needles whose ends are fans: once they touch the core, radius and area go on from those of the parts before."""
     tip, kernel = Superellipse(1.0, 0.6, 0.3, 1.3, 1.0), compliance(_film(30.0))

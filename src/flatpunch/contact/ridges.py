@@ -327,11 +327,11 @@ def _restore(contour: Array, sides: tuple[Polar, Polar], corner: float) -> Flags
     turn = np.mod(2 * np.pi * np.arange(contour.size) / contour.size - corner + np.pi, 2 * np.pi) - np.pi
     met = np.zeros(contour.size, dtype=bool)
     for sign, (angle, radius) in zip((1.0, -1.0), sides, strict=True):
-        inwards = np.argsort(-radius)
-        widest = np.maximum.accumulate(np.abs(angle[inwards]))
+        # from the end on: beside obtuse edges radii grow from there
+        widest = np.maximum.accumulate(np.abs(angle[::-1]))
         farthest = np.append(True, widest[1:] > widest[:-1])
         on_side = (sign * turn >= 0) & (np.abs(turn) < widest[-1])
-        contour[on_side] = np.interp(np.abs(turn[on_side]), widest[farthest], radius[inwards][farthest])
+        contour[on_side] = np.interp(np.abs(turn[on_side]), widest[farthest], radius[::-1][farthest])
         met |= on_side
     return met
 
