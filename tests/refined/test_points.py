@@ -110,7 +110,7 @@ def test_needles_thinner_at_their_root_than_farther_out() -> None:
 
 
 def test_radii_grow_from_an_obtuse_point_on() -> None:
-    """Beside the short diagonal of a Knoop tip the outline is farther away than at its own end, which it had for a radius (5 %)."""
+    """Beside the short diagonal of a Knoop tip the outline is farther away than at its end, which had that radius (5 %)."""
     layer, tip = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase()), fp.Knoop()
     (solution,) = bem.solve(compliance(layer), tip, depths=0.73, grid=1024, tolerance=1e-6, angles=360)
     trace = traced(compliance(layer), tip, solution, 360)
