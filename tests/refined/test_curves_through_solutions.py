@@ -23,6 +23,7 @@ from flatpunch.contact.node_spline import (
     left_out,
     left_out_of_hermite,
     off_smoother,
+    runs_of,
     settled_slopes,
 )
 from flatpunch.contact.perturbed import controlled
@@ -344,3 +345,9 @@ def test_missing_outlines_are_carried_on_smoothly() -> None:
     np.testing.assert_allclose(filled[2], table[2])
     np.testing.assert_allclose(filled[4], [4, 4, 9 + 6, -3], rtol=1e-12)
     assert np.isfinite(continued(nodes, holes, np.array([True, False, False, False, False]))).all()
+
+
+def test_runs_of_nodes() -> None:
+    runs = runs_of(np.array([True, True, False, True]))
+    assert [run.tolist() for run in runs] == [[0, 1], [2], [3]]
+    assert [run.tolist() for run in runs_of(np.ones(3, dtype=bool))] == [[0, 1, 2]]

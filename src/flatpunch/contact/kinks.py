@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from flatpunch._validation import Array, Flags, Indices
-from flatpunch.contact.node_spline import Curve, curve_through, left_out, spline_through
+from flatpunch.contact.node_spline import Curve, curve_through, left_out, runs_of, spline_through
 
 _KNOWN = 3
 """Solutions by which a curve is continued."""
@@ -60,7 +60,7 @@ def sizes_through(nodes: Array, sizes: Array, whole: Flags) -> KinkedCurve:
     """Curves through ln a0 and ln sqrt(A/pi), shape (nodes, 2), of contacts in one part where they are `whole`."""
     curves: list[Curve] = [curve_through(nodes, sizes)] * (nodes.size - 1)
     error, kinks = _beside(left_out(nodes, sizes)), np.full(nodes.size - 1, np.nan)
-    runs = np.split(np.arange(nodes.size), np.flatnonzero(np.diff(whole)) + 1)
+    runs = runs_of(whole)
     for run in runs:
         if 1 < run.size < nodes.size:
             gaps = slice(run[0], run[-1])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from flatpunch._validation import Array, Flags
+from flatpunch._validation import Array, Flags, Indices
 
 _SAFETY = 8.0
 """Over what cubic Hermite curves miss of a node left out; their error grows sixteenfold where it is resolved."""
@@ -172,3 +172,8 @@ def between_good(nodes: Array, good: Flags, x: Array) -> Flags:
 def leading(nodes: Flags, gaps: Flags) -> int:
     """How many nodes there are before the first that is not good, or that follows a gap that is not."""
     return int(min(np.argmin(np.append(nodes, False)), np.argmin(np.append(gaps, False)) + 1))
+
+
+def runs_of(good: Flags) -> list[Indices]:
+    """Numbers of the nodes that follow one another and are all good, or all not."""
+    return np.split(np.arange(good.size), np.flatnonzero(np.diff(good)) + 1)

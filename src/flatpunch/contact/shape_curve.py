@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._validation import Array, Flags, Indices
 from flatpunch.contact.kinks import sizes_through
-from flatpunch.contact.node_spline import Curve, continued, curve_through, left_out
+from flatpunch.contact.node_spline import Curve, continued, curve_through, left_out, runs_of
 from flatpunch.contact.progress import outlines_through
 
 _CAUTION = 2.0
@@ -120,11 +120,10 @@ def _steepness(outlines: Array) -> Array:
 
 def _by_runs(nodes: Array, outlines: Array, whole: Flags, through: Callable[[Array, Array], Curve]) -> Curve:
     """Outlines of contacts in one part know nothing of what lies beyond others."""
-    everywhere = through(nodes, outlines)
-    runs = np.split(np.arange(nodes.size), np.flatnonzero(np.diff(whole)) + 1)
-    own = [(nodes[run[[0, -1]]], through(nodes[run], outlines[run])) for run in runs if whole[run[0]] and run.size > 1]
+    everywhere, runs = through(nodes, outlines), runs_of(whole)
     if len(runs) == 1:
         return everywhere
+    own = [(nodes[run[[0, -1]]], through(nodes[run], outlines[run])) for run in runs if whole[run[0]] and run.size > 1]
 
     def outline(x: Array) -> Array:
         values = everywhere(x)
