@@ -13,6 +13,8 @@ from flatpunch._validation import Array
 _FORCE, _CORNER_FORCE, _APART = 0.6, 1.2, 9.0
 """Relative error of extrapolated forces times the square of the cells, of smooth tips and, over their reach, of those with edges,
 which is taken for this where the contact has no outline."""
+_EXTRAPOLATED = 1.4
+"""Relative error of extrapolated forces over what extrapolation has added, of contacts in several parts (up to 1.4 found)."""
 _SHARE, _FLOOR, _UNKNOWN = 0.6, 0.4, 2.0
 """The same of the forces of the cells themselves: share of what cells twice as wide change, what is added times the square of the
 cells, and their error over that of extrapolated forces where wider cells are not known."""
@@ -20,7 +22,7 @@ _RIM, _END, _FLANK = 1.3, 1.5, 0.15
 """Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
 
 
-def force_error(outline: Array, cells: Array | float, *, edges: bool) -> Array:
+def force_error(outline: Array, cells: Array | float, added: Array | float = 0.0, *, edges: bool) -> Array:
     """Relative error of forces extrapolated to vanishing cells, shape (n,): cells are wider where needles want a larger grid.
 
     Parameters
@@ -29,13 +31,16 @@ def force_error(outline: Array, cells: Array | float, *, edges: bool) -> Array:
         ln(a(phi)/mean radius); not finite where a contact has none.
     cells : float or array, shape (n,)
         Cells per side.
+    added : float or array, shape (n,)
+        What extrapolation has added to ln F, if known.
     edges : bool
         Whether the tip has edges.
     """
     if not edges:
         return np.full(outline.shape[0], _FORCE) / np.square(cells)
     reach = np.exp(outline.max(axis=1))
-    return np.asarray(_CORNER_FORCE * np.where(np.isfinite(reach), reach, _APART) / np.square(cells))
+    apart = np.maximum(_CORNER_FORCE * _APART / np.square(cells), _EXTRAPOLATED * np.abs(added))
+    return np.asarray(np.where(np.isfinite(reach), _CORNER_FORCE * reach / np.square(cells), apart))
 
 
 def own_force_error(change: Array, outline: Array, cells: Array, *, edges: bool) -> Array:

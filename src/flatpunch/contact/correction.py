@@ -21,7 +21,7 @@ from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
 from flatpunch.contact import cell_error
 from flatpunch.contact.correction_cache import CorrectionCache
-from flatpunch.contact.correction_row import FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
+from flatpunch.contact.correction_row import CHANGE, FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
@@ -154,11 +154,13 @@ class Correction:
             wrong = np.maximum(wrong, dispute)
             # where ratios to the round contact stand still it carries on
             shape += (theory - still)[:, None]
-        outlined = np.isfinite([self.known[node][OUTLINE] for node in nodes])
-        outline = shape[:, 2:] - shape[:, :1]
-        error += cell_error.force_error(outline, self.cells, edges=bool(self.indenter.corners))
+        rows = np.array([self.known[node][: OUTLINE + 1] for node in nodes])
+        traced = between_good(nodes, np.isfinite(rows[:, OUTLINE]), at)
+        outline = np.where(traced[:, None], shape[:, 2:] - shape[:, :1], np.nan)
+        added = np.interp(at, nodes, np.abs(rows[:, CHANGE]))
+        error += cell_error.force_error(outline, self.cells, added, edges=bool(self.indenter.corners))
         shape_error = np.maximum(wrong, cell_error.outline_error(outline, self.cells))
-        return Refined(force, stiffness, shape, error, shape_error, between_good(nodes, outlined, at))
+        return Refined(force, stiffness, shape, error, shape_error, traced)
 
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""
@@ -308,7 +310,7 @@ class Correction:
             self._cache.save(self.known)
 
     def solutions(self, positions: Array, *, alone: bool = False) -> Array:
-        """Rows of solutions at positions ln d, shape (n, 4 + angles); NaN for missing outlines."""
+        """Rows of solutions at positions ln d, shape (n, 5 + angles); NaN for missing outlines."""
         outlines = {x: row[OUTLINE:] for x, row in self.known.items()}
         boxes = boxes_between(positions, outlines, self.theory.at(positions).radius, self._level_line, self.phi)
         places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *boxes, strict=True)]

@@ -18,7 +18,7 @@ from flatpunch._whole_file import whole_file
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 8
+_FORMAT = 9
 _DIGITS = 11
 
 

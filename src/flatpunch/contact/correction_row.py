@@ -9,6 +9,7 @@ import numpy as np
 
 from flatpunch import bem
 from flatpunch._validation import Array
+from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
 from flatpunch.contact.expected_box import crowded, outgrown
 from flatpunch.contact.ridges import Trace, traced
@@ -19,9 +20,12 @@ _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 
 _COARSE = 0.06
 """Cells over the mean radius from which on stars deserve smaller ones: there these are off by several per cent."""
+_LONG = 4
+"""Sides of the grid over each other from which on contacts in several parts do too: radii were off by half, areas by four times."""
 
-FORCE, GROWTH, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4
-"""Columns of a solution: ln F/E* [m^2], dln F/dln d, ln a0 [m], ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
+FORCE, GROWTH, CHANGE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4, 5
+"""Columns of a solution: ln F/E* [m^2], dln F/dln d, what extrapolation to vanishing cells has added to ln F, ln a0 [m],
+ln sqrt(A/pi) [m], and from OUTLINE on ln a(phi) [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +45,22 @@ Place = tuple[float, Array, Array, bool, bool]
 def solved_row(case: Case, place: Place) -> tuple[Array, tuple[str, ...]]:
     """Row of the solution at a place, and what a user should know if it did not converge.
 
-    Where this is no curve, stars are solved anew on twice the cells a side, of which curves could not afford many.
+    Contacts in several parts along a line are solved anew on twice the cells a side; so are stars where this is no curve, which
+    could not afford many.
     """
     solution, trace = _solved(case, place, case.cells)
-    if place[-1] and solution.grid.spacing > _COARSE * trace.radius:
+    scattered = not np.isfinite(trace.contour[0]) and _aspect(solution.grid) > _LONG
+    if scattered or (place[-1] and solution.grid.spacing > _COARSE * trace.radius):
         solution, trace = _solved(case, place, 2 * case.cells)
     lengths = np.array([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour])
-    growth = solution.stiffness * solution.depth / solution.force
-    row = np.array([np.log(solution.extrapolated_force / case.kernel.modulus), growth, *np.log(lengths)])
+    force, growth = solution.extrapolated_force, solution.stiffness * solution.depth / solution.force
+    row = np.array([np.log(force / case.kernel.modulus), growth, np.log(force / solution.force), *np.log(lengths)])
     return row, () if solution.converged else solution.notes
+
+
+def _aspect(grid: Grid) -> float:
+    """Longer over shorter side."""
+    return max(grid.nx / grid.ny, grid.ny / grid.nx)
 
 
 def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
