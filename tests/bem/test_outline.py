@@ -30,6 +30,20 @@ def test_ellipse_of_exact_pressure(turn):
     assert outline.note == ""
 
 
+@pytest.mark.parametrize("half_width", [12.0, 16.0])
+def test_rays_that_graze_the_rim(half_width):
+    """Seen from a point near one end of a long ellipse, most rays do; along them its points were a third of a cell off."""
+    grid, turn, ahead = Grid(288, 288, 1.0), 0.3, 48.0
+    x, y = grid.x + ahead * np.cos(turn), grid.y[:, None] + ahead * np.sin(turn)
+    along, across = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    pressure = np.sqrt(np.maximum(1 - (along / 60) ** 2 - (across / half_width) ** 2, 0.0))
+    outline = trace_outline(grid, pressure, angles=360)
+    c, s = np.cos(outline.phi - turn), np.sin(outline.phi - turn)
+    square, linear = (c / 60) ** 2 + (s / half_width) ** 2, ahead * c / 60**2
+    exact = (np.sqrt(linear**2 + square * (1 - (ahead / 60) ** 2)) - linear) / square
+    assert np.abs(outline.contour - exact).max() < 0.15
+
+
 def test_rays_that_leave_the_contact_and_meet_it_again():
     """A disc and a sector of a ring, joined by a bridge along its middle."""
     grid = Grid(500, 500, 0.014)

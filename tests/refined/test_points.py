@@ -207,8 +207,26 @@ def test_mirror_images_of_indenters() -> None:
 def test_needles_of_a_tilted_tip_are_counted() -> None:
     """Their edges differ from side to side, so that their load does not tell how far each side reaches."""
     tip = Tilted(fp.Pyramid(4, 0.35), 0.03, 0.02)
-    coarse, fine = (_traced(_film(50.0), tip, 3.0, cells) for cells in (256, 768))
+    # rays a degree apart would leave the ends of needles to straight lines
+    coarse, fine = (_traced(_film(50.0), tip, 3.0, cells, 2520) for cells in (256, 768))
     assert fine.contour.max() > 10 * fine.radius
     assert distance(coarse.contour, fine.contour) < 0.01 * fine.radius
     assert coarse.radius == pytest.approx(fine.radius, rel=3e-3)
     assert coarse.area == pytest.approx(fine.area, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("tip", "off"),
+    [
+        (Tilted(fp.Pyramid(3, 0.5), 0.1, 0.05), 4e-3),
+        (Tilted(fp.Pyramid(4, 0.5), 0.12, 0.05), 4e-3),
+        # two of its edges are so near to each other that cells tell what is between them
+        (fp.FacetedPyramid((0.1, 1.0, 2.3, 2.95, 4.0, 5.4), (0.31, 0.43, 0.26, 0.37, 0.45, 0.28)), 1e-2),
+    ],
+)
+def test_edges_whose_sides_differ(tip: fp.Tilted | fp.FacetedPyramid, off: float) -> None:
+    """Each side of a tongue is followed from where it is narrow itself: it was up to 1.6 % of the mean radius off."""
+    coarse, fine = (_traced(fp.HalfSpace(1.0, 0.3), tip, 1.0, cells, 2520) for cells in (256, 768))
+    assert distance(coarse.contour, fine.contour) < off * fine.radius
+    assert coarse.radius == pytest.approx(fine.radius, rel=1e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=2e-3)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, gaussian_filter1d, label, map_coordinates
+from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
@@ -25,11 +25,16 @@ from flatpunch.bem.grid import Grid, Mask
 _DEPTHS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Distances from the rim, in cells, at which the pressure is read."""
 
-_MOST_ASLANT = 4.0
-"""Longest way along a ray over the distance to the rim that is made up for."""
+_NORMAL_CELLS, _STEEPEST, _FLATTEST = 1.5, 30.0, 1e-3
+"""Cells over which the direction of the rim is averaged, the largest slope of an outline that is told, and the least by how much
+contact thins out along a ray."""
 
-_SLOPE_CELLS = 2.0
-"""Cells over which the direction of the rim is averaged."""
+_GRAZING = 1.2
+"""Slope d ln a/d phi of an outline from which on rays graze it."""
+
+_FARTHEST, _FARTHEST_GRAZING, _FARTHEST_AGAIN = 1.0, 1.5, 0.5
+"""Cells from a rough outline up to which a parabola's zero is believed, at corners the fit fails: in general, along rays that
+graze the outline, and from what these have told."""
 
 _RESOLVED, _PERHAPS = 12.0, 3.0
 """Cells in the length over which the pressure is root-like, from which on the fit is trusted, and if it is hardly bent."""
@@ -154,19 +159,19 @@ def rim_along(
     rays, contact = phi[different], (pressure > 0).astype(float)
     contour, gaps = _cell_outline(grid, contact, rays)
     narrowest = float(contour.min() / grid.spacing)
-    if narrowest >= _FEWEST and not sharp:
-        followed, bent = contour, np.inf
-        slope = _smooth_slope(contour[of_ray], grid.spacing)[different]
-        if length >= _PERHAPS * grid.spacing:
-            followed, bent = _follow_to_zero(grid, pressure, rays, contour, slope, rim)
-        if length >= _RESOLVED * grid.spacing or _BENT[0] < bent < _BENT[1]:
-            contour = followed
-        else:
-            # what blurring takes off the points of an outline grows like the square of its width
-            wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays)[0] for width in _BLURS)
-            contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
-            contour -= _EXCESS * grid.spacing * np.minimum(np.hypot(1.0, slope), _MOST_ASLANT)
-    return contour[of_ray], narrowest, gaps[of_ray]
+    if narrowest < _FEWEST or sharp:
+        return contour[of_ray], narrowest, gaps[of_ray]
+    slope = _slope_across(grid, contact, phi, contour[of_ray])
+    inwards, bent = np.full_like(contour, _EXCESS * grid.spacing), np.inf
+    if length >= _PERHAPS * grid.spacing:
+        down, bent = _down_to_zero(grid, pressure, rays, contour, slope[different], rim)
+    if length >= _RESOLVED * grid.spacing or _BENT[0] < bent < _BENT[1]:
+        inwards = down
+    else:
+        # what blurring takes off the points of an outline grows like the square of its width
+        wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays)[0] for width in _BLURS)
+        contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
+    return _moved(phi, contour[of_ray], slope, inwards[of_ray]), narrowest, gaps[of_ray]
 
 
 def mirrors(grid: Grid, values: Array) -> tuple[bool, bool]:
@@ -210,37 +215,61 @@ def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> tuple[Array, Arra
     return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer))), gaps
 
 
-def _follow_to_zero(
+def _down_to_zero(
     grid: Grid, pressure: Array, phi: Array, rough: Array, slope: Array, rim: float
 ) -> tuple[Array, float]:
-    """Zero of a parabola through p^(1/rim) just inside the rough outline, of which d ln a/d phi is `slope`.
+    """Way [m] from a rough outline across the rim to the zero of a parabola through p^(1/rim) just inside, > 0 inwards.
 
-    With it the median of the parabolas' curvatures over their slopes, less than zero where they bend downwards [1/cell].
+    Of the outline d ln a/d phi is `slope`. With it the median of the parabolas' curvatures over their slopes, less than zero
+    where they bend downwards [1/cell].
     """
-    h = grid.spacing
-    # the pressure is read across the rim, which rays may meet aslant
-    aslant = np.hypot(1.0, slope)
-    inwards = _DEPTHS * h / aslant[:, None]
-    x = (rough[:, None] - inwards) * np.cos(phi)[:, None] - (slope[:, None] * inwards) * np.sin(phi)[:, None]
-    y = (rough[:, None] - inwards) * np.sin(phi)[:, None] + (slope[:, None] * inwards) * np.cos(phi)[:, None]
-    values = _read(grid, pressure ** (1 / rim), x, y)
-    # p^(1/rim) = c0 + c1 s + c2 s^2, s in cells from the rough rim inwards
+    values, rough_rim = pressure ** (1 / rim), rough * np.exp(1j * phi)
+    inwards = np.exp(1j * phi) * (1j * slope - 1) / np.hypot(1.0, slope)
+    way, bends = _zero(grid, values, rough_rim, inwards)
+    bent = float(np.median(np.nan_to_num(bends)))
+    too_far = _TOO_FAR * min(max(bent, 0.0), _BENT[1])
+    way += too_far
+    # along rays that graze the rim the rough outline is a staircase, of which one step is not far enough from the rim
+    grazed = np.abs(slope) > _GRAZING
+    way[~(np.abs(way) < np.where(grazed, _FARTHEST_GRAZING, _FARTHEST))] = np.nan
+    closer = (rough_rim + np.nan_to_num(way) * grid.spacing * inwards)[grazed]
+    rest, own = _zero(grid, values, closer, inwards[grazed])
+    rest += _TOO_FAR * np.clip(own, 0.0, _BENT[1])
+    way[grazed] += np.where(np.abs(rest) < _FARTHEST_AGAIN, rest, np.nan)
+    # where nothing is believed the cells themselves know the rim to about one cell
+    return grid.spacing * np.nan_to_num(way), bent
+
+
+def _zero(grid: Grid, values: Array, start: Array, inwards: Array) -> tuple[Array, Array]:
+    """Cells from points inwards to where parabolas through values on a grid vanish, and their curvatures over their slopes.
+
+    Points and directions are complex numbers; where a parabola does not vanish the result is not finite, or far.
+    """
+    points = start[:, None] + grid.spacing * _DEPTHS * inwards[:, None]
+    # c0 + c1 s + c2 s^2, s in cells from the points inwards
     basis = np.vander(_DEPTHS, 3, increasing=True)
-    c0, c1, c2 = np.linalg.lstsq(basis, values.T, rcond=None)[0]
+    read = _read(grid, values, points.real, points.imag)
+    c0, c1, c2 = np.linalg.lstsq(basis, read.T, rcond=None)[0]
+    c0[read[:, -1] <= read[:, 0]] = np.nan
     with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))
-        s = -2 * c0 / (c1 + root)
-        bent = float(np.median(np.nan_to_num(c2 / c1)))
-    # at corners of the outline the fit may fail; the cells themselves know it to about one cell
-    s = np.where(np.isfinite(s) & (np.abs(s) < 1), s + _TOO_FAR * min(max(bent, 0.0), _BENT[1]), 0.0)
-    return np.asarray(rough - h * s * np.minimum(aslant, _MOST_ASLANT)), bent
+        return -2 * c0 / (c1 + np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))), c2 / c1
 
 
-def _smooth_slope(contour: Array, h: float) -> Array:
-    """d ln a/d phi of an outline at equal angles over the full turn, without what cells of width h do to it."""
-    step = 2 * np.pi / contour.size
-    blurred = gaussian_filter1d(np.log(contour), _SLOPE_CELLS * h / (contour.mean() * step), mode="wrap")
-    return np.asarray((np.roll(blurred, -1) - np.roll(blurred, 1)) / (2 * step))
+def _moved(phi: Array, contour: Array, slope: Array, inwards: Array) -> Array:
+    """An outline at equal angles after its points have moved across the rim: along rays that graze it they would scatter."""
+    moved = contour - inwards * (1 - 1j * slope) / np.hypot(1.0, slope)
+    # straight rims are straight in 1/a, nearly
+    return np.interp(phi, phi + np.angle(moved), np.abs(moved), period=2 * np.pi)
+
+
+def _slope_across(grid: Grid, contact: Array, phi: Array, contour: Array) -> Array:
+    """d ln a/d phi of an outline of the cells, by how these thin out across it: rays that graze it tell nothing of that."""
+    h, blurred = grid.spacing, gaussian_filter(contact, _NORMAL_CELLS)
+    x, y = contour * np.cos(phi), contour * np.sin(phi)
+    along_x = _read(grid, blurred, x + h, y) - _read(grid, blurred, x - h, y)
+    along_y = _read(grid, blurred, x, y + h) - _read(grid, blurred, x, y - h)
+    thinning = -(along_x + 1j * along_y) * np.exp(-1j * phi)
+    return np.asarray(np.clip(-thinning.imag / np.maximum(thinning.real, _FLATTEST), -_STEEPEST, _STEEPEST))
 
 
 def _read(grid: Grid, values: Array, x: Array, y: Array) -> Array:

@@ -21,7 +21,7 @@ _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 _COARSE = 0.06
 """Cells over the mean radius from which on stars deserve smaller ones: there these are off by several per cent."""
 _LONG = 4
-"""Sides of the grid over each other from which on contacts in several parts do too: radii were off by half, areas by four times."""
+"""Sides of the grid over each other from which on contacts in several parts do too: radii were off by half with 256 a side."""
 
 FORCE, GROWTH, CHANGE, RADIUS, AREA, OUTLINE = 0, 1, 2, 3, 4, 5
 """Columns of a solution: ln F/E* [m^2], dln F/dln d, what extrapolation to vanishing cells has added to ln F, ln a0 [m],

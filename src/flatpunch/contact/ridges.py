@@ -134,7 +134,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     if not np.isfinite(outline.contour[0]):
         outline, islands = star_of(kernel, indenter, solution, angles)
     contour, gaps = np.array(outline.contour), np.array(outline.gaps)
-    between, followed = np.ones(angles, dtype=bool), list[tuple[float, Polar]]()
+    between, followed = np.ones(angles, dtype=bool), list[tuple[float, tuple[Polar, Polar]]]()
     if not np.isfinite(contour[0]):
         return Trace(contour, *ray_and_area(solution.grid, solution.contact))
     whole = Patch(solution.grid, 0.0, solution.pressure, solution.displacement)
@@ -155,7 +155,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
             for turn in range(fold):
                 corner = edge.angle + 2 * np.pi * turn / fold
                 between &= ~_restore(contour, sides, corner)
-                followed += [(corner, side) for side in sides]
+                followed.append((corner, sides))
     radius, area = _radius_and_area(contour, gaps, between, followed)
     if not apart:
         return Trace(contour, radius, area)
@@ -193,16 +193,18 @@ def _tongue(
     finest = (_FINE_ROUNDED if edge.rounded else _FINE) * edge.mean
     looks: list[list[Side]] = []
     while True:
-        grid = _window(patch, edge, widest, finer, looks[-1] if looks else ())
-        if grid is None:
+        window = _window(patch, edge, widest, finer, looks[-1] if looks else ())
+        if window is None:
             break
+        grid, begins = window
         # beside its beginning the finer cells still feel that the others stand still
         start = grid.x[0] + ROOT * patch.grid.spacing
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
         # the grid may begin beyond the point of first touch
         ends = np.array([start, grid.x[-1]])
         profile = across(kernel, indenter, edge.angle, ends, grid.spacing) if even and not kernel.exponent else None
-        sides = [_side(patch, edge, start, left, profile) for left in ((True,) if even else (True, False))]
+        each = zip((True, False), begins, strict=True)
+        sides = [_side(patch, edge, max(start, begin), left, profile) for left, begin in each if left or not even]
         found = [side for side in sides if side is not None]
         if not patch.converged or (looks and len(found) < len(sides)):
             break
@@ -224,22 +226,29 @@ def _tongue(
     return _polar(left, 1.0), _polar(right, -1.0)
 
 
-def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence[Side]) -> Grid | None:
-    """Finer cells around the tongue from where its half-width is `widest`; None where the contact does not reach so far."""
+def _window(
+    patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence[Side]
+) -> tuple[Grid, tuple[float, float]] | None:
+    """Finer cells around the tongue, and from where on its left and right side are as narrow as `widest` [m].
+
+    None where the contact does not reach so far.
+    """
     h, turn = patch.grid.spacing, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
     along, across = turned(patch.grid.x[columns], patch.grid.y[rows], -turn)
     near = (along > 0) & (np.abs(across) < np.minimum(1.5 * widest + 2 * h, edge.wedge * along + h))
-    half = np.zeros(int(along.max() / h) + 1)
-    np.maximum.at(half, (along[near] / h).astype(int), np.abs(across[near]))
+    half = np.zeros((2, int(along.max() / h) + 1))
+    np.maximum.at(half, ((across[near] < 0).astype(int), (along[near] / h).astype(int)), np.abs(across[near]))
     # as wide as a tongue may be, or nearly filling what lies between two neighbours
-    wide = np.flatnonzero(half > np.minimum(widest, FILLED * edge.wedge * h * np.arange(half.size)))
-    begin = h * (wide[-1] + 1) if wide.size else 0.0
+    wide = half > np.minimum(widest, FILLED * edge.wedge * h * np.arange(half.shape[1]))
+    begins = [h * (np.flatnonzero(side)[-1] + 1) if side.any() else 0.0 for side in wide]
     if sides:
         begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
         if edge.told:
             begin = max(begin, sides[0][0][-1] - _LONGEST * h)
-    start = max(edge.nearest, begin) - ROOT * h
+        begins = [begin, begin]
+    left, right = (max(edge.nearest, begin) for begin in begins)
+    start = min(left, right) - ROOT * h
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
     if last <= start + ROOT * h:
         return None
@@ -249,11 +258,12 @@ def _window(patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
     end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
     fine = h / finer
-    nx, ny = (
-        max(8, round((end - start) / fine)),
-        2 * round((half[max(int(start / h), 0) :].max() + _RIM * h) / fine),
-    )
-    return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))
+    widths = [
+        side[max(int((begin - ROOT * h) / h), 0) :].max(initial=0.0)
+        for side, begin in zip(half, (left, right), strict=True)
+    ]
+    nx, ny = max(8, round((end - start) / fine)), 2 * round((max(widths) + _RIM * h) / fine)
+    return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0)), (left, right)
 
 
 def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | None) -> Side | None:
@@ -337,7 +347,7 @@ def _restore(contour: Array, sides: tuple[Polar, Polar], corner: float) -> Flags
 
 
 def _radius_and_area(
-    contour: Array, gaps: Array, between: Flags, followed: list[tuple[float, Polar]]
+    contour: Array, gaps: Array, between: Flags, followed: list[tuple[float, tuple[Polar, Polar]]]
 ) -> tuple[float, float]:
     """Mean length of the rays in contact [m] and area [m^2].
 
@@ -346,13 +356,15 @@ def _radius_and_area(
     """
     rays = 2 * np.pi * np.arange(contour.size) / contour.size
     phi, a, sums = [rays[between]], [contour[between]], -gaps[between].sum(axis=0) * (2 * np.pi / contour.size)
-    for corner, (angle, radius) in followed:
-        # from the widest angle at the root on, in the place of the sector between it and the edge
-        root = angle[np.abs(angle).argmax()]
-        path, reach = np.append(root, angle), np.append(radius[0], radius)
-        sums = sums + [abs(np.trapezoid(reach**power, path)) - abs(root) * radius[0] ** power for power in (1, 2)]
-        phi.append(np.mod([corner + root], 2 * np.pi))
-        a.append(radius[:1])
+    for corner, sides in followed:
+        # from the widest angle at the roots on, in the place of the sector between these
+        roots, starts = np.array([(angle[np.abs(angle).argmax()], radius[0]) for angle, radius in sides]).T
+        for root, (angle, radius) in zip(roots, sides, strict=True):
+            path, reach = np.append(root, angle), np.append(radius[0], radius)
+            sums = sums + [abs(np.trapezoid(reach**power, path)) for power in (1, 2)]
+        sums = sums - [abs(np.trapezoid(starts**power, roots)) for power in (1, 2)]
+        phi.append(np.mod(corner + roots, 2 * np.pi))
+        a.append(starts)
     points, radii = np.concatenate(phi), np.concatenate(a)
     order = np.argsort(points)
     points, radii = points[order], radii[order]
