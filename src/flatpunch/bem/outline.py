@@ -32,6 +32,9 @@ contact thins out along a ray."""
 _GRAZING = 1.2
 """Slope d ln a/d phi of an outline from which on rays graze it."""
 
+_JUMP = 0.25
+"""Difference of ln a from ray to ray from on which the outline jumps onto a needle."""
+
 _FARTHEST, _FARTHEST_GRAZING, _FARTHEST_AGAIN = 1.0, 1.5, 0.5
 """Cells from a rough outline up to which a parabola's zero is believed, at corners the fit fails: in general, along rays that
 graze the outline, and from what these have told."""
@@ -224,7 +227,7 @@ def _down_to_zero(
     where they bend downwards [1/cell].
     """
     values, rough_rim = pressure ** (1 / rim), rough * np.exp(1j * phi)
-    inwards = np.exp(1j * phi) * (1j * slope - 1) / np.hypot(1.0, slope)
+    inwards = _inwards(phi, slope)
     way, bends = _zero(grid, values, rough_rim, inwards)
     bent = float(np.median(np.nan_to_num(bends)))
     too_far = _TOO_FAR * min(max(bent, 0.0), _BENT[1])
@@ -238,6 +241,11 @@ def _down_to_zero(
     way[grazed] += np.where(np.abs(rest) < _FARTHEST_AGAIN, rest, np.nan)
     # where nothing is believed the cells themselves know the rim to about one cell
     return grid.spacing * np.nan_to_num(way), bent
+
+
+def _inwards(phi: Array, slope: Array) -> Array:
+    """Direction across the rim as complex numbers of length one."""
+    return np.asarray(np.exp(1j * phi) * (1j * slope - 1) / np.hypot(1.0, slope))
 
 
 def _zero(grid: Grid, values: Array, start: Array, inwards: Array) -> tuple[Array, Array]:
@@ -257,9 +265,19 @@ def _zero(grid: Grid, values: Array, start: Array, inwards: Array) -> tuple[Arra
 
 def _moved(phi: Array, contour: Array, slope: Array, inwards: Array) -> Array:
     """An outline at equal angles after its points have moved across the rim: along rays that graze it they would scatter."""
-    moved = contour - inwards * (1 - 1j * slope) / np.hypot(1.0, slope)
-    # straight rims are straight in 1/a, nearly
-    return np.interp(phi, phi + np.angle(moved), np.abs(moved), period=2 * np.pi)
+    moved = contour * np.exp(1j * phi) + inwards * _inwards(phi, slope)
+    angle = np.mod(np.angle(moved), 2 * np.pi)
+    order = np.argsort(angle)
+    # round the full turn
+    angle, radius = np.pad(angle[order], 1, mode="wrap"), np.pad(np.abs(moved)[order], 1, mode="wrap")
+    angle[[0, -1]] += [-2 * np.pi, 2 * np.pi]
+    after = np.searchsorted(angle[1:-1], phi) + 1
+    gap = angle[after] - angle[after - 1]
+    share = np.divide(phi - angle[after - 1], gap, out=np.zeros_like(gap), where=gap > 0)
+    # between rays that meet a needle and those that miss it there is no rim to follow
+    jumps = np.abs(np.log(radius[after] / radius[after - 1])) > _JUMP
+    share = np.where(jumps, np.round(share), share)
+    return np.asarray(radius[after - 1] + share * (radius[after] - radius[after - 1]))
 
 
 def _slope_across(grid: Grid, contact: Array, phi: Array, contour: Array) -> Array:

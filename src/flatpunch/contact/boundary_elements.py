@@ -17,7 +17,7 @@ from flatpunch.contact import cell_error
 from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.contact.error_estimate import estimates
-from flatpunch.contact.expected_box import outgrown
+from flatpunch.contact.expected_box import traced_whole
 from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
@@ -75,14 +75,17 @@ def solve(
             kernel, indenter, control.name, some, grid, tolerance, single, rays, limit=limit, stiffness=True, **options
         )
 
+    def with_outline(target: float, solution: bem.Solution) -> tuple[bem.Solution, Trace]:
+        if isinstance(grid, bem.Grid):
+            return solution, traced(kernel, indenter, solution, rays)
+        return traced_whole(kernel, indenter, solution, rays, lambda **box: solved(np.array([target]), **box)[0])
+
+    traces = []
     with reporting("Boundary elements", progress) as report:
         found = solved(targets, progress=report)
-    traces = [traced(kernel, indenter, solution, rays) for solution in found]
-    for step, trace in enumerate(traces if not isinstance(grid, bem.Grid) else ()):
-        larger = outgrown(found[step].grid, trace.contour)
-        if larger is not None:
-            (found[step],) = solved(targets[[step]], **larger)
-            traces[step] = traced(kernel, indenter, found[step], rays)
+    for step, (target, solution) in enumerate(zip(targets, found, strict=True)):
+        found[step], trace = with_outline(target, solution)
+        traces.append(trace)
     rows = np.flatnonzero(live)
 
     def collect(name: str) -> Array:

@@ -11,8 +11,8 @@ from flatpunch import bem
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
-from flatpunch.contact.expected_box import crowded, outgrown
-from flatpunch.contact.ridges import Trace, traced
+from flatpunch.contact.expected_box import crowded, traced_whole
+from flatpunch.contact.ridges import Trace
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
@@ -77,9 +77,6 @@ def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
         (solution,) = bem.solve(case.kernel, case.indenter, depths=depth, **box, **options)
         return solution
 
-    def outline_of(solution: bem.Solution) -> Trace:
-        return traced(case.kernel, case.indenter, solution, case.angles)
-
     try:
         solution = solved(half_widths=half_widths, centers=center, search=not sure)
     except bem.ContactTouchesEdge:
@@ -88,9 +85,4 @@ def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
     larger = crowded(solution.grid, solution.contact) if case.indenter.corners else None
     if larger is not None:
         solution = solved(**larger)
-    trace = outline_of(solution)
-    larger = outgrown(solution.grid, trace.contour)
-    if larger is not None:
-        solution = solved(**larger)
-        trace = outline_of(solution)
-    return solution, trace
+    return traced_whole(case.kernel, case.indenter, solution, case.angles, solved)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from flatpunch import bem
 from flatpunch._validation import Array, Flags
 from flatpunch.bem.extent import bounding_box, touches_edge
 from flatpunch.bem.grid import Grid, Mask
+from flatpunch.compliance import Kernel
+from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _ALIKE = 1.0
@@ -76,6 +79,22 @@ def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
     if not (np.abs(center - grid.center) + half_widths > inside).any():
         return None
     return {"half_widths": half_widths, "centers": center, "search": False}
+
+
+def traced_whole(
+    kernel: Kernel,
+    indenter: Indenter,
+    solution: bem.Solution,
+    angles: int,
+    solved: Callable[..., bem.Solution],
+) -> tuple[bem.Solution, Trace]:
+    """A solution and its outline; where this leaves the grid, those of another one, `solved` with a larger box."""
+    trace = traced(kernel, indenter, solution, angles)
+    larger = outgrown(solution.grid, trace.contour)
+    if larger is None:
+        return solution, trace
+    again = solved(**larger)
+    return again, traced(kernel, indenter, again, angles)
 
 
 def crowded(grid: Grid, contact: Mask) -> dict[str, Any] | None:
