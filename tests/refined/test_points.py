@@ -123,14 +123,14 @@ def test_contacts_that_rays_meet_again() -> None:
     """Four needles whose ends are fans: once they touch the core, radius and area go on from those of the parts before."""
     tip, kernel = Superellipse(1.0, 0.6, 0.3, 1.3, 1.0), compliance(_film(30.0))
     depths = [5.25, 5.87, 6.2, 8.0]
-    traces = []
-    for solution in bem.solve(kernel, tip, depths=depths, grid=256, tolerance=1e-6):
-        trace = traced(kernel, tip, solution, 360)
-        traces.append(trace)
-        assert trace.area == pytest.approx(solution.contact.sum() * solution.grid.cell_area, rel=0.02)
-        x, y = np.meshgrid(solution.grid.x, solution.grid.y)
-        rays = (solution.grid.cell_area / np.hypot(x, y))[solution.contact].sum() / (2 * np.pi)
-        assert trace.radius == pytest.approx(rays, rel=0.02)
+    # counted on 1024 cells a side; 256 count up to 2.3 % too many
+    areas, radii = [24.272, 47.812, 62.049, 176.03], [1.7631, 2.5536, 2.9628, 5.6489]
+    traces = [
+        traced(kernel, tip, solution, 360)
+        for solution in bem.solve(kernel, tip, depths=depths, grid=256, tolerance=1e-6)
+    ]
+    assert [trace.area for trace in traces] == pytest.approx(areas, rel=0.01)
+    assert [trace.radius for trace in traces] == pytest.approx(radii, rel=0.015)
     assert [bool(np.isfinite(trace.contour).all()) for trace in traces] == [False, True, True, True]
     # a(phi) is the farthest point: its mean is far larger
     assert traces[1].contour.mean() > 1.5 * traces[1].radius

@@ -165,16 +165,23 @@ def rim_along(
     if narrowest < _FEWEST or sharp:
         return contour[of_ray], narrowest, gaps[of_ray]
     slope = _slope_across(grid, contact, phi, contour[of_ray])
-    inwards, bent = np.full_like(contour, _EXCESS * grid.spacing), np.inf
+    inwards, by_cells = np.full_like(contour, _EXCESS * grid.spacing), np.ones(rays.size, dtype=bool)
     if length >= _PERHAPS * grid.spacing:
-        down, bent = _down_to_zero(grid, pressure, rays, contour, slope[different], rim)
-    if length >= _RESOLVED * grid.spacing or _BENT[0] < bent < _BENT[1]:
-        inwards = down
-    else:
-        # what blurring takes off the points of an outline grows like the square of its width
-        wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), rays)[0] for width in _BLURS)
-        contour = narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1)
+        down, bends = _down_to_zero(grid, pressure, rays, contour, slope[different], rim)
+        if length >= _RESOLVED * grid.spacing or _BENT[0] < _median(bends) < _BENT[1]:
+            # in notches of the outline the root is true of less than a cell
+            by_cells = bends > _BENT[1]
+            inwards[~by_cells] = down[~by_cells]
+    if by_cells.any():
+        contour[by_cells] = _blurred_outline(grid, contact, rays[by_cells])
     return _moved(phi, contour[of_ray], slope, inwards[of_ray]), narrowest, gaps[of_ray]
+
+
+def _blurred_outline(grid: Grid, contact: Array, phi: Array) -> Array:
+    """Outline of the cells, blurred over two of them."""
+    wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), phi)[0] for width in _BLURS)
+    # what that takes off its points grows like the square of its width
+    return np.asarray(narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1))
 
 
 def mirrors(grid: Grid, values: Array) -> tuple[bool, bool]:
@@ -220,18 +227,16 @@ def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> tuple[Array, Arra
 
 def _down_to_zero(
     grid: Grid, pressure: Array, phi: Array, rough: Array, slope: Array, rim: float
-) -> tuple[Array, float]:
-    """Way [m] from a rough outline across the rim to the zero of a parabola through p^(1/rim) just inside, > 0 inwards.
+) -> tuple[Array, Array]:
+    """Ways [m] from a rough outline across the rim to the zeros of parabolas through p^(1/rim) just inside, > 0 inwards.
 
-    Of the outline d ln a/d phi is `slope`. With it the median of the parabolas' curvatures over their slopes, less than zero
-    where they bend downwards [1/cell].
+    Of the outline d ln a/d phi is `slope`. With them the parabolas' curvatures over their slopes [1/cell], less than zero where
+    they bend downwards.
     """
     values, rough_rim = pressure ** (1 / rim), rough * np.exp(1j * phi)
     inwards = _inwards(phi, slope)
     way, bends = _zero(grid, values, rough_rim, inwards)
-    bent = float(np.median(np.nan_to_num(bends)))
-    too_far = _TOO_FAR * min(max(bent, 0.0), _BENT[1])
-    way += too_far
+    way += _TOO_FAR * min(max(_median(bends), 0.0), _BENT[1])
     # along rays that graze the rim the rough outline is a staircase, of which one step is not far enough from the rim
     grazed = np.abs(slope) > _GRAZING
     way[~(np.abs(way) < np.where(grazed, _FARTHEST_GRAZING, _FARTHEST))] = np.nan
@@ -240,7 +245,12 @@ def _down_to_zero(
     rest += _TOO_FAR * np.clip(own, 0.0, _BENT[1])
     way[grazed] += np.where(np.abs(rest) < _FARTHEST_AGAIN, rest, np.nan)
     # where nothing is believed the cells themselves know the rim to about one cell
-    return grid.spacing * np.nan_to_num(way), bent
+    return grid.spacing * np.nan_to_num(way), bends
+
+
+def _median(bends: Array) -> float:
+    """Curvature that most parabolas have; those that tell nothing count as straight."""
+    return float(np.median(np.nan_to_num(bends, posinf=0.0)))
 
 
 def _inwards(phi: Array, slope: Array) -> Array:
@@ -251,7 +261,8 @@ def _inwards(phi: Array, slope: Array) -> Array:
 def _zero(grid: Grid, values: Array, start: Array, inwards: Array) -> tuple[Array, Array]:
     """Cells from points inwards to where parabolas through values on a grid vanish, and their curvatures over their slopes.
 
-    Points and directions are complex numbers; where a parabola does not vanish the result is not finite, or far.
+    Points and directions are complex numbers. Where a parabola does not vanish the first is far or not finite; the second is
+    infinite where it has no slope to begin with, and NaN where values do not grow inwards.
     """
     points = start[:, None] + grid.spacing * _DEPTHS * inwards[:, None]
     # c0 + c1 s + c2 s^2, s in cells from the points inwards
@@ -260,7 +271,8 @@ def _zero(grid: Grid, values: Array, start: Array, inwards: Array) -> tuple[Arra
     c0, c1, c2 = np.linalg.lstsq(basis, read.T, rcond=None)[0]
     c0[read[:, -1] <= read[:, 0]] = np.nan
     with np.errstate(invalid="ignore", divide="ignore"):
-        return -2 * c0 / (c1 + np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0))), c2 / c1
+        zero = -2 * c0 / (c1 + np.sqrt(np.maximum(c1**2 - 4 * c0 * c2, 0.0)))
+        return zero, np.where(np.isnan(c0), np.nan, np.where(c1 > 0, c2 / c1, np.inf))
 
 
 def _moved(phi: Array, contour: Array, slope: Array, inwards: Array) -> Array:
