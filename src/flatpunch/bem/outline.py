@@ -1,14 +1,15 @@
 """Outline of a contact to a fraction of a cell.
 
 Towards the rim of a smooth contact the pressure falls like the root of the distance (like its power (1 + k)/2 on a
-power-law half-space), so p^2 is linear there. Along every ray from the point of first touch a parabola is fitted to it
-between one and four cells inside the rim and followed to zero: 0.00-0.03 cells off on average, 0.03-0.1 cells scatter.
+power-law half-space), so p^2 is linear there. From where the cells end along every ray from the point of first touch p^2 is read
+across the rim, one to four cells inside, and the parabola through it followed to zero: 0.00-0.03 cells off on average, 0.03-0.1
+cells scatter. Points move across the rim, and along rays that graze it in two steps, as there the cells are a staircase.
 
 Under a layer the root holds over a part of its thickness only, and a parabola that bends upwards ends too far out, by half a
 cell for each cell^-1 of its curvature over its slope: that is made up for, and 0.05 cells are left of 0.1 to 0.2. With fewer
 than three cells in the thickness, or twelve where the parabola is much bent, the outline is that of the cells themselves,
 blurred over two of them. These count when they are covered in part, 0.13 cells too many for every medium alike; that is taken
-off, and 0.15-0.2 cells of scatter are left.
+off, and 0.15-0.2 cells of scatter are left. So it is in notches of the outline, where parabolas bend upwards on every medium.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ _TOO_FAR = 0.55
 """Cells by which a parabola ends too far out, over that curvature where it is positive (0.4 to 0.7 found)."""
 
 _BLURS = 2.0, 1.4
+"""Cells over which cells are blurred: what that takes off where their outline is convex follows from the two."""
 
 _EXCESS = 0.13
 """Cells by which outlines of the cells themselves are too large, measured across the rim (0.05 to 0.2 found)."""
@@ -180,7 +182,7 @@ def rim_along(
 def _blurred_outline(grid: Grid, contact: Array, phi: Array) -> Array:
     """Outline of the cells, blurred over two of them."""
     wide, narrow = (_cell_outline(grid, gaussian_filter(contact, width), phi)[0] for width in _BLURS)
-    # what that takes off its points grows like the square of its width
+    # what that takes off where it is convex grows like the square of the width
     return np.asarray(narrow + (narrow - wide) / ((_BLURS[0] / _BLURS[1]) ** 2 - 1))
 
 
