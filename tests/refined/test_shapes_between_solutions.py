@@ -110,7 +110,7 @@ def test_outlines_after_parts_have_joined_know_nothing_of_those_before() -> None
     rows[~whole, 2:] = np.nan
     curve = shape_curve(nodes, rows, 0.5 * nodes, np.zeros(8, dtype=bool), ONE)
     x = np.linspace(5, 7, 50)
-    np.testing.assert_allclose(curve.absolute(x)[:, 2:], (5 + 0.2 * x)[:, None] * np.ones(4), atol=1e-6)
+    np.testing.assert_allclose(curve.outline(x), (5 + 0.2 * x)[:, None] * np.ones(4), atol=1e-6)
 
 
 @pytest.mark.parametrize(("missed", "share"), [(1e-3, 1.0), (0.02, 0.5), (0.2, 9.999e-5)])
@@ -118,7 +118,8 @@ def test_shapes_do_not_follow_a_round_contact_that_jumps(missed: float, share: f
     nodes = np.array([0.0, 1.0])
     curve = ShapeCurve(
         nodes,
-        absolute=lambda x: np.zeros((x.size, 5)),
+        sizes=lambda x: np.zeros((x.size, 2)),
+        outline=lambda x: np.zeros((x.size, 3)),
         steady=np.zeros_like,
         weight=np.array([1.0, 0.0]),
         error=np.zeros(1),

@@ -14,7 +14,6 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from flatpunch._validation import Array, Flags, Indices
 from flatpunch.bem.curves import SHARED_CELLS
@@ -22,25 +21,15 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import cell_error
 from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.correction_row import CHANGE, FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
+from flatpunch.contact.depth_range import depth_range
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
-from flatpunch.contact.node_spline import (
-    between_good,
-    leading,
-    left_out_of_hermite,
-    off_smoother,
-    settled_slopes,
-)
+from flatpunch.contact.node_spline import between_good
 from flatpunch.contact.round_series import RoundSeries
 from flatpunch.contact.shape_curve import ShapeCurve, shape_curve
-from flatpunch.contact.solution_curves import (
-    FEWEST,
-    ForceCurve,
-    ForcePart,
-    constant,
-)
-from flatpunch.contact.theory_forms import BASE, NOTHING, Theory, TheoryAt, forces
+from flatpunch.contact.solution_curves import FEWEST, ForceCurve, force_curve
+from flatpunch.contact.theory_forms import BASE, Theory, TheoryAt, forces
 from flatpunch.indenters.edges import sectors
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import call_helpers, shared_out
@@ -62,6 +51,8 @@ _AFTER = 1 / 3
 """Where in the rest of a gap the rise after a kink is solved for too, as long as solutions are not closer."""
 _USUAL, _CLOSEST = 2, 1 / 8
 """Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
+_MARGIN = 0.1
+"""By how much ln d of the contacts of a curve may lie beyond that of round ones of equal force or radius."""
 _ROUNDING = 1e-9
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
@@ -113,10 +104,65 @@ class Correction:
         self.known: dict[float, Array] = self._cache.load() if self._cache else {}
         self.notes: dict[str, None] = {}
 
-    def loading(self, contact: PathPoint | PerturbedContact, rtol: float) -> tuple[Array, Array, Array]:
-        """Force [N], dF/dd [N/m] and estimated error of the interpolated force beside round contacts, shape (n,) each."""
-        at = self._clipped(np.log(contact.depth))
-        return self._loading(contact, at, self._nodes(at, rtol))
+    def loading(
+        self, contact: PathPoint | PerturbedContact, rtol: float, nodes: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Force [N], dF/dd [N/m] and estimated error of the interpolated force beside round contacts, shape (n,) each.
+
+        If positions of solutions are given nothing is solved, and outside these ratios to the round contacts stand still.
+        """
+        at = self._clipped(np.log(contact.depth), nodes)
+        return self._loading(contact, at, self._nodes(at, rtol) if nodes is None else nodes)
+
+    def mean_radius(self, contact: PathPoint | PerturbedContact, rtol: float, nodes: Array | None = None) -> Array:
+        """Mean radii [m] beside round contacts, shape (n,), by themselves; `nodes` as for `loading`."""
+        x = np.log(contact.depth)
+        at = self._clipped(x, nodes)
+        curve = self._shape_curve(tuple(self._nodes(at, rtol) if nodes is None else nodes))
+        still, following = self._standing_still(contact, at, at != x)
+        return np.asarray(np.exp(curve.sizes(at)[:, 0] + curve.change(at, still) + following))
+
+    def reaching(self, column: int, wanted: Array, guess: Array, rtol: float, *, lowest: bool = False) -> Array | None:
+        """Positions of solutions that carry contacts whose columns (FORCE, RADIUS) have the `wanted` values.
+
+        Parameters
+        ----------
+        column : int
+            FORCE or RADIUS.
+        wanted : array, shape (2,)
+            Least and largest value of F/E* [m^2] or a0 [m].
+        guess : array, shape (2,)
+            Depths at which these are expected [m].
+        rtol : float
+            Wanted relative interpolation error of the force.
+        lowest : bool
+            Whether no depth below the first counts.
+
+        Returns
+        -------
+        ndarray, shape (n,) or None
+            ln d. None if one solution serves every depth, or if the values are not reached.
+        """
+        if self._self_similar:
+            return None
+        low, high = float(np.log(guess[0])) - _MARGIN, float(np.log(guess[1])) + _MARGIN
+
+        def solve(first: float, last: float) -> None:
+            every = np.array(sorted(self.known))
+            new = self.spacing.missing(every, first, last)
+            if every.size and np.all((new < every[0]) | (new > every[-1])):
+                # what will be wanted between these anyway does not wait until the ends are found
+                new = np.append(new, self._more(max(first, every[0]), min(last, every[-1]), rtol)[1])
+            self._solve(new)
+
+        ends = depth_range(
+            lambda: {at: float(row[column]) for at, row in self.known.items()},
+            solve,
+            (float(np.log(wanted[0])), float(np.log(wanted[1]))),
+            (low, high),
+            low if lowest else self._least,
+        )
+        return None if ends is None else self._nodes(np.array(ends), rtol)
 
     def _loading(self, contact: PathPoint | PerturbedContact, at: Array, nodes: Array) -> tuple[Array, Array, Array]:
         """The same at known positions, shape (n,), from known solutions."""
@@ -133,27 +179,24 @@ class Correction:
         force = np.exp(logarithm)
         return force, force * slope / contact.depth, error
 
-    def at(self, contact: PerturbedContact, rtol: float, *, exactly: bool = False) -> Refined:
-        """Refined contacts beside round ones, interpolated to `rtol` in force.
+    def at(
+        self, contact: PerturbedContact, rtol: float, nodes: Array | None = None, *, exactly: bool = False
+    ) -> Refined:
+        """Refined contacts beside round ones, interpolated to `rtol` in force; `nodes` as for `loading`.
 
         The first call over a range costs a boundary element solution per 3/8 of a decade of the radius, and more as it takes;
         with `exactly` one per contact, where that is no more.
         """
         x = np.log(contact.depth)
-        at = self._clipped(x)
-        nodes = self._own_nodes(at) if exactly and self._few(at) else self._nodes(at, rtol)
+        at = self._clipped(x, nodes)
+        if nodes is None:
+            nodes = self._own_nodes(at) if exactly and self._few(at) else self._nodes(at, rtol)
         force, stiffness, error = self._loading(contact, at, nodes)
         curve = self._shape_curve(tuple(nodes))
-        shape, wrong, frozen = curve.absolute(at), curve.estimate(at), at != x
-        if curve.weight.any() or frozen.any():
-            theory = np.log(contact.radius)
-            still = np.array(theory)
-            if frozen.any():
-                still[frozen] = np.log(self._theory_at(at[frozen]).radius)
-            shape, dispute = curve.blended(at, still)
-            wrong = np.maximum(wrong, dispute)
-            # where ratios to the round contact stand still it carries on
-            shape += (theory - still)[:, None]
+        still, following = self._standing_still(contact, at, at != x)
+        shape, dispute = curve.blended(at, still)
+        wrong = np.maximum(curve.estimate(at), dispute)
+        shape += following[:, None]
         rows = np.array([self.known[node][: OUTLINE + 1] for node in nodes])
         traced = between_good(nodes, np.isfinite(rows[:, OUTLINE]), at)
         outline = np.where(traced[:, None], shape[:, 2:] - shape[:, :1], np.nan)
@@ -162,6 +205,14 @@ class Correction:
         shape_error = np.maximum(wrong, cell_error.outline_error(outline, self.cells))
         return Refined(force, stiffness, shape, error, shape_error, traced)
 
+    def _standing_still(self, contact: PathPoint | PerturbedContact, at: Array, frozen: Flags) -> tuple[Array, Array]:
+        """ln a of round contacts at positions, and how much further it is where ratios to them stand still, shape (n,)."""
+        radius = np.log(contact.radius)
+        still = np.array(radius)
+        if frozen.any():
+            still[frozen] = np.log(self._theory_at(at[frozen]).radius)
+        return still, radius - still
+
     def _theory_at(self, x: Array) -> Theory:
         """Theory where ratios stand still, which is at one depth or a few."""
         places, index = np.unique(x, return_inverse=True)
@@ -169,45 +220,11 @@ class Correction:
         return Theory(theory.force[index], theory.growth[index], theory.radius[index])
 
     def _new_force_curve(self, known: tuple[float, ...]) -> ForceCurve:
-        """The curves through solutions that leaving one out changes least."""
-        nodes = np.array(known)
-        rows, theory = np.array([self.known[node] for node in known]), self.theory.at(nodes)
-        logarithm = rows[:, FORCE] + np.log(self.kernel.modulus)
-        if nodes.size == 1:
-            ratio = float(logarithm[0] - theory.force[0, BASE])
-            slope = 0.0 if self._self_similar else float(rows[0, GROWTH] - theory.growth[0, BASE])
-            return ForceCurve.of(nodes, [ForcePart(BASE, constant(ratio, slope), np.zeros(1), np.zeros(1))])
+        """Curves through the forces."""
+        rows = np.array([self.known[node] for node in known])
         noise = (_CORNER_SLOPE_NOISE if self.indenter.corners else _SLOPE_NOISE) / self.cells
-        between, turning = self.theory.at((nodes[1:] + nodes[:-1]) / 2), self.theory.turning(theory.radius)
-        held: dict[int, Array] = {}
-        # slopes as the ratios to either have them, weighted by how well they are known
-        total, weight, least = np.zeros((3, nodes.size))
-        for form in (BASE, NOTHING):
-            ratios, growths = logarithm - theory.force[:, form], rows[:, GROWTH] - theory.growth[:, form]
-            there, inside = np.isfinite(ratios) & np.isfinite(growths), np.isfinite(between.force[:, form])
-            if form != NOTHING:
-                there, inside = there & (theory.radius < turning), inside & (between.radius < turning)
-            count = leading(there, inside)
-            if count > 1:
-                held[form] = ratios[:count]
-                slopes, doubt = settled_slopes(nodes[:count], ratios[:count], growths[:count], noise)
-                share = 1 / np.maximum(doubt, _ROUNDING) ** 2
-                total[:count] += share * (slopes + theory.growth[:count, form])
-                weight[:count] += share
-                least[:count] = np.maximum(least[:count], share)
-        settled, doubts = total / weight, 1 / np.sqrt(least)
-        parts = []
-        for form, ratios in held.items():
-            count = ratios.size
-            slopes = settled[:count] - theory.growth[:count, form]
-            beside = left_out_of_hermite(nodes[:count], ratios, slopes, doubts[:count])
-            error, spread = np.full((2, nodes.size - 1), np.inf)
-            error[: count - 1] = np.maximum(beside[1:], beside[:-1])
-            spread[: count - 1] = off_smoother(nodes[:count], ratios, slopes)
-            parts.append(
-                ForcePart(form, scipy.interpolate.CubicHermiteSpline(nodes[:count], ratios, slopes), error, spread)
-            )
-        return ForceCurve.of(nodes, parts)
+        force, growth = rows[:, FORCE] + np.log(self.kernel.modulus), rows[:, GROWTH]
+        return force_curve(np.array(known), force, growth, noise, self.theory, similar=self._self_similar)
 
     def _new_shape_curve(self, known: tuple[float, ...]) -> ShapeCurve:
         """Curves through radii, areas and outlines."""
@@ -223,13 +240,20 @@ class Correction:
         """Whether one solution serves every size: neither tip nor medium has a length."""
         return self.indenter.exponent is not None and bool(self.kernel.homogeneous or self.kernel.exponent)
 
-    def _clipped(self, x: Array) -> Array:
+    def _clipped(self, x: Array, nodes: Array | None = None) -> Array:
         """Positions ln d at which to interpolate; the theory carries on from there."""
         if self._self_similar:
             return np.full_like(x, next(iter(self.known), x.max()))
+        if nodes is not None:
+            return np.clip(x, nodes[0], nodes[-1])
         if self.indenter.exponent is not None:
-            return np.maximum(x, self.spacing.depth_of(_THINNEST * self.kernel.length))
+            return np.maximum(x, self._least)
         return np.asarray(np.maximum(x, x.max() - _DECADES * np.log(10)))
+
+    @property
+    def _least(self) -> float:
+        """ln d below which a tip without a length touches nothing but the surface's half-space."""
+        return self.spacing.depth_of(_THINNEST * self.kernel.length) if self.indenter.exponent is not None else -np.inf
 
     def _few(self, x: Array) -> bool:
         """Whether solutions at x are no more than interpolation would take, and far enough apart for curves through them."""
@@ -256,31 +280,35 @@ class Correction:
         low, high = float(x.min()), float(x.max())
         self._solve(self.spacing.missing(np.array(sorted(self.known)), low, high))
         while True:
-            every = np.array(sorted(self.known))
-            first = int(np.searchsorted(every, low + _ROUNDING)) - 1
-            last = int(np.searchsorted(every, high - _ROUNDING))
-            nodes = every[first : last + 1]
-            if nodes.size == 1:
+            nodes, more = self._more(low, high, rtol)
+            if not more.size:
                 return nodes
-            if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
-                # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
-                around = every[max(first - 1, 0) : last + 2]
-                if not self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]:
-                    return around
-                self._solve(np.unique([low, high]))
-                continue
-            middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
-            if nodes.size == 2 or (nodes.size < FEWEST and gaps.max() > _FAR_APART):
-                self._solve(middles[[np.argmax(gaps)]])
-                continue
-            split = self._rough(tuple(nodes), rtol)
-            if not split.any():
-                return nodes
-            kinks = self._shape_curve(tuple(nodes)).kinks
-            # and where the steep rise after a kink begins, as long as it is not well known
-            beyond = kinks + _AFTER * (nodes[1:] - kinks)
-            wide = split & np.isfinite(kinks) & (gaps > _CLOSER)
-            self._solve(np.append(np.where(np.isfinite(kinks), kinks, middles)[split], beyond[wide]))
+            self._solve(more)
+
+    def _more(self, low: float, high: float, rtol: float) -> tuple[Array, Array]:
+        """Positions of known solutions that carry all between two positions, and of more that they want for that."""
+        every, none = np.array(sorted(self.known)), np.empty(0)
+        first = int(np.searchsorted(every, low + _ROUNDING)) - 1
+        last = int(np.searchsorted(every, high - _ROUNDING))
+        nodes = every[first : last + 1]
+        if nodes.size == 1:
+            return nodes, none
+        if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
+            # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
+            around = every[max(first - 1, 0) : last + 2]
+            rough = self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]
+            return around, np.unique([low, high]) if rough else none
+        middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
+        if nodes.size == 2 or (nodes.size < FEWEST and gaps.max() > _FAR_APART):
+            return nodes, middles[[np.argmax(gaps)]]
+        split = self._rough(tuple(nodes), rtol)
+        if not split.any():
+            return nodes, none
+        kinks = self._shape_curve(tuple(nodes)).kinks
+        # and where the steep rise after a kink begins, as long as it is not well known
+        beyond = kinks + _AFTER * (nodes[1:] - kinks)
+        wide = split & np.isfinite(kinks) & (gaps > _CLOSER)
+        return nodes, np.append(np.where(np.isfinite(kinks), kinks, middles)[split], beyond[wide])
 
     def _gaps_to_halve(self, known: tuple[float, ...], rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""

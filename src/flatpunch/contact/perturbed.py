@@ -27,6 +27,8 @@ _OUTLINE_ANGLES = 720
 _SPACING, _MARGIN = np.log(10) / 12, 1.0
 """Grid over ln a in which a mean radius is looked for, and by how much it reaches beyond the wanted ones."""
 _SECANTS, _STEPS = 12, 70
+_SETTLED = 1e-10
+"""Step of a secant that leaves the next one below rounding."""
 _ROUNDING = 1e-14
 _TINY = 1e-300
 
@@ -98,17 +100,18 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
     low, high = nodes[upper - 1], nodes[upper]
     x = low + (high - low) * np.clip((wanted - found[upper - 1]) / (found[upper] - found[upper - 1]), 0, 1)
-    before_x, before = low, found[upper - 1] - wanted
+    before_x, before, left = np.array(low), found[upper - 1] - wanted, np.arange(wanted.size)
     for count in range(_STEPS):
-        here = excess(x) - wanted
-        low, high = np.where(here < 0, x, low), np.where(here < 0, high, x)
+        at, here = x[left], excess(x[left]) - wanted[left]
+        low[left], high[left] = np.where(here < 0, at, low[left]), np.where(here < 0, high[left], at)
         with np.errstate(divide="ignore", invalid="ignore"):
-            trial = x - here * (x - before_x) / (here - before)
-        middle = (low + high) / 2
-        inside = (trial >= low) & (trial <= high) & (count < _SECANTS)
-        following = np.where(here == 0, x, np.where(inside, trial, middle))
-        before_x, before, step, x = x, here, np.abs(following - x), following
-        if step.max() < _ROUNDING:
+            trial = at - here * (at - before_x[left]) / (here - before[left])
+        inside = (trial >= low[left]) & (trial <= high[left]) & (count < _SECANTS)
+        x[left] = np.where(here == 0, at, np.where(inside, trial, (low[left] + high[left]) / 2))
+        before_x[left], before[left] = at, here
+        settled = (here == 0) | (inside & (np.abs(trial - at) < _SETTLED)) | (high[left] - low[left] < _ROUNDING)
+        left = left[~settled]
+        if not left.size:
             break
     radius[live] = np.exp(x)
     return radius

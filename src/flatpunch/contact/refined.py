@@ -17,7 +17,8 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import boundary_elements, first_order
 from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.control import Loading
-from flatpunch.contact.correction import Refined, correction
+from flatpunch.contact.correction import Correction, Refined, correction
+from flatpunch.contact.correction_row import FORCE, RADIUS
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
@@ -34,6 +35,8 @@ _ASTRAY = 0.5
 """|ln(mean radius/base radius)| beyond which round contacts tell nothing of the pressure; sharp tips on soft bodies reach 0.2."""
 _HISTORY = 3.0
 """Logarithm of the radii that a contact is looked at back to."""
+_SHALLOW = 1e-4
+"""Share of the largest depth below which mean radii are those of a flat end."""
 _PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
 
 
@@ -74,17 +77,7 @@ class RefinedExpansion:
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives at base radii, shape (n,)."""
-        path = self.series.loading(radius)
-        live = path.depth > 0
-        force, stiffness = np.array(path.force), np.array(path.stiffness)
-        if live.any():
-            some = selected(path, live)
-            if self._tabulated(some):
-                refined = self.refined(self.series.evaluate(some.radius))
-                force[live], stiffness[live] = refined.force, refined.stiffness
-            else:
-                force[live], stiffness[live], _ = self.correction.loading(some, self.rtol)
-        return PathPoint(radius, path.depth, force, stiffness, path.depth_slope)
+        return Sought(self).loading(radius)
 
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,)."""
@@ -101,15 +94,15 @@ class RefinedExpansion:
             contour[live] = self.contour(self.refined(some), phi)
         return contour
 
-    def refined(self, contact: PerturbedContact, *, exactly: bool = False) -> Refined:
+    def refined(self, contact: PerturbedContact, nodes: Array | None = None, *, exactly: bool = False) -> Refined:
         """What boundary elements, or the table, say beside round contacts, shape (n,), all of positive depth.
 
-        With `exactly` a few contacts have boundary element solutions of their own.
+        Solutions are those at `nodes`, if these are given. With `exactly` a few contacts have ones of their own.
         """
-        if self._tabulated(contact):
+        if self.tabulated(contact):
             assert self.table is not None
             return tabulated(self.table, contact.radius)
-        return self.correction.at(contact, self.rtol, exactly=exactly)
+        return self.correction.at(contact, self.rtol, nodes, exactly=exactly)
 
     @staticmethod
     def contour(refined: Refined, phi: Array) -> Array:
@@ -122,8 +115,66 @@ class RefinedExpansion:
         share = position - np.floor(position)
         return np.asarray(np.exp(logarithm[:, left] * (1 - share) + logarithm[:, (left + 1) % ANGLES] * share))
 
-    def _tabulated(self, contact: PathPoint | PerturbedContact) -> bool:
+    def tabulated(self, contact: PathPoint | PerturbedContact) -> bool:
+        """Whether the corrections that come with the package reach that far."""
         return self.table is not None and bool(contact.radius.max() <= np.exp(self.table.nodes[-1]))
+
+
+class Sought:
+    """Forces and mean radii of refined contacts, by which those with prescribed ones are found.
+
+    Parameters
+    ----------
+    expansion : RefinedExpansion
+        The contacts.
+    nodes : array, shape (n,), optional
+        ln d of the solutions that they are interpolated between; else more are made wherever they are looked for.
+    """
+
+    def __init__(self, expansion: RefinedExpansion, nodes: Array | None = None) -> None:
+        self.base, self._expansion, self._nodes = expansion.base, expansion, nodes
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii, shape (n,)."""
+        return self._expansion.descent(radius)
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives at base radii, shape (n,)."""
+        path = self._expansion.series.loading(radius)
+        live = path.depth > 0
+        force, stiffness = np.array(path.force), np.array(path.stiffness)
+        if live.any():
+            some = selected(path, live)
+            if self._expansion.tabulated(some):
+                refined = self._refined(some.radius)
+                force[live], stiffness[live] = refined.force, refined.stiffness
+            else:
+                force[live], stiffness[live], _ = self._correction.loading(some, self._expansion.rtol, self._nodes)
+        return PathPoint(radius, path.depth, force, stiffness, path.depth_slope)
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,), but for their areas."""
+        path, contact = self.loading(radius), self._expansion.series.evaluate(radius)
+        live, mean_radius = path.depth > 0, np.array(radius)
+        if live.any():
+            some = selected(path, live)
+            mean_radius[live] = (
+                np.exp(self._refined(some.radius).shape[:, 0])
+                if self._expansion.tabulated(some)
+                else self._correction.mean_radius(some, self._expansion.rtol, self._nodes)
+            )
+        return replace(contact, force=path.force, stiffness=path.stiffness, mean_radius=mean_radius)
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Outlines a(phi), shape (n, p)."""
+        return self._expansion.outline(contact, phi)
+
+    @property
+    def _correction(self) -> Correction:
+        return self._expansion.correction
+
+    def _refined(self, radius: Array) -> Refined:
+        return self._expansion.refined(self._expansion.series.evaluate(radius))
 
 
 def corrected(contact: PerturbedContact, live: Flags, refined: Refined) -> PerturbedContact:
@@ -175,11 +226,11 @@ def solve(
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
     if expansion.table is None:
         expansion.correction.call_helpers(control.values.size)
-    contact = _controlled(kernel, indenter, expansion, control)
+    contact, nodes = _prescribed(kernel, indenter, expansion, control)
     live = contact.depth > 0
     some = selected(contact, live)
     # other controls have asked for the contacts around already
-    refined = expansion.refined(some, exactly=control.name == "depth")
+    refined = expansion.refined(some, nodes, exactly=control.name == "depth")
     contact = corrected(contact, live, refined)
     if control.name == "force":
         contact = replace(contact, force=control.values)
@@ -233,16 +284,19 @@ def pressure(
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
     expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
-    contact = controlled(kernel, indenter, expansion, control)
-    if contact.depth[0] > 0 and (_astray(expansion, contact) or not expansion.refined(contact).traced.all()):
-        return boundary_elements.pressure(kernel, indenter, Control("depth", contact.depth), r, phi, grid=cells)
-    return superpose_expansion(kernel, indenter, expansion, control, r, phi)
+    contact, nodes = _prescribed(kernel, indenter, expansion, control)
+    depth = Control("depth", contact.depth)
+    if contact.depth[0] > 0:
+        refined = expansion.refined(contact, nodes)
+        if not refined.traced.all() or _astray(expansion, contact, refined):
+            return boundary_elements.pressure(kernel, indenter, depth, r, phi, grid=cells)
+    return superpose_expansion(kernel, indenter, expansion, depth, r, phi)
 
 
-def _astray(expansion: RefinedExpansion, contact: PerturbedContact) -> bool:
-    """Whether a contact, or those before it, are far from the round ones of equal depth: stars under stiff films."""
+def _astray(expansion: RefinedExpansion, contact: PerturbedContact, refined: Refined) -> bool:
+    """Whether a refined contact, or those before it, are far from the round ones of equal depth: stars under stiff films."""
     path = expansion.series.descent(contact.radius * np.exp(np.linspace(-_HISTORY, 0, 200)))
-    off = np.abs(np.log(contact.mean_radius / contact.radius))
+    off = np.abs(refined.shape[:, 0] - np.log(contact.radius))
     return bool(off.max() > _ASTRAY or path.depth_slope.min() < 0)
 
 
@@ -257,10 +311,38 @@ def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
     return bool(control.values.max() < last[0])
 
 
-def _controlled(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> PerturbedContact:
-    """Round contacts at which the refined ones have the prescribed values, at exactly these depths or forces."""
+def _prescribed(
+    kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control
+) -> tuple[PerturbedContact, Array | None]:
+    """Round contacts at which the refined ones have the prescribed values, at exactly these depths or forces.
+
+    And ln d of the solutions that carry these; None where it is not known before they are asked for.
+    """
     if control.name == "depth":
-        return controlled(kernel, indenter, expansion.series, control)
-    contact = controlled(kernel, indenter, expansion, control)
+        return controlled(kernel, indenter, expansion.series, control), None
+    nodes = _nodes(kernel, indenter, expansion, control)
+    contact = controlled(kernel, indenter, Sought(expansion, nodes), control)
     series = expansion.series.evaluate(contact.radius)
-    return replace(series, depth=contact.depth)
+    return replace(series, depth=contact.depth), nodes
+
+
+def _nodes(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> Array | None:
+    """ln d of the solutions that carry prescribed forces or radii; None where these are looked for as they are come upon."""
+    if expansion.table is not None and covered(kernel, indenter, control):
+        return None
+    wanted = np.unique(control.values[control.values > 0])
+    try:
+        depth = controlled(kernel, indenter, expansion.series, Control(control.name, wanted)).depth
+        if not (depth > 0).any():
+            return None
+        if control.name == "force":
+            column, values, loaded = FORCE, wanted / kernel.modulus, np.ones(depth.size, dtype=bool)
+        else:
+            # radii below that of a flat end, or hardly above, tell no depth
+            column, values, loaded = RADIUS, wanted, depth > _SHALLOW * depth.max()
+        # under stiff films the depth of round contacts may turn back
+        guess, ends = np.maximum.accumulate(depth[loaded])[[0, -1]], values[loaded][[0, -1]]
+        return expansion.correction.reaching(column, ends, guess, expansion.rtol, lowest=not loaded.all())
+    except ValueError:
+        # beyond the end of the tip, or of what the medium resolves, the search itself finds out and says so
+        return None

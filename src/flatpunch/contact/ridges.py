@@ -37,6 +37,8 @@ _FINE, _FINE_ROUNDED = 1e-3, 5e-4
 _TONGUES, _NEEDLES, _FINER_NEEDLES, _COUNTED_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02), (4, 0.01)
 """Cells of the first look per cell, at least, and over the mean radius, at most. Needles are narrow where they leave the core,
 the narrower the more they are; blunt ends of rounded edges follow from this look alone, and counting wants many cells."""
+_ROUGHLY = 0.005
+"""Cells over the mean radius, islands included, that are small enough where the contact has no outline to be told."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which needles are many."""
 _CLOSER = 4
@@ -111,7 +113,7 @@ class Edge:
     finer : int
         Cells of the first look per cell, at least.
     coarsest : float
-        The same over the mean radius, at most.
+        Its cells at most [m].
     rounded : bool
         Whether the edge is rounded.
     told : bool
@@ -142,6 +144,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     if star:
         refine_core(kernel, indenter, solution.depth, whole, contour, gaps, outline.radius, islands)
     apart = bool(islands.any())
+    ray, more = ray_and_area(solution.grid, islands) if apart else (0.0, 0.0)
     if apart:
         # islands are no tongue, however near
         whole = replace(whole, pressure=np.where(islands, 0.0, whole.pressure))
@@ -149,7 +152,7 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     # cells lie differently in each sector
     rays = np.arange(angles) / angles
     contour = np.mean([np.interp(rays + turn / fold, rays, contour, period=1.0) for turn in range(fold)], axis=0)
-    for edge in _edges(kernel, indenter, contour, outline.radius, star):
+    for edge in _edges(kernel, indenter, contour, outline.radius, star, _ROUGHLY * (outline.radius + ray) * apart):
         sides = _tongue(kernel, indenter, solution.depth, whole, edge, closely=not apart)
         if sides is not None:
             for turn in range(fold):
@@ -159,14 +162,14 @@ def traced(kernel: Kernel, indenter: Indenter, solution: bem.Solution, angles: i
     radius, area = _radius_and_area(contour, gaps, between, followed)
     if not apart:
         return Trace(contour, radius, area)
-    ray, more = ray_and_area(solution.grid, islands)
     return Trace(np.full_like(contour, np.nan), radius + ray, area + more)
 
 
-def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool) -> list[Edge]:
+def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star: bool, roughly: float) -> list[Edge]:
     """Where tongues are looked for: along every edge, along rounded ones where they draw out the contact beyond the cap.
 
-    Of those that turning the tip carries into each other the one that lies along rows of cells, if there is one.
+    Of those that turning the tip carries into each other the one that lies along rows of cells, if there is one. No cells
+    smaller than `roughly` [m] are asked for.
     """
     nearest = (_BESIDE_CORE if star else _NEAREST) * mean
     phi, closed = np.linspace(0, 2 * np.pi, contour.size + 1), np.append(contour, contour[0])
@@ -176,9 +179,10 @@ def _edges(kernel: Kernel, indenter: Indenter, contour: Array, mean: float, star
         if not rounded or reach > _DRAWN_OUT:
             told = not kernel.exponent and mirrored_about(indenter, angle) and (star or bool(reach > _SLENDER))
             needles = _COUNTED_NEEDLES if not told else _FINER_NEEDLES if rounded or wedge < _CROWDED else _NEEDLES
+            finer, coarsest = needles if star else _TONGUES
+            coarsest = max(coarsest * mean, roughly)
             chosen.setdefault(
-                place_of(indenter, angle),
-                Edge(angle, wedge, nearest, mean, *(needles if star else _TONGUES), rounded, told),
+                place_of(indenter, angle), Edge(angle, wedge, nearest, mean, finer, coarsest, rounded, told)
             )
     return list(chosen.values())
 
@@ -189,7 +193,7 @@ def _tongue(
     """Left and right side of the tongue along one edge, looked at once or closer and closer; None where there is none."""
     even = mirrored_about(indenter, edge.angle)
     patch, widest = whole, max(_WIDTH * edge.mean, _CELLS * whole.grid.spacing)
-    finer = max(edge.finer, int(np.ceil(patch.grid.spacing / (edge.coarsest * edge.mean))))
+    finer = max(edge.finer, int(np.ceil(patch.grid.spacing / edge.coarsest)))
     finest = (_FINE_ROUNDED if edge.rounded else _FINE) * edge.mean
     looks: list[list[Side]] = []
     while True:

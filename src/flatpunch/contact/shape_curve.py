@@ -35,8 +35,8 @@ class ShapeCurve:
     ----------
     nodes : ndarray, shape (n,)
         Positions of the solutions.
-    absolute, steady : callable
-        Curves through the shapes, and through the round radii beside them.
+    sizes, outline, steady : callable
+        Curves through the first two columns, through the others, and through the round radii beside them.
     weight : ndarray, shape (n,)
         How far shapes follow what the latter miss of the round contact between solutions.
     error : ndarray, shape (n - 1,)
@@ -46,7 +46,8 @@ class ShapeCurve:
     """
 
     nodes: Array
-    absolute: Curve
+    sizes: Curve
+    outline: Curve
     steady: Curve
     weight: Array
     error: Array
@@ -54,11 +55,15 @@ class ShapeCurve:
 
     def blended(self, x: Array, theory: Array) -> tuple[Array, Array]:
         """Logarithms at x, (n, columns), where the round radius has `theory`, and the error that following it tells, (n,)."""
+        change = self.change(x, theory)
+        blended = np.hstack([self.sizes(x), self.outline(x)]) + change[:, None]
+        return blended, _DISPUTE * np.abs(change) * np.exp((blended[:, 2:] - blended[:, :1]).max(axis=1))
+
+    def change(self, x: Array, theory: Array) -> Array:
+        """What following the round radius, `theory`, changes of all logarithms at x, shape (n,)."""
         missed = theory - self.steady(x)
         # round contacts jump where others need not
-        change = np.interp(x, self.nodes, self.weight) * missed / (1 + (missed / _DEPARTURE) ** 4)
-        blended = self.absolute(x) + change[:, None]
-        return blended, _DISPUTE * np.abs(change) * np.exp((blended[:, 2:] - blended[:, :1]).max(axis=1))
+        return np.asarray(np.interp(x, self.nodes, self.weight) * missed / (1 + (missed / _DEPARTURE) ** 4))
 
     def estimate(self, x: Array) -> Array:
         """Estimated error at points, shape (n,): none at a solution."""
@@ -87,8 +92,8 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     whole = np.isfinite(rows[:, -1])
     outlines = continued(nodes, rows, whole)[:, 2:]
     if nodes.size == 1:
-        shape = np.hstack([rows[:, :2], outlines])
-        return ShapeCurve(nodes, _standing(shape), _standing(round_radius), np.ones(1), np.zeros(0), np.zeros(0))
+        sizes, outline, steady = (_standing(table) for table in (rows[:, :2], outlines, round_radius))
+        return ShapeCurve(nodes, sizes, outline, steady, np.ones(1), np.zeros(0), np.zeros(0))
     through = partial(outlines_through, sectors=sectors)
     # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
     reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, _steepness(outlines))
@@ -99,15 +104,11 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
         share = 1 / (1 + (beside / (wrong + _ROUNDING)) ** _CHOICE)
         share[turned | ~whole] = 0.0
         wrong += share * (beside - wrong)
-    sizes = sizes_through(nodes, rows[:, :2], whole)
-    error = np.where(whole[1:] != whole[:-1], sizes.error, sizes.error / _LENIENCE)
+    kinked = sizes_through(nodes, rows[:, :2], whole)
+    error = np.where(whole[1:] != whole[:-1], kinked.error, kinked.error / _LENIENCE)
     error = np.where(whole[1:] & whole[:-1], np.maximum.reduce([wrong[1:], wrong[:-1], error]), error)
     curve = _by_runs(nodes, outlines, whole, through)
-
-    def absolute(x: Array) -> Array:
-        return np.hstack([sizes(x), curve(x)])
-
-    return ShapeCurve(nodes, absolute, curve_through(nodes, round_radius), share, error, sizes.kinks)
+    return ShapeCurve(nodes, kinked, curve, curve_through(nodes, round_radius), share, error, kinked.kinks)
 
 
 def _steepness(outlines: Array) -> Array:

@@ -6,8 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from flatpunch._validation import Array, Indices
+from flatpunch.contact.node_spline import leading, left_out_of_hermite, off_smoother, settled_slopes
+from flatpunch.contact.theory_forms import BASE, NOTHING, TheoryAt
 
 FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
@@ -108,3 +111,57 @@ class ForceCurve:
 def constant(value: float, slope: float) -> Callable[..., Array]:
     """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
     return lambda x, nu=0: np.full_like(x, slope if nu else value)
+
+
+def force_curve(
+    nodes: Array, force: Array, growth: Array, noise: float, theory: TheoryAt, *, similar: bool = False
+) -> ForceCurve:
+    """The curves through solutions that leaving one out changes least.
+
+    Parameters
+    ----------
+    nodes : array, shape (n,)
+        Positions ln d of the solutions.
+    force, growth : array, shape (n,)
+        Their ln F and dln F/dln d.
+    noise : float
+        Error of the latter.
+    theory : TheoryAt
+        What they are compared with.
+    similar : bool
+        Whether a single solution serves every size.
+    """
+    there = theory.at(nodes)
+    if nodes.size == 1:
+        slope = 0.0 if similar else float(growth[0] - there.growth[0, BASE])
+        only = constant(float(force[0] - there.force[0, BASE]), slope)
+        return ForceCurve.of(nodes, [ForcePart(BASE, only, np.zeros(1), np.zeros(1))])
+    between, turning = theory.at((nodes[1:] + nodes[:-1]) / 2), theory.turning(there.radius)
+    held: dict[int, Array] = {}
+    # slopes as the ratios to either have them, weighted by how well they are known
+    total, weight, least = np.zeros((3, nodes.size))
+    for form in (BASE, NOTHING):
+        ratios, growths = force - there.force[:, form], growth - there.growth[:, form]
+        good, inside = np.isfinite(ratios) & np.isfinite(growths), np.isfinite(between.force[:, form])
+        if form != NOTHING:
+            good, inside = good & (there.radius < turning), inside & (between.radius < turning)
+        count = leading(good, inside)
+        if count > 1:
+            held[form] = ratios[:count]
+            slopes, doubt = settled_slopes(nodes[:count], ratios[:count], growths[:count], noise)
+            share = 1 / np.maximum(doubt, _ROUNDING) ** 2
+            total[:count] += share * (slopes + there.growth[:count, form])
+            weight[:count] += share
+            least[:count] = np.maximum(least[:count], share)
+    settled, doubts = total / weight, 1 / np.sqrt(least)
+    parts = []
+    for form, ratios in held.items():
+        count = ratios.size
+        slopes = settled[:count] - there.growth[:count, form]
+        beside = left_out_of_hermite(nodes[:count], ratios, slopes, doubts[:count])
+        error, spread = np.full((2, nodes.size - 1), np.inf)
+        error[: count - 1] = np.maximum(beside[1:], beside[:-1])
+        spread[: count - 1] = off_smoother(nodes[:count], ratios, slopes)
+        curve = scipy.interpolate.CubicHermiteSpline(nodes[:count], ratios, slopes)
+        parts.append(ForcePart(form, curve, error, spread))
+    return ForceCurve.of(nodes, parts)

@@ -1,0 +1,125 @@
+"""Prescribed forces and radii: where boundary elements are solved, and what comes back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch.contact.correction import Correction
+from flatpunch.contact.depth_range import depth_range
+from flatpunch.indenters import Truncated
+
+FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+FILM_50 = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+COARSE = {"method": "refined", "tables": False, "cells": 64}
+
+
+class Ladder:
+    """Solutions of a growing quantity, one at each end of what is asked for."""
+
+    def __init__(self, quantity: Any, known: tuple[float, ...] = ()) -> None:
+        self.quantity, self.known, self.asked = quantity, {x: quantity(x) for x in known}, 0
+
+    def solve(self, low: float, high: float) -> None:
+        self.asked += 1
+        self.known |= {x: self.quantity(x) for x in (low, high)}
+
+    def range(self, wanted: tuple[float, float], guess: tuple[float, float], **least: float) -> Any:
+        return depth_range(lambda: self.known, self.solve, wanted, guess, **least)
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0, 3.5])
+@pytest.mark.parametrize("off", [-0.5, 0.0, 0.5])
+def test_range_of_a_power_law_is_found_from_a_poor_guess(power: float, off: float) -> None:
+    ladder = Ladder(lambda x: power * x + 3)
+    low, high = ladder.range((3 - power, 3 + 2 * power), (-1 + off, 2 + off))
+    # both ends are solutions, within the steps that lead there
+    assert low in ladder.known
+    assert high in ladder.known
+    assert -1.9 < low <= -1
+    assert 2 <= high < 2.9
+    assert ladder.asked <= 4
+
+
+def test_range_beyond_a_sudden_rise() -> None:
+    # contacts that come apart: ln a0 grows three times faster from there on
+    ladder = Ladder(lambda x: x + 2 * max(x - 1, 0.0))
+    low, high = ladder.range((0.0, 3.0), (0.0, 1.0))
+    assert low == 0.0
+    assert 5 / 3 <= high < 2.3
+
+
+def test_range_of_what_is_known_costs_nothing() -> None:
+    ladder = Ladder(lambda x: x, known=(0.0, 0.5, 1.0, 2.0, 4.0))
+    assert ladder.range((0.6, 1.5), (0.6, 1.5)) == (0.5, 2.0)
+    assert ladder.asked == 0
+
+
+def test_range_ends_where_nothing_more_is_needed() -> None:
+    ladder = Ladder(lambda x: x)
+    low, high = ladder.range((-9.0, 1.0), (-9.0, 1.1), least=-2.0)
+    assert low == -2.0
+    assert 1 <= high < 1.5
+
+
+def test_what_is_never_reached_has_no_range() -> None:
+    assert Ladder(lambda x: min(x, 0.5)).range((0.0, 1.0), (0.0, 1.0)) is None
+
+
+def solutions_of(monkeypatch: pytest.MonkeyPatch, **control: Any) -> tuple[Any, int]:
+    """A curve, and how many boundary element solutions it took."""
+    count, solutions = [0], Correction.solutions
+
+    def counted(self: Correction, positions: np.ndarray, *, alone: bool = False) -> np.ndarray:
+        count[0] += positions.size
+        return solutions(self, positions, alone=alone)
+
+    monkeypatch.setattr(Correction, "solutions", counted)
+    return fp.indent(**control, **COARSE), count[0]
+
+
+def film(modulus: float) -> fp.Medium:
+    """Stiff film of which nothing is known yet."""
+    return fp.Medium([fp.Layer(modulus, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+
+
+@pytest.mark.parametrize("name", ["force", "radius"])
+def test_other_controls_take_about_as_many_solutions(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    tip, depth = fp.Pyramid(4, 0.3), np.geomspace(0.02, 5.0, 50)
+    # media that differ by a millionth share no solutions
+    by_depth, usual = solutions_of(monkeypatch, medium=film(50.0), indenter=tip, depth=depth)
+    values = by_depth[name].values
+    again, taken = solutions_of(monkeypatch, medium=film(50.00005), indenter=tip, **{name: values})
+    np.testing.assert_allclose(again[name], values, rtol=1e-9)
+    assert taken <= usual + 3
+    # and none for what is known
+    later, more = solutions_of(monkeypatch, medium=film(50.00005), indenter=tip, **{name: values[5:-5] * 1.001})
+    assert more == 0
+    np.testing.assert_allclose(later[name], values[5:-5] * 1.001, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["force", "radius"])
+def test_one_value_takes_few_solutions(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    result, taken = solutions_of(monkeypatch, medium=FILM_10, indenter=fp.Pyramid(4, 0.31), **{name: 0.7})
+    assert float(result[name][0]) == pytest.approx(0.7, rel=1e-9)
+    assert taken <= 4
+
+
+def test_radii_of_a_flat_end_have_no_depth() -> None:
+    tip = Truncated(fp.Pyramid(4, 0.3), 0.1)
+    radius = np.array([0.05, 0.5, 1.0])
+    result = fp.indent(FILM_50, tip, radius=radius, **COARSE)
+    np.testing.assert_allclose(result.radius, radius, rtol=1e-9)
+    assert float(result.depth[0]) == 0
+    again = fp.indent(FILM_50, tip, depth=result.depth[1:], **COARSE)
+    np.testing.assert_allclose(again.radius, radius[1:], rtol=2e-2)
+
+
+def test_force_beyond_a_tip_that_ends() -> None:
+    x = np.linspace(-1.0, 1.0, 61)
+    tip = fp.HeightMap(x, x, 0.3 * x**2 + 0.4 * x[:, None] ** 2)
+    with pytest.raises(ValueError, match=r"force = .* is beyond this indenter"):
+        fp.indent(FILM_10, tip, force=[0.01, 1e3], **COARSE)
