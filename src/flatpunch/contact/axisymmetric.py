@@ -10,7 +10,7 @@ functionals of `flatpunch.punch.basis`. Their half-space parts, slow in the numb
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -29,7 +29,7 @@ _STENCIL = 2e-3
 """Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""
 
 
-class RoundProfile(Protocol):
+class RoundProfile(Hashable, Protocol):
     """A profile f(r) that turns itself into moments and edge functionals on discs of given radii."""
 
     def height(self, r: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -99,6 +100,7 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     return float(min(guess, shortest_length(kernel)))
 
 
+@lru_cache(maxsize=64)
 def _half_space_path(profile: RoundProfile, reach: float) -> tuple[Array, Array, Array]:
     """Radii [m], and d [m] and F/E* [m^2] that are reached on a half-space up to each of them, to some per cent.
 
