@@ -49,10 +49,12 @@ _SHAPE_TOLERANCE, _CLOSE_TOLERANCE, _CLOSER_TOLERANCE = 5e-3, 8e-3, 1.5e-2
 that are closer: leaving one out of these tells up to five times too much."""
 _AFTER = 1 / 3
 """Where in the rest of a gap the rise after a kink is solved for too, as long as solutions are not closer."""
-_USUAL, _CLOSEST = 2, 1 / 8
-"""Solutions that interpolation usually takes over those it begins with, and gaps, in spacings, below which scatter counts."""
-_MARGIN = 0.1
-"""By how much ln d of the contacts of a curve may lie beyond that of round ones of equal force or radius."""
+_USUAL, _CLOSEST, _EACH = 2, 1 / 8, 3
+"""Solutions that interpolation usually takes over those it begins with, gaps, in spacings, below which scatter counts, and
+solutions for one prescribed force or radius."""
+_MARGIN, _LOWEST = 0.1, 1.0
+"""By how much ln d of a curve's contacts may lie beyond that of round ones of equal force or radius, and how much farther down
+radii are looked for."""
 _ROUNDING = 1e-9
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
@@ -122,7 +124,7 @@ class Correction:
         still, following = self._standing_still(contact, at, at != x)
         return np.asarray(np.exp(curve.sizes(at)[:, 0] + curve.change(at, still) + following))
 
-    def reaching(self, column: int, wanted: Array, guess: Array, rtol: float, *, lowest: bool = False) -> Array | None:
+    def reaching(self, column: int, wanted: Array, guess: Array, rtol: float) -> Array | None:
         """Positions of solutions that carry contacts whose columns (FORCE, RADIUS) have the `wanted` values.
 
         Parameters
@@ -135,8 +137,6 @@ class Correction:
             Depths at which these are expected [m].
         rtol : float
             Wanted relative interpolation error of the force.
-        lowest : bool
-            Whether no depth below the first counts.
 
         Returns
         -------
@@ -145,24 +145,44 @@ class Correction:
         """
         if self._self_similar:
             return None
+        least, most = (float(end) for end in np.log(wanted))
         low, high = float(np.log(guess[0])) - _MARGIN, float(np.log(guess[1])) + _MARGIN
-
-        def solve(first: float, last: float) -> None:
-            every = np.array(sorted(self.known))
-            new = self.spacing.missing(every, first, last)
-            if every.size and np.all((new < every[0]) | (new > every[-1])):
-                # what will be wanted between these anyway does not wait until the ends are found
-                new = np.append(new, self._more(max(first, every[0]), min(last, every[-1]), rtol)[1])
+        # radii hardly above that of a flat end have no depth to be found
+        lowest = max(self._least, low - _LOWEST) if column == RADIUS else self._least
+        while True:
+            # the more solutions there are, the better the ends are known
+            ends = depth_range(
+                lambda: {at: float(row[column]) for at, row in self.known.items()},
+                lambda first, last: self._solve(self._missing(first, last, rtol)),
+                self.spacing.far,
+                (least, most),
+                (low, high),
+                lowest,
+            )
+            if ends is None:
+                return None
+            low, high = ends
+            new = self._missing(low, high, rtol)
+            if not new.size:
+                return self._more(low, high, rtol)[0]
             self._solve(new)
 
-        ends = depth_range(
-            lambda: {at: float(row[column]) for at, row in self.known.items()},
-            solve,
-            (float(np.log(wanted[0])), float(np.log(wanted[1]))),
-            (low, high),
-            low if lowest else self._least,
-        )
-        return None if ends is None else self._nodes(np.array(ends), rtol)
+    def _missing(self, low: float, high: float, rtol: float) -> Array:
+        """Positions of solutions that are wanted at and between two positions, as far as the known ones tell."""
+        every = np.array(sorted(self.known))
+        new = self.spacing.missing(every, low, high)
+        first, last = max(low, every.min(initial=np.inf)), min(high, every.max(initial=-np.inf))
+        if first <= last and np.all((new < first) | (new > last)):
+            # what will be wanted between known ones anyway does not wait until the ends are known
+            new = np.append(new, self._more(first, last, rtol)[1])
+        return new
+
+    def sparse(self, depth: Array) -> bool:
+        """Whether contacts at about these depths are far fewer than the solutions that carry all between them."""
+        if self._self_similar or depth.size < 2:
+            return False
+        known, x = np.array(sorted(self.known)), np.log(depth)
+        return bool(_EACH * depth.size <= _USUAL * self.spacing.missing(known, float(x.min()), float(x.max())).size)
 
     def _loading(self, contact: PathPoint | PerturbedContact, at: Array, nodes: Array) -> tuple[Array, Array, Array]:
         """The same at known positions, shape (n,), from known solutions."""
@@ -296,7 +316,7 @@ class Correction:
         if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
             # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
             around = every[max(first - 1, 0) : last + 2]
-            rough = self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]
+            rough = around.size < _EACH or self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]
             return around, np.unique([low, high]) if rough else none
         middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)
         if nodes.size == 2 or (nodes.size < FEWEST and gaps.max() > _FAR_APART):

@@ -20,6 +20,7 @@ _STEP = 0.3
 def depth_range(
     known: Callable[[], Mapping[float, float]],
     solve: Callable[[float, float], None],
+    far: Callable[[float, float], bool],
     wanted: tuple[float, float],
     guess: tuple[float, float],
     least: float = -np.inf,
@@ -31,7 +32,9 @@ def depth_range(
     known : callable
         () -> ln q at the positions of all solutions that there are.
     solve : callable
-        Makes those that are missing between two positions.
+        Makes those that are missing between two positions, and at these.
+    far : callable
+        Whether two positions are so far apart that solutions are wanted between them.
     wanted : (float, float)
         Least and largest ln q.
     guess : (float, float)
@@ -42,32 +45,41 @@ def depth_range(
     Returns
     -------
     (float, float) or None
-        The first solution that has reached the largest, and the last before q exceeds the least; None if q is not found to
-        reach it.
+        Where q is expected to have the least and the largest value, between solutions that are not far from there; None if it is
+        not found to reach them.
     """
-    low, high = max(guess[0], least), guess[1]
+    low, high = np.maximum(guess, least).tolist()
     for tried in range(_TRIES):
         solutions = known()
         if solutions:
             x = np.array(sorted(solutions))
             q = np.maximum.accumulate(np.array([solutions[at] for at in x.tolist()]))
             before, reached = int(np.searchsorted(q, wanted[0], side="right")) - 1, int(np.searchsorted(q, wanted[1]))
-            if (before >= 0 or low <= least) and reached < x.size:
-                return max(least, float(x[before])) if before >= 0 else least, float(x[reached])
-            if tried or before >= 0:
-                low = (
-                    float(x[before])
-                    if before >= 0
-                    else max(least, _further(x[:2], q[:2], wanted[0], _STEP * (tried + 1)))
-                )
-            if tried or reached < x.size:
-                high = (
-                    float(x[reached])
-                    if reached < x.size
-                    else _further(x[-2:][::-1], q[-2:][::-1], wanted[1], _STEP * (tried + 1))
-                )
-        solve(low, high)
+            begins = low <= least if before < 0 else not far(float(x[before]), low)
+            ends = reached < x.size and not far(float(x[reached]), high)
+            farthest = _STEP * (tried + 1)
+            if begins or tried or (before + 1 < x.size and x[before + 1] <= low):
+                low = low if begins and before < 0 else max(least, _crossing(x, q, before, wanted[0], farthest))
+            if ends or tried or (reached > 0 and x[reached - 1] >= high):
+                high = max(least, _crossing(x, q, reached - 1, wanted[1], farthest))
+            if begins and ends:
+                return low, high
+            # on the safe side of where they are expected
+            solve(max(least, low - _BEYOND[1] * (before >= 0)), high + _BEYOND[1] * (reached < x.size))
+        else:
+            solve(low, high)
     return None
+
+
+def _crossing(x: Array, q: Array, before: int, wanted: float, farthest: float) -> float:
+    """Where q is expected to have the wanted value: after the solution number `before`, or beyond the first or last of them."""
+    if 0 <= before < x.size - 1:
+        return float(np.interp(wanted, q[before : before + 2], x[before : before + 2]))
+    return (
+        _further(x[:2], q[:2], wanted, farthest)
+        if before < 0
+        else _further(x[-2:][::-1], q[-2:][::-1], wanted, farthest)
+    )
 
 
 def _further(x: Array, q: Array, wanted: float, farthest: float) -> float:

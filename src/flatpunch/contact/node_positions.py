@@ -70,7 +70,7 @@ class Spacing:
             # an end needs no solution of its own where there is one, or between two that are close together
             if any(abs(end - mark) < _SAME for mark in marks):
                 continue
-            if not (0 < beside < len(marks) and self._close(marks[beside - 1], marks[beside])):
+            if beside in (0, len(marks)) or self.far(marks[beside - 1], marks[beside]):
                 marks.insert(int(beside), end)
         wanted = [x for x in marks if x not in known]
         for left, right in pairwise(marks):
@@ -80,5 +80,6 @@ class Spacing:
             wanted += np.interp(np.arange(1, pieces) * along[-1] / max(pieces, 1), along, fine).tolist()
         return np.array(sorted(wanted))
 
-    def _close(self, left: float, right: float) -> bool:
-        return float(self.between(np.array([left, right]))[0]) < 1 + _SAME
+    def far(self, one: float, other: float) -> bool:
+        """Whether two positions are farther apart than one spacing."""
+        return float(self.between(np.sort([one, other]))[0]) >= 1 + _SAME

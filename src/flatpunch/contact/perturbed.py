@@ -68,7 +68,9 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
         rest = control.values - contact.depth
         return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
     rest = (control.values - contact.force) / np.where(contact.stiffness > 0, contact.stiffness, 1.0)
-    return replace(contact, force=control.values, depth=contact.depth + np.where(contact.stiffness > 0, rest, 0.0))
+    depth = contact.depth + np.where(contact.stiffness > 0, rest, 0.0)
+    # beside a flat end depths are known to a millionth of it
+    return replace(contact, force=control.values, depth=np.maximum(depth, 0.0))
 
 
 def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_radius: Array) -> Array:

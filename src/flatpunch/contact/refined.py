@@ -7,8 +7,10 @@ package, which need none.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.control import Loading
 from flatpunch.contact.correction import Correction, Refined, correction
 from flatpunch.contact.correction_row import FORCE, RADIUS
-from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.curve import Control, ControlName, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbed import controlled, superpose_expansion
@@ -27,6 +29,8 @@ from flatpunch.contact.round_series import round_series
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
 from flatpunch.indenters.profile import Indenter
+
+_Points = TypeVar("_Points", PerturbedContact, Refined)
 
 _CELLS = 256
 _EDGE_ERROR = 0.5
@@ -226,18 +230,17 @@ def solve(
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
     if expansion.table is None:
         expansion.correction.call_helpers(control.values.size)
-    contact, nodes = _prescribed(kernel, indenter, expansion, control)
+    contact, refined = _contacts(kernel, indenter, expansion, control)
+    if refined is None:
+        return first_order.solve(kernel, indenter, control, phi)
     live = contact.depth > 0
-    some = selected(contact, live)
-    # other controls have asked for the contacts around already
-    refined = expansion.refined(some, nodes, exactly=control.name == "depth")
     contact = corrected(contact, live, refined)
     if control.name == "force":
         contact = replace(contact, force=control.values)
     contour, traced = np.zeros((live.size, phi.size)), np.ones(live.size, dtype=bool)
     contour[live], traced[live] = expansion.contour(refined, phi), refined.traced
     force_error, shape_error = np.zeros(live.size), np.zeros(live.size)
-    force_error[live] = refined.error + _EDGE_ERROR / cells * beside_flat_end(indenter, some.radius)
+    force_error[live] = refined.error + _EDGE_ERROR / cells * beside_flat_end(indenter, contact.radius[live])
     shape_error[live] = refined.shape_error
     contour[~traced] = np.nan
     notes = first_failure(
@@ -284,12 +287,10 @@ def pressure(
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
     expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
-    contact, nodes = _prescribed(kernel, indenter, expansion, control)
+    contact, refined = _contacts(kernel, indenter, expansion, control)
     depth = Control("depth", contact.depth)
-    if contact.depth[0] > 0:
-        refined = expansion.refined(contact, nodes)
-        if not refined.traced.all() or _astray(expansion, contact, refined):
-            return boundary_elements.pressure(kernel, indenter, depth, r, phi, grid=cells)
+    if refined is not None and (not refined.traced.all() or _astray(expansion, contact, refined)):
+        return boundary_elements.pressure(kernel, indenter, depth, r, phi, grid=cells)
     return superpose_expansion(kernel, indenter, expansion, depth, r, phi)
 
 
@@ -311,38 +312,61 @@ def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
     return bool(control.values.max() < last[0])
 
 
-def _prescribed(
+def _contacts(
     kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control
-) -> tuple[PerturbedContact, Array | None]:
+) -> tuple[PerturbedContact, Refined | None]:
     """Round contacts at which the refined ones have the prescribed values, at exactly these depths or forces.
 
-    And ln d of the solutions that carry these; None where it is not known before they are asked for.
+    And those refined ones that have a depth, None if none has.
     """
     if control.name == "depth":
-        return controlled(kernel, indenter, expansion.series, control), None
-    nodes = _nodes(kernel, indenter, expansion, control)
-    contact = controlled(kernel, indenter, Sought(expansion, nodes), control)
-    series = expansion.series.evaluate(contact.radius)
-    return replace(series, depth=contact.depth), nodes
+        contact, nodes = controlled(kernel, indenter, expansion.series, control), None
+    else:
+        wanted, depth = _expected(kernel, indenter, expansion, control)
+        if expansion.correction.sparse(depth):
+            each = [
+                _contacts(kernel, indenter, expansion, Control(control.name, value[None])) for value in control.values
+            ]
+            found = [refined for _, refined in each if refined is not None]
+            return _joined([contact for contact, _ in each]), _joined(found) if found else None
+        nodes = _nodes(kernel, expansion, control.name, wanted, depth) if depth.size else None
+        contact = controlled(kernel, indenter, Sought(expansion, nodes), control)
+        contact = replace(expansion.series.evaluate(contact.radius), depth=contact.depth)
+    live = contact.depth > 0
+    if not live.any():
+        return contact, None
+    # other controls have asked for the contacts around already
+    return contact, expansion.refined(selected(contact, live), nodes, exactly=control.name == "depth")
 
 
-def _nodes(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> Array | None:
-    """ln d of the solutions that carry prescribed forces or radii; None where these are looked for as they are come upon."""
+def _joined(parts: Sequence[_Points]) -> _Points:
+    """Contacts one after the other."""
+    columns = {part.name: np.concatenate([getattr(some, part.name) for some in parts]) for part in fields(parts[0])}
+    return replace(parts[0], **columns)
+
+
+def _expected(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control) -> tuple[Array, Array]:
+    """Prescribed values in order, each once, and depths at which they are expected; none where these need not be known."""
+    none = np.empty(0), np.empty(0)
     if expansion.table is not None and covered(kernel, indenter, control):
-        return None
+        return none
     wanted = np.unique(control.values[control.values > 0])
     try:
         depth = controlled(kernel, indenter, expansion.series, Control(control.name, wanted)).depth
-        if not (depth > 0).any():
-            return None
-        if control.name == "force":
-            column, values, loaded = FORCE, wanted / kernel.modulus, np.ones(depth.size, dtype=bool)
-        else:
-            # radii below that of a flat end, or hardly above, tell no depth
-            column, values, loaded = RADIUS, wanted, depth > _SHALLOW * depth.max()
-        # under stiff films the depth of round contacts may turn back
-        guess, ends = np.maximum.accumulate(depth[loaded])[[0, -1]], values[loaded][[0, -1]]
-        return expansion.correction.reaching(column, ends, guess, expansion.rtol, lowest=not loaded.all())
     except ValueError:
-        # beyond the end of the tip, or of what the medium resolves, the search itself finds out and says so
+        # round contacts may end before the others do; if these end too the search says so
+        return none
+    # radii below that of a flat end, or hardly above, tell no depth
+    told = depth > (_SHALLOW * depth.max() if control.name == "radius" else 0.0)
+    # under stiff films the depth of round contacts may turn back
+    return wanted[told], np.maximum.accumulate(depth[told])
+
+
+def _nodes(kernel: Kernel, expansion: RefinedExpansion, name: ControlName, wanted: Array, depth: Array) -> Array | None:
+    """ln d of the solutions that carry forces or radii expected at some depths; None where the search has to find them."""
+    column, ends = (FORCE, wanted / kernel.modulus) if name == "force" else (RADIUS, wanted)
+    try:
+        return expansion.correction.reaching(column, ends[[0, -1]], depth[[0, -1]], expansion.rtol)
+    except ValueError:
+        # beyond the end of the tip, or of what the medium resolves
         return None
