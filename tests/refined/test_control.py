@@ -109,6 +109,28 @@ def test_one_value_takes_few_solutions(name: str, monkeypatch: pytest.MonkeyPatc
     result, taken = solutions_of(monkeypatch, medium=FILM_10, indenter=fp.Pyramid(4, 0.31), **{name: 0.7})
     assert float(result[name][0]) == pytest.approx(0.7, rel=1e-9)
     assert taken <= 4
+    assert float(result.force_error[0]) < 1e-3
+
+
+@pytest.mark.parametrize("name", ["force", "radius"])
+def test_a_few_values_far_apart_have_solutions_of_their_own(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    medium = fp.Medium([fp.Layer(1.0, 0.3, 1.0), fp.Layer(3.1, 0.3, 0.5)], base=fp.HalfSpace(1.0, 0.3))
+    tip, values = fp.AfmPyramid(0.3, 0.4, 0.5, tip_radius=0.1), np.array([0.01, 0.3, 5.0])
+    result, taken = solutions_of(monkeypatch, medium=medium, indenter=tip, **{name: values})
+    np.testing.assert_allclose(result[name], values, rtol=1e-9)
+    assert taken <= 18
+    # depths in between, to the error of so few cells, and estimates that know of no neighbours far away
+    direct = fp.indent(medium, tip, depth=result.depth, method="bem", grid=128)
+    np.testing.assert_allclose(direct.force, result.force, rtol=1e-3)
+    assert np.all(result.force_error < 2e-3)
+
+
+def test_ends_close_in_on_a_contact_that_is_about_to_come_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    # ln a0 bends there, so that where it is expected moves on with every solution
+    tip = Truncated(fp.Pyramid(4, 0.3), 0.1)
+    result, taken = solutions_of(monkeypatch, medium=film(50.0001), indenter=tip, radius=1.0)
+    assert float(result.radius[0]) == pytest.approx(1.0, rel=1e-9)
+    assert taken <= 20
 
 
 def test_radii_of_a_flat_end_have_no_depth() -> None:

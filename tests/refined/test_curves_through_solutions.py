@@ -351,3 +351,11 @@ def test_runs_of_nodes() -> None:
     runs = runs_of(np.array([True, True, False, True]))
     assert [run.tolist() for run in runs] == [[0, 1], [2], [3]]
     assert [run.tolist() for run in runs_of(np.ones(3, dtype=bool))] == [[0, 1, 2]]
+
+
+def test_missing_outlines_far_from_two_close_ones_stay_finite() -> None:
+    nodes = np.array([0.0, 1e-3, 5.0])
+    table = np.array([[0.0, 0.0], [1.0, 0.1], [np.nan, np.nan]])
+    filled = continued(nodes, table, np.array([True, True, False]))
+    assert np.isfinite(np.exp(filled)).all()
+    assert filled[2, 0] > filled[1, 0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from outlines import distance
@@ -9,7 +11,7 @@ from outlines import distance
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact import star_core
+from flatpunch.contact import ridges, star_core
 from flatpunch.contact.ridges import Trace, traced
 from flatpunch.indenters import Rounded, Superellipse, Tilted
 from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
@@ -230,3 +232,25 @@ def test_edges_whose_sides_differ(tip: fp.Tilted | fp.FacetedPyramid, off: float
     assert distance(coarse.contour, fine.contour) < off * fine.radius
     assert coarse.radius == pytest.approx(fine.radius, rel=1e-3)
     assert coarse.area == pytest.approx(fine.area, rel=2e-3)
+
+
+def test_looks_along_long_needles_hold_little_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    film = fp.Medium([fp.Layer(57.0, 0.45, 1.0)], base=fp.HalfSpace(1.0, 0.2))
+    tip = fp.FacetedPyramid((0.21, 2.26, 4.36), (0.44, 0.27, 0.47))
+    shares, look = [], ridges.look_closer
+
+    def watched(*arguments: Any, **options: Any) -> Any:
+        patch = look(*arguments, **options)
+        if patch.grid.nx > 1000:
+            shares.append((patch.pressure > 0).mean())
+        return patch
+
+    monkeypatch.setattr(ridges, "look_closer", watched)
+    kernel = compliance(film)
+    trace = traced(kernel, tip, bem.solve(kernel, tip, depths=4.5, grid=256, tolerance=1e-6)[0], 360)
+    # in one step from wide cells to fine ones it is an eighth
+    assert len(shares) == 3
+    assert min(shares) > 0.2
+    # radius and area of 2048 cells
+    assert trace.radius == pytest.approx(0.57848, rel=5e-3)
+    assert trace.area == pytest.approx(5.8285, rel=1e-2)

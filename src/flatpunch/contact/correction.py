@@ -174,7 +174,13 @@ class Correction:
         first, last = max(low, every.min(initial=np.inf)), min(high, every.max(initial=-np.inf))
         if first <= last and np.all((new < first) | (new > last)):
             # what will be wanted between known ones anyway does not wait until the ends are known
-            new = np.append(new, self._more(first, last, rtol)[1])
+            nodes, more = self._more(first, last, rtol)
+            new = np.append(new, more)
+            if nodes.size >= _EACH and np.isin(more, (low, high)).any():
+                # ends that move as they are known better would never get there: the gap around them closes from both sides
+                left, right = nodes[np.searchsorted(nodes, low) - 1 :][:2]
+                if abs((left + right) / 2 - low) > (right - left) / 8:
+                    new = np.append(new, (left + right) / 2)
         return new
 
     def sparse(self, depth: Array) -> bool:
@@ -315,7 +321,7 @@ class Correction:
             return nodes, none
         if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:
             # one gap holds it all: it is narrow enough with the help of its neighbours, or solved for itself
-            around = every[max(first - 1, 0) : last + 2]
+            around = np.array([x for x in every[max(first - 1, 0) : last + 2] if not self.spacing.far(x, low)])
             rough = around.size < _EACH or self._rough(tuple(around), rtol)[np.searchsorted(around, nodes[0])]
             return around, np.unique([low, high]) if rough else none
         middles, gaps = (nodes[1:] + nodes[:-1]) / 2, self.spacing.between(nodes)

@@ -21,6 +21,8 @@ _ONE_SIDED = 3.0
 """How much less a spline knows of the slopes at its ends."""
 _BESIDE = 3
 """Nodes on either side that a local curve knows of."""
+_FARTHEST = 10.0
+"""By how much logarithms are carried on at most: slopes between solutions close together grow beyond all numbers."""
 
 Curve = Callable[..., Array]
 
@@ -156,7 +158,7 @@ def continued(nodes: Array, table: Array, good: Flags) -> Array:
         return filled
     curve = spline_through(nodes[good], table[good])
     near = np.clip(nodes[~good], nodes[good][0], nodes[good][-1])
-    filled[~good] = curve(near) + curve(near, 1) * (nodes[~good] - near)[:, None]
+    filled[~good] = curve(near) + np.clip(curve(near, 1) * (nodes[~good] - near)[:, None], -_FARTHEST, _FARTHEST)
     return filled
 
 

@@ -41,8 +41,8 @@ _ROUGHLY = 0.005
 """Cells over the mean radius, islands included, that are small enough where the contact has no outline to be told."""
 _CROWDED = 0.6
 """Tangent of half the angle between edges up to which needles are many."""
-_CLOSER = 4
-"""Cells of each look per cell of the one before, at most."""
+_CLOSER, _FARTHEST = 4, 6
+"""Cells of each look per cell of the one before, at most, and of the first one, unless a coarser one goes before it."""
 _NARROW = 8.0
 """Half-width, in cells of the next look, from which on that is taken."""
 _COARSE = 0.02
@@ -196,6 +196,12 @@ def _tongue(
     finer = max(edge.finer, int(np.ceil(patch.grid.spacing / edge.coarsest)))
     finest = (_FINE_ROUNDED if edge.rounded else _FINE) * edge.mean
     looks: list[list[Side]] = []
+    if finer > _FARTHEST:
+        # most of what a single look had to take in beside the tongue, whose cells were so much wider, would lie idle
+        approach = _window(patch, edge, widest, -(-finer // _CLOSER), ())
+        if approach is not None:
+            patch = look_closer(kernel, indenter, depth, patch, approach[0], edge.angle, mirrored=(False, even))
+            finer = _CLOSER
     while True:
         window = _window(patch, edge, widest, finer, looks[-1] if looks else ())
         if window is None:
