@@ -26,6 +26,8 @@ from flatpunch.files.units import readable
 
 _FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c8c"
 _MAP_POINTS = 121
+_FREE = 0.87
+"""Half-widths of the picture up to which labels of level lines are written."""
 _STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 10}
 
 
@@ -292,7 +294,13 @@ def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> None:
         return
     values, unit = _scaled(height, "m")
     lines = axes.contour(x * factor, x * factor, values, levels=8, colors="#4a4a4a", linewidths=0.6)
-    axes.clabel(lines, fmt=lambda level: f"{level:g} {unit}", fontsize=6.5)
+    name = {level: f"{level:g} {unit}" for level in lines.levels}
+    # the frame would cut labels beside it
+    trial = axes.clabel(lines, fmt=name, fontsize=6.5, inline=False)
+    cut = {text.get_text() for text in trial if np.abs(text.get_position()).max() > _FREE * half * factor}
+    for text in trial:
+        text.remove()
+    axes.clabel(lines, [level for level in lines.levels if name[level] not in cut], fmt=name, fontsize=6.5)
 
 
 def _frame(axes: Axes, half: float, unit: str) -> None:

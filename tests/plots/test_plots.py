@@ -135,3 +135,14 @@ def test_refusals(result, tmp_path):
     with pytest.raises(ValueError, match="no step with a contact at which the theory holds"):
         plots.figure(nowhere, GEL, TIP)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("indenter", [TIP, fp.EllipticParaboloid(2e5, 4e5), fp.Tilted(TIP, 0.05, 0.02)], ids=str)
+def test_labels_of_level_lines_are_clear_of_the_frame(indenter, axes):
+    result = fp.indent(GEL, indenter, depth=[4e-7], method="second-order", angles=48)
+    plots.outline(result, indenter, axes)
+    frame = axes.get_xlim()[1]
+    labels = [text for text in axes.texts if text.get_text().endswith("m")]
+    assert len(labels) > 2
+    # without, those of a tilted pyramid's lines lay on it
+    assert all(np.abs(text.get_position()).max() < 0.9 * frame for text in labels)
