@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.blas import dsymv
@@ -20,6 +19,7 @@ from scipy.ndimage import binary_dilation
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Mask
 from flatpunch.bem.operator import Operator
+from flatpunch.bem.transforms import even_transform_back
 
 Places = NDArray[np.intp]
 
@@ -137,7 +137,7 @@ def influence(operator: Operator, contact: Mask, table: Array) -> Influence:
 def offsets(operator: Operator) -> Array:
     """Influence coefficients at all offsets between two cells of the whole grid, negative ones too; in one row."""
     far_y, far_x = operator.grid.unfolded.shape
-    quarter = scipy.fft.idctn(operator.spectrum.astype(float), type=1)[:far_y, :far_x]
+    quarter = even_transform_back(operator.spectrum.astype(float))[:far_y, :far_x]
     # even in both offsets: with negative ones in the table too, the place in it is a difference of two numbers
     upper = np.concatenate([quarter[:, :0:-1], quarter], axis=1)
     return np.asarray(np.concatenate([upper[:0:-1], upper]).ravel())

@@ -14,6 +14,7 @@ the transform of the truncated coefficients, whose lowest entries can be negativ
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -27,6 +28,16 @@ from flatpunch._threads import allowed_threads
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
+from flatpunch.bem.transforms import (
+    complex_fourier,
+    complex_fourier_back,
+    cosine,
+    cosine_back,
+    even_transform,
+    fourier,
+    fourier_back,
+    padded,
+)
 from flatpunch.compliance import Kernel
 
 BYTES_PER_CELL = 200
@@ -102,83 +113,77 @@ class Operator:
         return self.xp.asarray(np.asarray(values), dtype=self.spectrum.dtype)
 
     def _apply_numpy(self, pressure: Array) -> Array:
-        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
-        along_x, along_y = self.grid.mirrored
-        if along_y and not along_x and threads == 1:
-            return self._apply_even_columns(pressure)
-        if along_x:
-            rows = scipy.fft.dct(pressure, n=mx // 2, axis=-1, workers=threads)
-        else:
-            rows = scipy.fft.rfft(pressure, mx, axis=-1, workers=threads)
+        return self._columns_first(pressure) if self.grid.mirrored[1] else self._rows_first(pressure)
 
-        block_size = max(_BLOCK, _SMALLEST_BLOCK // my)
+    def _columns_first(self, pressure: Array) -> Array:
+        """Columns that are even are transformed while they are real, and then rows in blocks."""
+        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
+        even = self.grid.mirrored[0]
+        columns = cosine(padded(pressure, (my // 2, nx)), (-2,), threads)
+        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
 
         def convolve(first: int, inside: int) -> None:
-            columns = slice(first, min(first + block_size, rows.shape[-1]))
-            factor = self.spectrum[:, columns]
-            if along_y:
-                rows[..., columns] = _even_columns(rows[..., columns], factor[: my // 2], inside)
-            elif along_x:
-                block = scipy.fft.rfft(rows[..., columns], my, axis=-2, workers=inside)
-                block *= factor
-                rows[..., columns] = scipy.fft.irfft(block, my, axis=-2, workers=inside, overwrite_x=True)[..., :ny, :]
+            rows = slice(first, min(first + count, my // 2))
+            block = padded(columns[..., rows, :], (rows.stop - first, mx // (1 + even)))
+            columns[..., rows, :] = _convolved(block, -1, self.spectrum[rows], inside, even=even)[..., :nx]
+
+        self._in_blocks(convolve, range(0, my // 2, count), columns.size)
+        return np.asarray(cosine_back(columns, (-2,), threads)[..., :ny, :])
+
+    def _rows_first(self, pressure: Array) -> Array:
+        """Only the rows that carry pressure are transformed, and then columns in blocks."""
+        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
+        even = self.grid.mirrored[0]
+        wide = padded(pressure, (ny, mx // (1 + even)))
+        rows = cosine(wide, (-1,), threads) if even else fourier(wide, (-1,), threads)
+        count = max(_BLOCK, _SMALLEST_BLOCK // my)
+
+        def convolve(first: int, inside: int) -> None:
+            columns = slice(first, min(first + count, rows.shape[-1]))
+            block, factor = padded(rows[..., columns], (my, columns.stop - first)), self.spectrum[:, columns]
+            if even:
+                block = _convolved(block, -2, factor, inside)
             else:
-                block = scipy.fft.fft(rows[..., columns], my, axis=-2, workers=inside)
+                block = complex_fourier(block, -2, inside)
                 block[..., : factor.shape[0], :] *= factor
                 block[..., factor.shape[0] :, :] *= factor[my - factor.shape[0] : 0 : -1]
-                rows[..., columns] = scipy.fft.ifft(block, axis=-2, workers=inside, overwrite_x=True)[..., :ny, :]
+                block = complex_fourier_back(block, -2, inside)
+            rows[..., columns] = block[..., :ny, :]
 
-        blocks = range(0, rows.shape[-1], block_size)
-        if threads > 1 and rows.size > _MANY:
-            # whole blocks side by side: also what is not a transform then has several threads
-            with ThreadPoolExecutor(threads) as pool:
+        self._in_blocks(convolve, range(0, rows.shape[-1], count), rows.size)
+        u = cosine_back(rows, (-1,), threads) if even else fourier_back(rows, mx, (-1,), threads)
+        return np.asarray(u[..., :nx])
+
+    def _in_blocks(self, convolve: Callable[[int, int], None], blocks: range, size: int) -> None:
+        """Convolve blocks that begin at these places; with threads side by side, where there is much to do.
+
+        Then also what is not a transform has several threads.
+        """
+        if self.threads > 1 and size > _MANY:
+            with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:
             for first in blocks:
-                convolve(first, threads)
-        if along_x:
-            u = scipy.fft.idct(rows, axis=-1, workers=threads, overwrite_x=True)
-        else:
-            u = scipy.fft.irfft(rows, mx, axis=-1, workers=threads, overwrite_x=True)
-        return np.asarray(u[..., :nx])
-
-    def _apply_even_columns(self, pressure: Array) -> Array:
-        """The same where columns alone are even: they go first, while they are real, then the rows in blocks."""
-        (my, mx), (ny, nx) = self.padded, self.grid.shape
-        columns = scipy.fft.dct(pressure, n=my // 2, axis=-2)
-        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
-        for first in range(0, my // 2, count):
-            rows = slice(first, min(first + count, my // 2))
-            block = scipy.fft.rfft(columns[..., rows, :], mx, axis=-1)
-            block *= self.spectrum[rows]
-            columns[..., rows, :] = scipy.fft.irfft(block, mx, axis=-1, overwrite_x=True)[..., :nx]
-        return np.asarray(scipy.fft.idct(columns, axis=-2, overwrite_x=True)[..., :ny, :])
+                convolve(first, self.threads)
 
     def _precondition_numpy(self, gap: Array) -> Array:
         (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
         along_x, along_y = self.grid.mirrored
+        wide = padded(gap, (qy // (1 + along_y), qx // (1 + along_x)))
         if along_x and along_y:
-            spectrum = scipy.fft.dctn(gap, s=(qy // 2, qx // 2), workers=threads)
+            spectrum = cosine(wide, (0, 1), threads)
             spectrum *= self.inverse[: qy // 2, : qx // 2]
-            u = scipy.fft.idctn(spectrum, workers=threads, overwrite_x=True)
+            u = cosine_back(spectrum, (0, 1), threads)
         elif along_x:
-            spectrum = scipy.fft.rfft(
-                scipy.fft.dct(gap, n=qx // 2, axis=1, workers=threads), qy, axis=0, workers=threads
-            )
-            spectrum *= self.inverse[: qy // 2 + 1, : qx // 2]
-            u = scipy.fft.irfft(spectrum, qy, axis=0, workers=threads, overwrite_x=True)
-            u = scipy.fft.idct(u[:ny], axis=1, workers=threads)
+            columns = _convolved(cosine(wide, (1,), threads), 0, self.inverse[: qy // 2 + 1], threads)
+            u = cosine_back(columns, (1,), threads)
         elif along_y:
-            spectrum = scipy.fft.rfft(
-                scipy.fft.dct(gap, n=qy // 2, axis=0, workers=threads), qx, axis=1, workers=threads
-            )
-            spectrum *= self.inverse[: qy // 2]
-            u = scipy.fft.irfft(spectrum, qx, axis=1, workers=threads, overwrite_x=True)
-            u = scipy.fft.idct(u[:, :nx], axis=0, workers=threads)
+            rows = _convolved(cosine(wide, (0,), threads), 1, self.inverse[: qy // 2], threads)
+            u = cosine_back(rows, (0,), threads)
         else:
-            spectrum = scipy.fft.rfft2(gap, self.periodic, workers=threads)
+            spectrum = fourier(wide, (0, 1), threads)
             spectrum *= self.inverse
-            u = scipy.fft.irfft2(spectrum, self.periodic, workers=threads, overwrite_x=True)
+            u = fourier_back(spectrum, qx, (0, 1), threads)
         return np.asarray(u[:ny, :nx])
 
     def _apply_standard(self, pressure: Any) -> Any:
@@ -190,16 +195,15 @@ class Operator:
         return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
 
 
-def _even_columns(columns: Array, factor: Array, threads: int) -> Array:
-    """Columns, real or complex, that are the positive half of even ones, convolved by a factor of their cosine transforms."""
-    count, complex_valued = columns.shape[-2], np.iscomplexobj(columns)
-    parts = columns.view(columns.real.dtype) if complex_valued else columns
-    block = scipy.fft.dct(parts, n=factor.shape[0], axis=-2, workers=threads)
-    if complex_valued:
-        factor = np.repeat(factor, 2, axis=-1)
-    block *= factor
-    convolved = scipy.fft.idct(block, axis=-2, workers=threads, overwrite_x=True)[..., :count, :]
-    return np.ascontiguousarray(convolved).view(columns.dtype) if complex_valued else convolved
+def _convolved(block: Any, axis: int, factor: Array, threads: int, *, even: bool = False) -> Any:
+    """Real lines along an axis convolved: their transforms, cosine ones if they are `even`, times a factor that may be longer."""
+    if even:
+        spectrum = cosine(block, (axis,), threads)
+        spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
+        return cosine_back(spectrum, (axis,), threads)
+    spectrum = fourier(block, (axis,), threads)
+    spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
+    return fourier_back(spectrum, block.shape[axis], (axis,), threads)
 
 
 def build_operator(
@@ -226,7 +230,7 @@ def build_operator(
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
-    spectrum = scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True)
+    spectrum = even_transform(g, threads)
     inverse = inverse_symbol(kernel, grid.spacing, periodic) if solving else np.empty((0, 0))
     inverse /= unit
     if xp is not np:
