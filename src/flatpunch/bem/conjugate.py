@@ -33,14 +33,15 @@ def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: i
         Iterations taken: fewer than it needs where rounding or the limit end them.
     """
     xp, dtype = operator.xp, operator.spectrum.dtype
-    scale = float(xp.max(xp.abs(gap)))
+    scale = largest(xp, gap)
     if scale == 0.0:
         return xp.astype(gap, dtype), 0
     mask = xp.astype(contact, dtype)
     r = xp.astype(gap / scale, dtype)
     p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
     for n in range(limit):
-        z = operator.precondition(r) * mask
+        z = operator.precondition(r)
+        z *= mask
         rz = dot(xp, r, z)
         t *= rz / rz_old
         t += z
@@ -50,9 +51,10 @@ def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: i
             return p * scale, n
         step = rz / curvature
         p -= step * t
-        r -= step * (q * mask)
+        q *= step * mask
+        r -= q
         rz_old = rz
-        if float(xp.max(xp.abs(r))) <= drop:
+        if largest(xp, r) <= drop:
             return p * scale, n + 1
     return p * scale, limit
 
@@ -60,3 +62,8 @@ def remove_gap(operator: Operator, contact: Any, gap: Any, drop: float, limit: i
 def dot(xp: Any, a: Any, b: Any) -> float:
     """Sum of a b over the grid."""
     return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))
+
+
+def largest(xp: Any, a: Any) -> float:
+    """Largest |a| over the grid, without an array of all of them."""
+    return max(float(xp.max(a)), -float(xp.min(a)))

@@ -59,6 +59,9 @@ _EXCESS = 0.13
 _FEWEST = 6.0
 """Cells from the centre to the rim below which no line is fitted."""
 
+_SAMPLES, _AROUND = 4, 2
+"""Samples a cell along rays, and cells around the first of them within which lies all that they and the next one depend on."""
+
 _RAYS = 180
 """Rays that are looked along at least: radius and area are means over them, and each needs its neighbours' slope."""
 
@@ -215,10 +218,11 @@ def _why_none(grid: Grid, contact: Mask) -> str:
 
 def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> tuple[Array, Array]:
     """Largest radius along each ray where the indicator of contact, interpolated, falls through one half; and gaps before it."""
-    h, step = grid.spacing, 0.25
+    h, step = grid.spacing, 1 / _SAMPLES
     rows, columns = np.nonzero(indicator)
-    radii = np.arange(0.0, np.hypot(grid.x[columns], grid.y[rows]).max() / h + 3, step)
-    values = _read(grid, indicator, *(h * radii * trig(phi)[:, None] for trig in (np.cos, np.sin)))
+    cells = np.arange(np.ceil(np.hypot(grid.x[columns], grid.y[rows]).max() / h) + 3)
+    radii = (cells[:, None] + step * np.arange(_SAMPLES)).ravel()
+    values = _read_beside_rim(grid, indicator, cells, phi)
     last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
     ray = np.arange(phi.size)
     inner, outer = values[ray, last], values[ray, last + 1]
@@ -308,6 +312,45 @@ def _read(grid: Grid, values: Array, x: Array, y: Array) -> Array:
     """Values on a grid at points [m], zero beyond it."""
     places = [(y - grid.y[0]) / grid.spacing, (x - grid.x[0]) / grid.spacing]
     return np.asarray(map_coordinates(values, places, order=1, mode="constant"))
+
+
+def _read_beside_rim(grid: Grid, indicator: Array, cells: Array, phi: Array) -> Array:
+    """The indicator along rays, so many samples a cell: read near its rim, elsewhere one inside and zero outside.
+
+    Parameters
+    ----------
+    grid, indicator
+        Cells and how much they are in contact; the rim is where that is one half.
+    cells : array, shape (n,)
+        Radii of the first samples in each cell [cells].
+    phi : array, shape (m,)
+        Polar angles of the rays.
+
+    Returns
+    -------
+    ndarray, shape (m, n _SAMPLES)
+        Exact on both sides of every crossing of the rim.
+    """
+    # beyond the grid nothing is in contact
+    inside = np.pad(indicator >= 0.5, _AROUND)
+    beside = np.zeros_like(inside)
+    beside[1:] |= inside[1:] != inside[:-1]
+    beside[:, 1:] |= inside[:, 1:] != inside[:, :-1]
+    for axis in (0, 1):
+        around = beside.copy()
+        for shift in range(-_AROUND, _AROUND + 1):
+            around |= np.roll(beside, shift, axis)
+        beside = around
+    direction, h = np.exp(1j * phi)[:, None], grid.spacing
+    nearest = [
+        np.clip(np.rint(cells * way + (_AROUND - first / h)).astype(np.intp), 0, size - 1)
+        for way, first, size in zip((direction.imag, direction.real), (grid.y[0], grid.x[0]), inside.shape, strict=True)
+    ]
+    values = np.repeat(inside[*nearest].astype(float), _SAMPLES, axis=1).reshape(phi.size, cells.size, _SAMPLES)
+    ray, cell = np.nonzero(beside[*nearest])
+    points = h * (cells[cell, None] + np.arange(_SAMPLES) / _SAMPLES) * direction[ray]
+    values[ray, cell] = _read(grid, indicator, points.real, points.imag)
+    return values.reshape(phi.size, -1)
 
 
 def _half_axes(phi: Array, contour: Array) -> tuple[float, float]:
