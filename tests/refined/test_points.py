@@ -241,7 +241,7 @@ def test_looks_along_long_needles_hold_little_else(monkeypatch: pytest.MonkeyPat
 
     def watched(*arguments: Any, **options: Any) -> Any:
         patch = look(*arguments, **options)
-        if patch.grid.nx > 1000:
+        if patch.grid.nx * patch.grid.stretch > 1000:
             shares.append((patch.pressure > 0).mean())
         return patch
 
@@ -254,3 +254,32 @@ def test_looks_along_long_needles_hold_little_else(monkeypatch: pytest.MonkeyPat
     # radius and area of 2048 cells
     assert trace.radius == pytest.approx(0.57848, rel=5e-3)
     assert trace.area == pytest.approx(5.8285, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("tip", "depth"),
+    [(fp.Pyramid(3, 0.3), 2.0), (fp.FacetedPyramid((0.4, 1.9, 4.3), (0.3, 0.27, 0.33)), 1.0)],
+    ids=["even edges", "irregular"],
+)
+def test_long_cells_along_needles(
+    tip: fp.Pyramid | fp.FacetedPyramid, depth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stretches, look = [], ridges.look_closer
+
+    def watched(*arguments: Any, **options: Any) -> Any:
+        patch = look(*arguments, **options)
+        stretches.append(patch.grid.stretch)
+        return patch
+
+    monkeypatch.setattr(ridges, "look_closer", watched)
+    kernel = compliance(_film(50.0))
+    solution = bem.solve(kernel, tip, depths=depth, grid=640, tolerance=1e-6)[0]
+    long = traced(kernel, tip, solution, 360)
+    # their ends are looked at on square cells
+    assert set(stretches) == {1, 3}
+    assert stretches[-1] == 1
+    monkeypatch.setattr(ridges, "_STRETCH", 1)
+    square = traced(kernel, tip, solution, 360)
+    assert distance(long.contour, square.contour) < 5e-3 * square.radius
+    assert long.radius == pytest.approx(square.radius, rel=1e-3)
+    assert long.area == pytest.approx(square.area, rel=1e-3)

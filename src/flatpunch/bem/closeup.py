@@ -89,15 +89,17 @@ def look_closer(
     inner = grid.folded(mirrored)
     along, across = turned(inner.x[None, :], inner.y[:, None], turn)
     # the part of the patch around the new cells, and of that the cells they take the place of
-    corners = turned(*np.meshgrid(grid.center[0] + _ends(grid.nx, grid), grid.center[1] + _ends(grid.ny, grid)), turn)
-    columns, rows = _within(wide.x, corners[0], wide.spacing), _within(wide.y, corners[1], wide.spacing)
+    corners = turned(
+        *np.meshgrid(grid.center[0] + _ends(grid.nx, grid.length), grid.center[1] + _ends(grid.ny, grid.spacing)), turn
+    )
+    columns, rows = _within(wide.x, corners[0], wide.length), _within(wide.y, corners[1], wide.spacing)
     part = wide.part(rows, columns)
     back = turned(part.x[None, :], part.y[:, None], -turn)
-    replaced = _between(back[0], grid.x, grid.spacing) & _between(back[1], grid.y, grid.spacing)
+    replaced = _between(back[0], grid.x, grid.length) & _between(back[1], grid.y, grid.spacing)
     own = np.where(replaced, patch.pressure[rows, columns], 0.0) / kernel.modulus
     own_operator = build_operator(kernel, part, coefficients=_some_of(patch, part), solving=False)
     imposed = patch.displacement[rows, columns] - own_operator.apply(own) * part.spacing
-    places = [(across - part.y[0]) / part.spacing, (along - part.x[0]) / part.spacing]
+    places = [(across - part.y[0]) / part.spacing, (along - part.x[0]) / part.length]
     elsewhere = map_coordinates(imposed, places, order=3, mode="nearest")
     start = np.maximum(map_coordinates(own, places, order=1, mode="nearest"), 0.0)
     # half of the cells around the contact, over which interpolation spreads it
@@ -134,8 +136,8 @@ def turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
     return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
 
 
-def _ends(cells: int, grid: Grid) -> Array:
-    return np.array([-0.5, 0.5]) * cells * grid.spacing
+def _ends(cells: int, side: float) -> Array:
+    return np.array([-0.5, 0.5]) * cells * side
 
 
 def _within(centres: Array, span: Array, spacing: float) -> slice:

@@ -21,7 +21,7 @@ from flatpunch.bem.extent import (
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Grid, check_square
 from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force
 from flatpunch.bem.memory import announced
 from flatpunch.bem.operator import to_numpy
@@ -113,6 +113,8 @@ def solve(
     """
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
+    if isinstance(grid, Grid):
+        check_square(grid)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
     steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._validation import Array, positive
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, check_square
 from flatpunch.bem.levels import Levels, mirror_axes
 from flatpunch.bem.memory import announced
 from flatpunch.bem.operator import to_numpy
@@ -62,6 +62,7 @@ def solve_punch(
     """
     positive("depth", depth)
     check_tolerance(tolerance, single)
+    check_square(grid)
     if callable(planform):
         mask = np.isfinite(PunchHeight(planform)(grid))
     else:

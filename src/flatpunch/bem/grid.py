@@ -1,7 +1,7 @@
-"""Grid of square cells on which pressure and gap are sampled.
+"""Grid of square cells, or of longer ones, on which pressure and gap are sampled.
 
-Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) spacing, y alike with i: arrays are indexed [y, x]. With even
-numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
+Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) length, y alike with i and spacing: arrays are indexed [y, x]. With
+even numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
 
 A contact that is its own mirror image is solved on one half of such a grid, or one quarter: see `Grid.folded`.
 """
@@ -23,19 +23,21 @@ _SMALLEST = 8
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Rectangle of square cells.
+    """Rectangle of equal cells.
 
     Parameters
     ----------
     nx, ny : int
         Number of cells along x and y, at least 8.
     spacing : float
-        Side of a cell [m], > 0.
+        Side of a cell along y [m], > 0.
     center : (float, float)
         Coordinates of the grid's centre [m]; the indenter first touches at the origin.
     mirrored : (bool, bool)
         Whether the arrays hold the cells at positive x (y) only, all else being mirror images. Such a grid is centred at zero
         along that axis, and nx (ny) counts the cells it holds.
+    stretch : int
+        Length of a cell along x over `spacing`, an odd number: needles are hundreds of times as long as wide.
     """
 
     nx: int
@@ -43,6 +45,7 @@ class Grid:
     spacing: float
     center: tuple[float, float] = (0.0, 0.0)
     mirrored: tuple[bool, bool] = (False, False)
+    stretch: int = 1
 
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
@@ -51,6 +54,10 @@ class Grid:
                 raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {_SMALLEST} cells.")
             object.__setattr__(self, name, int(cells))
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
+        if self.stretch < 1 or self.stretch % 2 != 1:
+            raise ValueError(
+                f"Grid.stretch = {self.stretch!r} must be an odd number: such cells are rows of square ones."
+            )
         cx, cy = self.center
         object.__setattr__(self, "center", (real("Grid.center[0]", cx), real("Grid.center[1]", cy)))
 
@@ -88,15 +95,20 @@ class Grid:
         return self.ny, self.nx
 
     @property
+    def length(self) -> float:
+        """Side of a cell along x [m]."""
+        return self.stretch * self.spacing
+
+    @property
     def cell_area(self) -> float:
         """Area of a cell [m^2]."""
-        return self.spacing**2
+        return self.length * self.spacing
 
     @property
     def x(self) -> Array:
         """Cell centres along x [m], shape (nx,)."""
         first = 0.5 if self.mirrored[0] else -(self.nx - 1) / 2
-        return np.asarray(self.center[0] + (np.arange(self.nx) + first) * self.spacing)
+        return np.asarray(self.center[0] + (np.arange(self.nx) + first) * self.length)
 
     @property
     def y(self) -> Array:
@@ -116,7 +128,7 @@ class Grid:
         nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (whole.nx, whole.ny))
         if min(nx, ny) < 2 * _SMALLEST:
             return None
-        return Grid(nx, ny, 2 * self.spacing, self.center).folded(self.mirrored)
+        return Grid(nx, ny, 2 * self.spacing, self.center, stretch=self.stretch).folded(self.mirrored)
 
     def scaled(self, factor: float) -> Grid:
         """The same grid with all lengths multiplied by `factor`."""
@@ -132,13 +144,13 @@ class Grid:
     def unfolded(self) -> Grid:
         """The whole grid."""
         along_x, along_y = self.mirrored
-        return Grid(self.nx * (1 + along_x), self.ny * (1 + along_y), self.spacing, self.center)
+        return replace(self, nx=self.nx * (1 + along_x), ny=self.ny * (1 + along_y), mirrored=(False, False))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Grid:
         """The half or quarter that remains when what lies at negative x (y) is the mirror image."""
         nx, ny = (n // (1 + half) for n, half in zip((self.nx, self.ny), mirrored, strict=True))
         cx, cy = (0.0 if half else c for c, half in zip(self.center, mirrored, strict=True))
-        return Grid(nx, ny, self.spacing, (cx, cy), mirrored)
+        return replace(self, nx=nx, ny=ny, center=(cx, cy), mirrored=mirrored)
 
     def unfold(self, values: Any) -> Any:
         """An array of this folded grid on the whole one."""
@@ -151,13 +163,21 @@ class Grid:
         x, y = self.x[columns], self.y[rows]
         center = (0.0 if half else float(v[0] + v[-1]) / 2 for v, half in zip((x, y), self.mirrored, strict=True))
         cx, cy = center
-        return Grid(x.size, y.size, self.spacing, (cx, cy), self.mirrored)
+        return replace(self, nx=x.size, ny=y.size, center=(cx, cy))
 
     def can_fold(self) -> tuple[bool, bool]:
         """Along which axes the grid is its own mirror image, with whole cells on each side."""
         near = 1e-9 * self.spacing
         centred = tuple(n % 2 == 0 and abs(c) <= near for n, c in zip((self.nx, self.ny), self.center, strict=True))
         return centred[0], centred[1]
+
+
+def check_square(grid: Grid) -> None:
+    """Refuse cells that are longer than wide."""
+    if grid.stretch != 1:
+        raise ValueError(
+            f"grid.stretch = {grid.stretch} must be 1: contacts are solved, and outlines traced, on square cells."
+        )
 
 
 def _even(number: float) -> int:

@@ -231,7 +231,7 @@ def build_operator(
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
     spectrum = even_transform(g, threads)
-    inverse = inverse_symbol(kernel, grid.spacing, periodic) if solving else np.empty((0, 0))
+    inverse = inverse_symbol(kernel, grid.spacing, periodic, grid.stretch) if solving else np.empty((0, 0))
     inverse /= unit
     if xp is not np:
         spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
@@ -250,14 +250,14 @@ def padded_shape(grid: Grid) -> tuple[int, int]:
 def coefficients_for(kernel: Kernel, grid: Grid) -> Array:
     """Influence coefficients [m/Pa] at all offsets on the doubled grid, shape (my/2 + 1, mx/2 + 1)."""
     my, mx = padded_shape(grid)
-    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1))
+    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), grid.stretch)
 
 
-def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
+def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
     """1/C(|k|) on the half plane of wavenumbers of a periodic grid; shape (ny, nx/2 + 1)."""
     ny, nx = shape
     ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
-    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, spacing)
+    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, stretch * spacing)
     k = np.hypot(kx, ky[:, None])
     k[0, 0] = 0.5 * max(k[0, 1], k[1, 0])
     upper = 1 / compliance_values(kernel, k)

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._validation import Array
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, check_square
 
 _DEPTHS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Distances from the rim, in cells, at which the pressure is read."""
@@ -127,6 +127,7 @@ def trace_outline(
     sharp : bool
         Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
     """
+    check_square(grid)
     rays = enough_rays(angles)
     told = slice(None, None, rays // angles)
     phi = 2 * np.pi * np.arange(rays) / rays

@@ -70,6 +70,8 @@ _SLENDER = 3.0
 """Reach over the mean radius from which on a tongue is a needle."""
 _DRAWN_OUT = 1.1
 """Reach along a rounded edge over the mean radius from which on it is followed."""
+_STRETCH, _MANY, _SLIM = 3, 240, 8.0
+"""Length over width of cells along tongues that more square ones than so many would line, so many times as many as across."""
 _ROUNDING = 1e-9
 
 Side = tuple[Array, Array]
@@ -203,12 +205,14 @@ def _tongue(
             patch = look_closer(kernel, indenter, depth, patch, approach[0], edge.angle, mirrored=(False, even))
             finer = _CLOSER
     while True:
-        window = _window(patch, edge, widest, finer, looks[-1] if looks else ())
+        # ends want cells as short as wide, and blunt ones follow from the first look alone
+        stretch = 1 if looks or edge.rounded else _STRETCH
+        window = _window(patch, edge, widest, finer, looks[-1] if looks else (), stretch)
         if window is None:
             break
         grid, begins = window
         # beside its beginning the finer cells still feel that the others stand still
-        start = grid.x[0] + ROOT * patch.grid.spacing
+        start = grid.x[0] + ROOT * patch.grid.length
         patch = look_closer(kernel, indenter, depth, patch, grid, edge.angle, mirrored=(False, even))
         # the grid may begin beyond the point of first touch
         ends = np.array([start, grid.x[-1]])
@@ -237,48 +241,52 @@ def _tongue(
 
 
 def _window(
-    patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence[Side]
+    patch: Patch, edge: Edge, widest: float, finer: int, sides: Sequence[Side], stretch: int = 1
 ) -> tuple[Grid, tuple[float, float]] | None:
     """Finer cells around the tongue, and from where on its left and right side are as narrow as `widest` [m].
 
-    None where the contact does not reach so far.
+    Along slim tongues cells are `stretch` times as long as wide. None where the contact does not reach so far.
     """
-    h, turn = patch.grid.spacing, edge.angle - patch.angle
+    h, length, turn = patch.grid.spacing, patch.grid.length, edge.angle - patch.angle
     rows, columns = np.nonzero(patch.pressure > 0)
     along, across = turned(patch.grid.x[columns], patch.grid.y[rows], -turn)
     near = (along > 0) & (np.abs(across) < np.minimum(1.5 * widest + 2 * h, edge.wedge * along + h))
-    half = np.zeros((2, int(along.max() / h) + 1))
-    np.maximum.at(half, ((across[near] < 0).astype(int), (along[near] / h).astype(int)), np.abs(across[near]))
+    half = np.zeros((2, int(along.max() / length) + 1))
+    np.maximum.at(half, ((across[near] < 0).astype(int), (along[near] / length).astype(int)), np.abs(across[near]))
     # as wide as a tongue may be, or nearly filling what lies between two neighbours
-    wide = half > np.minimum(widest, FILLED * edge.wedge * h * np.arange(half.shape[1]))
-    begins = [h * (np.flatnonzero(side)[-1] + 1) if side.any() else 0.0 for side in wide]
+    wide = half > np.minimum(widest, FILLED * edge.wedge * length * np.arange(half.shape[1]))
+    begins = [length * (np.flatnonzero(side)[-1] + 1) if side.any() else 0.0 for side in wide]
     if sides:
         begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
         if edge.told:
             begin = max(begin, sides[0][0][-1] - _LONGEST * h)
         begins = [begin, begin]
     left, right = (max(edge.nearest, begin) for begin in begins)
-    start = min(left, right) - ROOT * h
+    start = min(left, right) - ROOT * length
     last = along[near & (np.abs(across) < 1.5 * h)].max(initial=0.0)
-    if last <= start + ROOT * h:
+    if last <= start + ROOT * length:
         return None
     # the ray leaves the patch
-    (x0, x1), (y0, y1) = ((v[0] - h / 2, v[-1] + h / 2) for v in (patch.grid.x, patch.grid.y))
+    (x0, x1), (y0, y1) = (
+        (v[0] - side / 2, v[-1] + side / 2) for v, side in ((patch.grid.x, length), (patch.grid.y, h))
+    )
     with np.errstate(divide="ignore"):
         leaves = min(max(np.array(v) / np.float64(u)) for u, v in ((np.cos(turn), (x0, x1)), (np.sin(turn), (y0, y1))))
-    end = min(last + _LONGER * (last - start) + _BEYOND * h, leaves)
+    end = min(last + _LONGER * (last - start) + _BEYOND * length, leaves)
     fine = h / finer
     widths = [
-        side[max(int((begin - ROOT * h) / h), 0) :].max(initial=0.0)
+        side[max(int((begin - ROOT * length) / length), 0) :].max(initial=0.0)
         for side, begin in zip(half, (left, right), strict=True)
     ]
-    nx, ny = max(8, round((end - start) / fine)), 2 * round((max(widths) + _RIM * h) / fine)
-    return Grid(nx, ny, fine, (start + nx * fine / 2, 0.0)), (left, right)
+    ny = 2 * round((max(widths) + _RIM * h) / fine)
+    stretch = stretch if (end - start) / fine > max(_MANY, _SLIM * ny) else 1
+    nx = max(8, round((end - start) / (stretch * fine)))
+    return Grid(nx, ny, fine, (start + nx * stretch * fine / 2, 0.0), stretch=stretch), (left, right)
 
 
 def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | None) -> Side | None:
     """Points (x, b) of one side of a tongue from x = `start` to its end; None where there is no tongue."""
-    h, middle, columns = patch.grid.spacing, patch.grid.ny // 2, patch.grid.x > start
+    h, stretch, middle, columns = patch.grid.spacing, patch.grid.stretch, patch.grid.ny // 2, patch.grid.x > start
     x, y = patch.grid.x[columns], patch.grid.y[middle:]
     pressure = (patch.pressure[middle:] if left else patch.pressure[middle - 1 :: -1])[:, columns]
     # what is apart from the edge is no tongue
@@ -305,18 +313,18 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | 
     half = np.maximum(known + columns @ c, 0.0)
     # what the fit misses where the tongue is wide
     missed = np.where(measured, counted - half, 0.0)
-    half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED, mode="nearest"), 0.0)
+    half = np.where(q > 0, half + uniform_filter1d(missed, _SMOOTHED // stretch, mode="nearest"), 0.0)
     low, high = (limit * h for limit in _TAIL)
     seen, wide = np.flatnonzero(half > low), np.flatnonzero(half > high)
     if not seen.size:
         return None
     # blunt ends are narrow over a few cells only
     first = min(wide[-1] + 1 if wide.size else 0, max(seen[-1] + 1 - 2 * _FEWEST, 0))
-    tail = slice(max(first, seen[-1] + 1 - _LONGEST), seen[-1] + 1)
+    tail = slice(max(first, seen[-1] + 1 - _LONGEST // stretch), seen[-1] + 1)
     far, beside = q[tail][q[tail] > 0], x[tail][q[tail] > 0]
     if far.size < _FEWEST:
         return None
-    last = x[np.flatnonzero(width)[-1]] + h / 2
+    last = x[np.flatnonzero(width)[-1]] + patch.grid.length / 2
     bend = far**2 if tail.start > first else far * np.log(far)
     end = np.linalg.lstsq(np.column_stack([np.ones_like(far), far, bend]), beside, rcond=None)[0][0]
     end = min(max(end, last), last + _LOST * h)
