@@ -353,6 +353,10 @@ def mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
     """Along which axes an array on the whole grid is its own mirror image; only with NumPy, which has cosine transforms."""
     if levels.xp is not np or levels.grid.copies > 1:
         return False, False
-    even = [np.allclose(values, np.flip(values, axis), rtol=_EVEN, atol=_EVEN) for axis in (1, 0)]
-    can = levels.grid.can_fold()
-    return even[0] and can[0], even[1] and can[1]
+    along_x, along_y = levels.grid.can_fold()
+    return along_x and _even(values, 1), along_y and _even(values, 0)
+
+
+def _even(values: Array, axis: int) -> bool:
+    """Whether an array is its own mirror image along an axis."""
+    return bool(np.allclose(values, np.flip(values, axis), rtol=_EVEN, atol=_EVEN))

@@ -32,6 +32,9 @@ _X_HIGH = 160.0
 _ANGULAR = ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24))
 """Nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; the remainder has died before or r >> h filters it."""
 
+_THROUGH_SIX = np.linalg.inv(np.vander(np.arange(6) - 2.5, increasing=True)).T
+"""Coefficients of the polynomial through values at six neighbours."""
+
 _BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is asked at a time."""
 
@@ -65,16 +68,14 @@ class RadialTable:
     def __call__(self, r: Array) -> Array:
         """Values at radii r [m], any shape."""
         t = (np.log(np.maximum(r, np.exp(self.first))) - self.first) / _STEP
-        i = np.clip(t.astype(np.int64) - 2, 0, self.values.size - 6)
-        s = t - i
-        result = np.zeros_like(t)
-        # Lagrange through s = 0 ... 5
-        for n in range(6):
-            weight = np.full_like(t, 1.0 / np.prod([n - m for m in range(6) if m != n]))
-            for m in range(6):
-                if m != n:
-                    weight *= s - m
-            result += weight * self.values[i + n]
+        i = np.clip(t.astype(np.intp) - 2, 0, self.values.size - 6)
+        # polynomials about the middle of each six
+        t -= i + 2.5
+        *lower, highest = (np.lib.stride_tricks.sliding_window_view(self.values, 6) @ _THROUGH_SIX).T
+        result: Array = highest[i]
+        for coefficient in reversed(lower):
+            result *= t
+            result += coefficient[i]
         return result
 
 
