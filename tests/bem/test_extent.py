@@ -43,7 +43,7 @@ def test_grids_of_long_cells():
     assert np.diff(grid.y) == pytest.approx(0.5)
     assert grid.cell_area == pytest.approx(0.75)
     assert grid.part(slice(1, 9), slice(0, 8)).length == 1.5
-    with pytest.raises(ValueError, match=r"Grid.stretch = 2 must be an odd number"):
+    with pytest.raises(ValueError, match=r"Grid.stretch = 2 must be an odd number below 100"):
         Grid(8, 10, 0.5, stretch=2)
 
 

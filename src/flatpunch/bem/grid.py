@@ -54,10 +54,11 @@ class Grid:
                 raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {_SMALLEST} cells.")
             object.__setattr__(self, name, int(cells))
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
-        if self.stretch < 1 or self.stretch % 2 != 1:
+        if self.stretch not in range(1, 100, 2):
             raise ValueError(
-                f"Grid.stretch = {self.stretch!r} must be an odd number: such cells are rows of square ones."
+                f"Grid.stretch = {self.stretch!r} must be an odd number below 100: such cells are rows of square ones."
             )
+        object.__setattr__(self, "stretch", int(self.stretch))
         cx, cy = self.center
         object.__setattr__(self, "center", (real("Grid.center[0]", cx), real("Grid.center[1]", cy)))
 

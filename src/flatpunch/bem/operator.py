@@ -4,7 +4,8 @@ The convolution is done by FFT on the doubled grid, so that nothing is periodic.
 pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
 blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
 transform is real and a quarter of it is kept (a cosine transform). On a folded grid the pressure is even as well, and cosine
-transforms of half the length take the place of Fourier transforms along the axes that are folded.
+transforms of half the length take the place of Fourier transforms along the axes that are folded: then columns, while they are
+real, go first if they are even, and rows follow in blocks.
 
 Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
 
