@@ -14,6 +14,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from flatpunch._validation import Array, Indices
+from flatpunch.contact.hermite import cubic_hermite
 
 Quantity = Literal["depth", "force"]
 
@@ -195,10 +196,6 @@ def _start(nodes: _Nodes, upper: Indices, wanted: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         q, slope = np.log(nodes.value), 1 / nodes.growth
         x0, x1, q0, q1 = nodes.x[upper - 1], nodes.x[upper], q[upper - 1], q[upper]
-        t, width = (wanted - q0) / (q1 - q0), q1 - q0
-        cubic = (
-            x0 * (1 + 2 * t) * (1 - t) ** 2
-            + x1 * t**2 * (3 - 2 * t)
-            + width * (slope[upper - 1] * t * (1 - t) ** 2 - slope[upper] * t**2 * (1 - t))
-        )
+        ends = slope[upper - 1], slope[upper]
+        cubic = cubic_hermite((wanted - q0) / (q1 - q0), q1 - q0, (x0, x1), ends)
     return np.asarray(np.where((cubic >= x0) & (cubic <= x1), cubic, (x0 + x1) / 2))

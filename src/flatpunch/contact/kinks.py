@@ -56,10 +56,13 @@ class KinkedCurve:
         return values
 
 
-def sizes_through(nodes: Array, sizes: Array, whole: Flags) -> KinkedCurve:
-    """Curves through ln a0 and ln sqrt(A/pi), shape (nodes, 2), of contacts in one part where they are `whole`."""
+def sizes_through(nodes: Array, sizes: Array, whole: Flags, missed: Array | None = None) -> KinkedCurve:
+    """Curves through ln a0 and ln sqrt(A/pi), shape (nodes, 2), of contacts in one part where they are `whole`.
+
+    `missed` is what `left_out` says of them all, where that is known.
+    """
     curves: list[Curve] = [curve_through(nodes, sizes)] * (nodes.size - 1)
-    error, kinks = _beside(left_out(nodes, sizes)), np.full(nodes.size - 1, np.nan)
+    error, kinks = _beside(left_out(nodes, sizes) if missed is None else missed), np.full(nodes.size - 1, np.nan)
     runs = runs_of(whole)
     for run in runs:
         if 1 < run.size < nodes.size:

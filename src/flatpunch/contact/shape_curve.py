@@ -99,12 +99,13 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, _steepness(outlines))
     missed = left_out(nodes, outlines, through)
     wrong, share = (np.abs(missed) * reach).max(axis=1), np.zeros(nodes.size)
+    missed_sizes, missed_radius = np.split(left_out(nodes, np.column_stack([rows[:, :2], round_radius])), [2], axis=1)
     if nodes.size > 2:
-        beside = (np.abs(missed - left_out(nodes, round_radius)[:, None]) * reach).max(axis=1)
+        beside = (np.abs(missed - missed_radius) * reach).max(axis=1)
         share = 1 / (1 + (beside / (wrong + _ROUNDING)) ** _CHOICE)
         share[turned | ~whole] = 0.0
         wrong += share * (beside - wrong)
-    kinked = sizes_through(nodes, rows[:, :2], whole)
+    kinked = sizes_through(nodes, rows[:, :2], whole, missed_sizes)
     error = np.where(whole[1:] != whole[:-1], kinked.error, kinked.error / _LENIENCE)
     error = np.where(whole[1:] & whole[:-1], np.maximum.reduce([wrong[1:], wrong[:-1], error]), error)
     curve = _by_runs(nodes, outlines, whole, through)
