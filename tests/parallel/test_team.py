@@ -98,33 +98,6 @@ def test_a_helper_that_dies_leaves_its_calls_to_others(helper):
     assert team._team._helpers[0] is not helper
 
 
-def test_other_work_is_done_while_helpers_have_begun(helper):
-    seen = []
-
-    def meanwhile():
-        # it is said to be ready, and then brings what it has done
-        seen.append([helper.pipe.recv() for _ in range(2) if helper.pipe.poll(60)])
-
-    found = shared_out(calls.worker, HERE, [0.05] * 8, meanwhile=meanwhile)
-    assert [item for _, item in found] == [0.05] * 8
-    ((ready, (_, index, outcome)),) = seen
-    assert ready == (0, None, None)
-    assert index == 7
-    assert outcome == ((helper._process.pid, 0.05),)
-    # and alone
-    shared_out(calls.worker, HERE, [0.0], meanwhile=lambda: seen.append("alone"))
-    assert seen[1:] == ["alone"]
-
-
-def test_other_work_that_fails_says_so(helper):
-    def meanwhile():
-        raise ValueError("too deep")
-
-    with pytest.raises(ValueError, match="too deep"):
-        shared_out(calls.worker, HERE, [0.05] * 8, meanwhile=meanwhile)
-    assert len(shared_out(calls.worker, HERE, [0.0] * 8)) == 8
-
-
 def test_an_error_is_raised_here(helper):
     with pytest.raises(ValueError, match="5 is refused"):
         shared_out(calls.refused, HERE, range(8))

@@ -9,8 +9,7 @@ estimates meet the tolerance; they are kept, so that a later curve on the same m
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -27,7 +26,6 @@ from flatpunch.contact.expansion import PathPoint, PerturbedContact
 from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import between_good
-from flatpunch.contact.refined_contacts import Refined
 from flatpunch.contact.round_series import RoundSeries
 from flatpunch.contact.shape_curve import ShapeCurve, shape_curve
 from flatpunch.contact.solution_curves import FEWEST, ForceCurve, force_curve
@@ -60,6 +58,22 @@ radii are looked for."""
 _ROUNDING = 1e-9
 _KEPT = 4
 """Sets of solutions whose curves are kept, half a megabyte each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """Refined contacts, shape (n,) each; `shape` has the columns of a solution from RADIUS on, shape (n, 2 + angles).
+
+    `error` and `shape_error` are the estimates of force and outline; `traced` is False beside a solution whose contact has no
+    outline.
+    """
+
+    force: Array
+    stiffness: Array
+    shape: Array
+    error: Array
+    shape_error: Array
+    traced: Flags
 
 
 class Correction:
@@ -341,34 +355,20 @@ class Correction:
         rough |= (wrong > _CLOSER_TOLERANCE) & (gaps > np.where(changing, _CLOSEST_CHANGE, _CLOSER))
         return np.asarray(rough)
 
-    def begin(self, depth: Array, meanwhile: Callable[[], None]) -> None:
-        """Make the first solutions of a curve over depths [m] while this process finds their round contacts."""
-        if self.known or self._self_similar or self._few(at := self._clipped(np.log(depth[depth > 0]))):
-            meanwhile()
-        else:
-            self._solve(self.spacing.missing(np.empty(0), float(at.min()), float(at.max())), meanwhile=meanwhile)
-
-    def _solve(self, positions: Array, *, alone: bool = False, meanwhile: Callable[[], None] | None = None) -> None:
+    def _solve(self, positions: Array, *, alone: bool = False) -> None:
         """Boundary element solutions at new positions ln d; `alone` where there is no curve between them."""
         if not positions.size:
             return
-        rows = self.solutions(positions, alone=alone, meanwhile=meanwhile)
-        self.known.update(zip(positions.tolist(), rows, strict=True))
+        self.known.update(zip(positions.tolist(), self.solutions(positions, alone=alone), strict=True))
         if self._cache:
             self._cache.save(self.known)
 
-    def solutions(self, positions: Array, *, alone: bool = False, meanwhile: Callable[[], None] | None = None) -> Array:
-        """Rows of solutions at positions ln d, shape (n, 5 + angles); NaN for missing outlines.
-
-        If there is something to do `meanwhile`, contacts are first looked for where the tip meets the plane of the surface.
-        """
+    def solutions(self, positions: Array, *, alone: bool = False) -> Array:
+        """Rows of solutions at positions ln d, shape (n, 5 + angles); NaN for missing outlines."""
         outlines = {x: row[OUTLINE:] for x, row in self.known.items()}
-        radius = self.theory.at(positions).radius if meanwhile is None else self.spacing.radius_of(positions)
-        boxes = boxes_between(positions, outlines, radius, self._level_line, self.phi)
+        boxes = boxes_between(positions, outlines, self.theory.at(positions).radius, self._level_line, self.phi)
         places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *boxes, strict=True)]
-        found = shared_out(
-            solved_row, self._case, places, helped=self.cells <= SHARED_CELLS, meanwhile=meanwhile or (lambda: None)
-        )
+        found = shared_out(solved_row, self._case, places, helped=self.cells <= SHARED_CELLS)
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
         return np.array([row for row, _ in found])
 

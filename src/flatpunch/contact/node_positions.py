@@ -51,10 +51,6 @@ class Spacing:
         """ln d of the tip whose mean profile is as high at a radius [m]."""
         return float(np.interp(np.log(radius), self._y, self._x))
 
-    def radius_of(self, x: Array) -> Array:
-        """Radii [m] at which the mean profile is as high as the tip is deep at x = ln d, shape (n,)."""
-        return np.asarray(np.exp(np.interp(x, self._x, self._y)))
-
     def between(self, x: Array) -> Array:
         """Spacings between neighbouring positions x = ln d, shape (n,) -> (n - 1,)."""
         fine = np.linspace(x[0], x[-1], _SAMPLES)

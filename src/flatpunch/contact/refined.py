@@ -19,13 +19,12 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact import boundary_elements, first_order
 from flatpunch.contact.causes import cut_off, steepness
 from flatpunch.contact.control import Loading
-from flatpunch.contact.correction import Correction, correction
+from flatpunch.contact.correction import Correction, Refined, correction
 from flatpunch.contact.correction_row import FORCE, RADIUS
 from flatpunch.contact.curve import Control, ControlName, Curve, first_failure
 from flatpunch.contact.error_estimate import beside_flat_end, estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbed import controlled, superpose_expansion
-from flatpunch.contact.refined_contacts import Refined
 from flatpunch.contact.round_series import round_series
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
@@ -321,7 +320,7 @@ def _contacts(
     And those refined ones that have a depth, None if none has.
     """
     if control.name == "depth":
-        contact, nodes = _round_contacts(kernel, indenter, expansion, control), None
+        contact, nodes = controlled(kernel, indenter, expansion.series, control), None
     else:
         wanted, depth = _expected(kernel, indenter, expansion, control)
         if expansion.correction.sparse(depth):
@@ -338,22 +337,6 @@ def _contacts(
         return contact, None
     # other controls have asked for the contacts around already
     return contact, expansion.refined(selected(contact, live), nodes, exactly=control.name == "depth")
-
-
-def _round_contacts(
-    kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, control: Control
-) -> PerturbedContact:
-    """Round contacts at given depths, while helping processes begin with solutions if they are sure to be wanted."""
-    found: list[PerturbedContact] = []
-
-    def meanwhile() -> None:
-        found.append(controlled(kernel, indenter, expansion.series, control))
-
-    if expansion.table is None:
-        expansion.correction.begin(control.values, meanwhile)
-    else:
-        meanwhile()
-    return found[0]
 
 
 def _joined(parts: Sequence[_Points]) -> _Points:

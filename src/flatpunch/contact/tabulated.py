@@ -18,9 +18,9 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.correction import Refined
 from flatpunch.contact.expansion import PerturbedContact, PowerExpansion, power_expansion
 from flatpunch.contact.node_spline import spline_through
-from flatpunch.contact.refined_contacts import Refined
 from flatpunch.indenters import EllipticParaboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Layer, Medium, RigidBase

@@ -44,7 +44,6 @@ def shared_out(
     *,
     done: Callable[[Any], None] = lambda outcome: None,
     helped: bool = True,
-    meanwhile: Callable[[], None] = lambda: None,
 ) -> list[Any]:
     """Return function(common, item) of every item, in order, called here and in helpers.
 
@@ -60,8 +59,6 @@ def shared_out(
         Called here with each outcome as it comes.
     helped : bool
         Whether helpers may take part, each of which needs as much memory as this process.
-    meanwhile : callable, optional
-        Other work of this process, done when helpers have begun and before it takes a share itself.
     """
 
     def call(item: Any) -> Any:
@@ -69,15 +66,13 @@ def shared_out(
         done(outcome)
         return outcome
 
-    def alone() -> list[Any]:
-        meanwhile()
-        return [call(item) for item in items]
-
     if not helped or len(items) < 2 or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
-        return alone()
+        return [call(item) for item in items]
     try:
         packed = _packed(function, common, *items)
-        return _team.shared(call, function.__module__, items, packed, done, meanwhile) if packed else alone()
+        return (
+            _team.shared(call, function.__module__, items, packed, done) if packed else [call(item) for item in items]
+        )
     finally:
         _team.lock.release()
 
@@ -151,23 +146,18 @@ class _Team:
         items: Sequence[Any],
         packed: list[bytes],
         done: Callable[[Any], None],
-        meanwhile: Callable[[], None],
     ) -> list[Any]:
         """Outcomes of all items, in order; what a helper did not bring back is called here."""
         helpers, turns = self.called(len(items), module), self._turns
         self._round += 1
         if turns is None or not helpers or not turns.start(self._round):
             self.dismiss()
-            meanwhile()
             return [call(item) for item in items]
         lost: list[int] = []
         found: dict[int, Any] = {}
         with contextlib.ExitStack() as unless_finished:
             # where it ends early, they are at what nobody waits for any more
             unless_finished.callback(self.dismiss)
-            for helper in helpers:
-                helper.join(self._round, packed[:2], packed[2:])
-            meanwhile()
             while len(found) < len(items):
                 for helper in helpers:
                     for index, outcome in helper.answers(self._round):
