@@ -30,6 +30,7 @@ from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
 from flatpunch.bem.transforms import (
+    Axes,
     complex_fourier,
     complex_fourier_back,
     cosine,
@@ -126,7 +127,7 @@ class Operator:
         def convolve(first: int, inside: int) -> None:
             rows = slice(first, min(first + count, my // 2))
             block = padded(columns[..., rows, :], (rows.stop - first, mx // (1 + even)))
-            columns[..., rows, :] = _convolved(block, -1, self.spectrum[rows], inside, even=even)[..., :nx]
+            columns[..., rows, :] = _convolved(block, (-1,), self.spectrum[rows], inside, even=even)[..., :nx]
 
         self._in_blocks(convolve, range(0, my // 2, count), columns.size)
         return np.asarray(cosine_back(columns, (-2,), threads)[..., :ny, :])
@@ -143,7 +144,7 @@ class Operator:
             columns = slice(first, min(first + count, rows.shape[-1]))
             block, factor = padded(rows[..., columns], (my, columns.stop - first)), self.spectrum[:, columns]
             if even:
-                block = _convolved(block, -2, factor, inside)
+                block = _convolved(block, (-2,), factor, inside)
             else:
                 block = complex_fourier(block, -2, inside)
                 block[..., : factor.shape[0], :] *= factor
@@ -171,20 +172,11 @@ class Operator:
         (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
         along_x, along_y = self.grid.mirrored
         wide = padded(gap, (qy // (1 + along_y), qx // (1 + along_x)))
-        if along_x and along_y:
-            spectrum = cosine(wide, (0, 1), threads)
-            spectrum *= self.inverse[: qy // 2, : qx // 2]
-            u = cosine_back(spectrum, (0, 1), threads)
-        elif along_x:
-            columns = _convolved(cosine(wide, (1,), threads), 0, self.inverse[: qy // 2 + 1], threads)
-            u = cosine_back(columns, (1,), threads)
-        elif along_y:
-            rows = _convolved(cosine(wide, (0,), threads), 1, self.inverse[: qy // 2], threads)
-            u = cosine_back(rows, (0,), threads)
+        if along_x == along_y:
+            u = _convolved(wide, (0, 1), self.inverse, threads, even=along_x)
         else:
-            spectrum = fourier(wide, (0, 1), threads)
-            spectrum *= self.inverse
-            u = fourier_back(spectrum, qx, (0, 1), threads)
+            even, other = ((1,), (0,)) if along_x else ((0,), (1,))
+            u = cosine_back(_convolved(cosine(wide, even, threads), other, self.inverse, threads), even, threads)
         return np.asarray(u[:ny, :nx])
 
     def _apply_standard(self, pressure: Any) -> Any:
@@ -196,15 +188,13 @@ class Operator:
         return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
 
 
-def _convolved(block: Any, axis: int, factor: Array, threads: int, *, even: bool = False) -> Any:
-    """Real lines along an axis convolved: their transforms, cosine ones if they are `even`, times a factor that may be longer."""
-    if even:
-        spectrum = cosine(block, (axis,), threads)
-        spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
-        return cosine_back(spectrum, (axis,), threads)
-    spectrum = fourier(block, (axis,), threads)
+def _convolved(block: Any, axes: Axes, factor: Array, threads: int, *, even: bool = False) -> Any:
+    """Real values convolved along axes: their transforms, cosine ones if they are `even`, times a factor that may be larger."""
+    spectrum = cosine(block, axes, threads) if even else fourier(block, axes, threads)
     spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
-    return fourier_back(spectrum, block.shape[axis], (axis,), threads)
+    return (
+        cosine_back(spectrum, axes, threads) if even else fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
+    )
 
 
 def build_operator(
