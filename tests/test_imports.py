@@ -7,7 +7,7 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 
-_GROUND = {"_lazy", "_validation", "_record", "_version", "_progress", "_threads", "_whole_file"}
+_GROUND = {"_lazy", "_validation", "_quadrature", "_record", "_version", "_progress", "_threads", "_whole_file"}
 _MEDIA = _GROUND | {"media"}
 _PUNCH = _MEDIA | {"compliance", "punch"}
 _BEM = _PUNCH | {"indenters", "bem", "parallel"}
@@ -17,6 +17,7 @@ _PLOTS = _FILES | {"plots", "plots_adhesion", "plots_history", "plots_medium"}
 
 ALLOWED = {
     "_validation": set(),
+    "_quadrature": {"_validation"},
     "_record": set(),
     "_progress": set(),
     "_terminal": set(),

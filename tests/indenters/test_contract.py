@@ -201,8 +201,12 @@ def test_edges_lie_where_stated(tip):
 
 @every
 def test_kinks_lie_where_stated(tip):
-    phi = np.array([0.0, *tip.corners, *np.linspace(0, 2 * np.pi, 721)])
+    even = np.array([0.0, *tip.corners, *np.linspace(0, 2 * np.pi, 721)])
     for ring in tip.rings:
+        # circles may touch lines of kinks at a few points only
+        crossings = getattr(tip, "crossings", None)
+        crossed = crossings(ring * (1 + np.array([-1e-7, 1e-7]))) if crossings else even[:0]
+        phi = np.append(even, crossed[np.isfinite(crossed)])
         slope = tip.slope(ring + 1e-6 * np.array([-2.0, -1.0, 1.0, 2.0])[:, None], phi)
         kink = np.abs(slope[2] - slope[1]).max()
         bend = np.abs((slope[3] - slope[2]) - (slope[1] - slope[0])).max() / 1e-6

@@ -28,7 +28,7 @@ _TOLERANCE = 1e-5
 """Within reach of single precision, which takes half the time; with 1e-4 needles end up to 3 % of the mean radius off."""
 _DROP = 0.1
 """Reduction per step: the contact changes more often than where all cells are as fine."""
-_LIMIT = 400
+_LIMIT = 1000
 _MARGIN, _FEWEST = 6, 8
 """Cells around the window from which displacements are interpolated (with 3 the border of the spline shows: 2e-3 of the largest
 pressure in the window's outermost cells), and the fewest of them along an axis."""

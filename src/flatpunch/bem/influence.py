@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gamma
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 from flatpunch.bem.radial import CellTable, remainder_table
 from flatpunch.compliance import Kernel
@@ -190,7 +191,7 @@ def near_rule() -> NearRule:
         split = (side > distance) & (side > _FINEST)
         for few, nodes in ((distance > _FAR * side, _FEW_NODES), (distance <= _FAR * side, _NODES)):
             done = few & ~split
-            t, v = np.polynomial.legendre.leggauss(nodes)
+            t, v = gauss(nodes)
             px, py = (start[done, None] + side[done, None] * (t + 1) / 2 for start in (x, y))
             weight = share[done, None, None] * (v[:, None] * v / 4)
             radius = np.hypot(px[:, None, :], py[:, :, None])
@@ -227,7 +228,7 @@ def power_block(exponent: float) -> Array:
     """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
     block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0)
     # the central cell in polar coordinates: eight triangles
-    t, v = np.polynomial.legendre.leggauss(24)
+    t, v = gauss(24)
     angle = np.pi / 8 * (t + 1)
     block[0, 0] = 8 / (1 - exponent) * float(v @ (0.5 / np.cos(angle)) ** (1 - exponent)) * np.pi / 8
     return block

@@ -18,6 +18,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import erfc, j0
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 
@@ -47,11 +48,6 @@ def _rule(low: int) -> tuple[Array, Array]:
     w = _STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
     w[0] += x[0] / np.expm1(_STEP) * _STEP
     return x, w
-
-
-@lru_cache(maxsize=8)
-def _gauss(nodes: int) -> tuple[Array, Array]:
-    return np.polynomial.legendre.leggauss(nodes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +168,7 @@ def isotropic_cell_factor(q: Array) -> Array:
     for low, high, nodes in _ANGULAR:
         chosen = np.flatnonzero((q > low) & (q <= high))
         if chosen.size:
-            t, v = _gauss(nodes)
+            t, v = gauss(nodes)
             angle = np.pi / 8 * (t + 1)
             x, y = (q[chosen, None] / 2 * trig(angle) for trig in (np.cos, np.sin))
             result[chosen] = (np.sin(x) * np.sin(y) / (x * y)) @ (v / 2)

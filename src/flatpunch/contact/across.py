@@ -19,6 +19,7 @@ from functools import cache
 
 import numpy as np
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 from flatpunch.bem.shape import IndenterHeight
 from flatpunch.compliance import Kernel
@@ -30,7 +31,7 @@ _WIDTHS = np.geomspace(1e-3, 1e2, 51)
 """Half-widths at which the load is known, in cells."""
 _STEP = 0.02
 """Step of ln b over which H is differentiated."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_NODES, _WEIGHTS = gauss(8)
 _MOST = 48
 """Cells of a half-width up to which their moment differs from the pressure's (there by 3e-4)."""
 _LEAST, _LARGEST = 0.5, 2.0

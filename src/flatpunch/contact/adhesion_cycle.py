@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flatpunch._quadrature import gauss
 from flatpunch._record import record
 from flatpunch._threads import one_blas_thread
 from flatpunch._validation import Array, positive
@@ -181,7 +182,7 @@ def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
 
 def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
     """int rate dln a from nothing to each radius: Gauss rules on decades; below 1e-10 of the radius nothing is left."""
-    t, weights = np.polynomial.legendre.leggauss(_NODES)
+    t, weights = gauss(_NODES)
     width = np.log(10)
     start = np.log(radius)[:, None] - width * np.arange(1, _DECADES + 1)
     x = start[..., None] + width / 2 * (t + 1)

@@ -16,7 +16,8 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._quadrature import gauss
+from flatpunch._validation import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import power_edge, power_moments, projection, quarter_nodes, regular_part
 from flatpunch.punch.family import punch_family
@@ -25,6 +26,10 @@ from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
 
 _TINY = 1e-300
 _POWER_LAW_NODES = 256
+_AT_RIM = 1 - 1e-12
+"""Radius of a ring over that of a disc from which on it is the rim: between them rounding would count."""
+_BESIDE_CUTS = 24
+"""Quadrature points for what f does beside a ring, whatever the distance to the next."""
 _STENCIL = 2e-3
 """Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""
 
@@ -108,14 +113,15 @@ class SampledProfile:
         r = radius[:, None] * rho
         f, g = self.height(r), r * self.slope(r)
         g_edge = radius * self.slope(radius)
-        if rho.shape[1] == nodes:
+        counts = self._counts(radius, nodes)
+        if counts.size == 1:
             b = f @ projection(0, terms, nodes)[1].T
         else:
             b = np.einsum("lnj,nj->nl", regular_part(0, terms, rho), rho * weight * f)
         edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
         # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
-        level, closed = self._levels(radius, g_edge, rho.shape[1] // nodes)
-        rest = rho * weight / np.maximum(1 - rho**2, _TINY) * (g - np.repeat(level, nodes, axis=1))
+        level, closed = self._levels(radius, g_edge, counts.size)
+        rest = rho * weight / np.maximum(1 - rho**2, _TINY) * (g - np.repeat(level, counts, axis=1))
         return Moments(b, edge, (g_edge - np.sum(rest, axis=1) - closed) / np.pi)
 
     def _levels(self, radius: Array, g_edge: Array, panels: int) -> tuple[Array, Array]:
@@ -130,7 +136,7 @@ class SampledProfile:
         start = np.zeros_like(radius)
         for i, ring in enumerate(sorted(self.rings)[: panels - 1]):
             below = np.array([ring * (1 - 4 * np.finfo(float).eps)])
-            inside = radius > ring
+            inside = radius * _AT_RIM > ring
             safe = np.where(inside, radius, 2 * ring)
             end = safe / np.sqrt((safe - ring) * (safe + ring))
             level[inside, i] = (below * self.slope(below))[0]
@@ -144,13 +150,29 @@ class SampledProfile:
         if not any(ring < radius.max() for ring in self.rings):
             rho, weight = quarter_nodes(nodes)
             return rho[None, :], weight[None, :]
-        t, v = np.polynomial.legendre.leggauss(nodes)
-        cuts = np.array([0.0, *sorted(self.rings)])
-        upper = np.arccos(np.clip(cuts / np.where(radius > 0, radius, 1)[:, None], 0, 1))
-        lower = np.concatenate([upper[:, 1:], np.zeros((radius.size, 1))], axis=1)
-        half = (upper - lower)[..., None] / 2
-        angle = ((upper + lower)[..., None] / 2 + half * t).reshape(radius.size, -1)
-        return np.cos(angle), (half * v).reshape(radius.size, -1)
+        ends = self._ends(radius)
+        angle, half = [], []
+        for i, count in enumerate(self._counts(radius, nodes)):
+            t, v = gauss(int(count))
+            middle, width = (ends[:, [i]] + ends[:, [i + 1]]) / 2, (ends[:, [i]] - ends[:, [i + 1]]) / 2
+            angle.append(middle + width * t)
+            half.append(width * v)
+        return np.cos(np.hstack(angle)), np.hstack(half)
+
+    def _ends(self, radius: Array) -> Array:
+        """theta at the axis, at the rings and at the rim of discs, shape (n, cuts + 1), from pi/2 down to 0."""
+        rings = np.array([0.0, *sorted(self.rings)])
+        share = rings / np.where(radius > 0, radius, 1)[:, None]
+        upper = np.arccos(np.where(share < _AT_RIM, share, 1.0))
+        return np.concatenate([upper, np.zeros((radius.size, 1))], axis=1)
+
+    def _counts(self, radius: Array, nodes: int) -> Indices:
+        """Quadrature points between the cuts, shape (cuts,): `nodes` for a whole disc, fewer for parts of every disc."""
+        if not any(ring < radius.max() for ring in self.rings):
+            return np.array([nodes])
+        widest = -np.diff(self._ends(radius), axis=1).min(axis=0)
+        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + _BESIDE_CUTS
+        return np.asarray(np.minimum(nodes, share))
 
 
 @dataclass(frozen=True, slots=True)

@@ -316,7 +316,7 @@ class Correction:
         every, none = np.array(sorted(self.known)), np.empty(0)
         first = int(np.searchsorted(every, low + _ROUNDING)) - 1
         last = int(np.searchsorted(every, high - _ROUNDING))
-        nodes = every[first : last + 1]
+        nodes = self.spacing.apart(every[first : last + 1])
         if nodes.size == 1:
             return nodes, none
         if nodes.size == 2 and nodes[0] < low - _ROUNDING and nodes[1] > high + _ROUNDING:

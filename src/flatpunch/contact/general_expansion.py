@@ -16,15 +16,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
+from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.axisymmetric import RoundContact, SampledProfile, edge_strength, round_contact
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, radius_of_stiffness
 from flatpunch.contact.log_table import LogTable
 from flatpunch.contact.perturbation import PowerLawEdges, edges_of
-from flatpunch.indenters.angular_mean import GeometricMean, angular_mean
-from flatpunch.indenters.profile import Indenter, height_and_slope
-from flatpunch.indenters.symmetry import rotational_symmetry, sample_radii
+from flatpunch.indenters.angular_harmonics import angular_harmonics
+from flatpunch.indenters.angular_mean import angular_mean, geometric_mean
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.symmetry import sample_radii
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.family import SMALLEST
 from flatpunch.punch.harmonics import Edges, harmonic_size
@@ -32,7 +33,7 @@ from flatpunch.punch.power_law import power_law_punch
 
 _POINTS = 256
 """Angles on one period of the outline: harmonics up to 128 times the symmetry."""
-_CHUNK = 4_000_000
+_CHUNK = 1_000_000
 _POWER_LAW_NODES = 256
 _SINGULAR = 4.0
 """|ln(f/f_b)| from which on the logarithm is no good variable: f comes close to zero away from the axis."""
@@ -57,15 +58,10 @@ class GeneralExpansion:
 
     def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
         self.kernel, self.indenter = kernel, indenter
-        fold = rotational_symmetry(indenter)
-        start = indenter.corners[0] if indenter.corners else 0.0
-        self._phi = start + 2 * np.pi / fold * np.arange(_POINTS) / _POINTS
-        self._orders: Indices = fold * np.arange(1, _POINTS // 2 + 1)
-        self._weights, self._jump, self._aliased = np.ones(_POINTS) / _POINTS, np.zeros(_POINTS), np.zeros(_POINTS // 2)
-        if len(indenter.corners) == fold:
-            self._weights, self._jump, self._aliased = _one_kink()
-        self._logarithmic = self._is_regular()
-        mean = GeometricMean(indenter, self._phi, self._weights) if self._logarithmic else angular_mean(indenter)
+        self._geometric = geometric_mean(indenter) if _is_regular(indenter) else None
+        self._shape = angular_harmonics(indenter, _POINTS // 2, logarithmic=self._geometric is not None)
+        self._orders = self._shape.orders
+        mean = self._geometric or angular_mean(indenter)
         self.base = SampledProfile(mean.height, mean.slope, indenter.rings)
         self._table = LogTable(self._columns, indenter.reach, kinks=indenter.rings)
 
@@ -103,7 +99,7 @@ class GeneralExpansion:
         """Contact outline a(phi), shape (n, p) [m]."""
         values, _ = self._at(contact.radius)
         count = self._orders.size
-        waves = np.exp(1j * np.outer(self._orders, phi - self._phi[0]))
+        waves = np.exp(1j * np.outer(self._orders, phi - self._shape.start))
         harmonics = values[:, _SWING + 1 : -1]
         w = harmonics[:, :count] @ waves.real - harmonics[:, count:] @ waves.imag
         return np.asarray(contact.size[:, None] * np.exp(w))
@@ -153,7 +149,7 @@ class GeneralExpansion:
         rate = np.pi**2 * e**2 * base.depth_slope
         pull = rate * mean_square - curvature
         shift = np.zeros_like(radius)
-        if not self._logarithmic and self._orders[0] == 1:
+        if self._geometric is None and self._orders[0] == 1:
             first = rate * np.abs(h[:, 0]) ** 2 / 2
             pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
         force = base.force / (self.kernel.modulus * radius)
@@ -174,29 +170,27 @@ class GeneralExpansion:
         return np.hstack([np.column_stack(columns), h.real, h.imag, flat])
 
     def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
-        """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, orders), and the mean's part."""
+        """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, 2 orders), and the mean's part."""
         nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
         rho, weight = self._rule(radius, nodes)
-        r = (radius[:, None] * rho)[..., None]
-        f, slope = height_and_slope(self.indenter, r, self._phi)
-        q = r * slope
-        if self._logarithmic:
-            g = np.log(f)
-            mean = self._mean(g)[..., None]
-            g, rate, f_b = g - mean, q / f, np.exp(mean)
-            growth_mean = self._mean(rate)[..., None]
-            value, growth = f_b * g, f_b * (growth_mean * g + rate - growth_mean)
-            excess = f_b[..., 0] * self._mean(g * g) / 2
-        else:
-            value, growth = f - self._mean(f)[..., None], q - self._mean(q)[..., None]
-            excess = np.zeros(r.shape[:-1])
+        r = radius[:, None] * rho
+        value, growth = self._shape.harmonics(r)
+        growth *= r[..., None]
+        excess = np.zeros(r.shape)
+        if self._geometric is not None:
+            mean, rate, square = np.moveaxis(self._geometric.at(r), -1, 0)
+            f_b = np.exp(mean)
+            growth *= f_b[..., None]
+            value *= f_b[..., None]
+            growth += (r * rate)[..., None] * value
+            excess = f_b * square / 2
         flat = base.answers.flat
         if self.kernel.exponent:
             pressure = flat * (1 + self.kernel.exponent) * weight
         else:
             pressure = _pressure(flat, 0, rho, weight)
         curvature = 2 * np.pi * np.sum(pressure * excess, axis=1)
-        return self._spectrum(value), self._spectrum(growth), curvature, rho, weight
+        return value, growth, curvature, rho, weight
 
     def _rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
         """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
@@ -209,58 +203,38 @@ class GeneralExpansion:
         self, edges: Edges | PowerLawEdges, e: Array, value: Array, growth: Array, rho: Array, weight: Array
     ) -> Array:
         """S[c_m] for all orders, shape (n, orders), complex."""
-        m = self._orders
+        m, power, extra = self._orders, rho[..., None] ** self._orders, self.kernel.exponent
+        # int rho^m weight (...), real and imaginary parts alike
+        first = power * (weight if extra else rho * weight)[..., None]
+        moment, grown = (self._summed(first, field) for field in (value, growth))
+        # half-space: S is ((m + 1) b_0[f] + b_0[r f'])/pi; power law: with m + 1 + k, over that of the flat punch, of strength e
+        strength = (m + 1 + extra)[:, None] * moment + grown
         if isinstance(edges, PowerLawEdges):
-            # S is (m + 1 + k) b_0[f] + b_0[r f'] over that of the flat punch, whose strength is e
-            first = rho[..., None] ** m * weight[..., None]
-            grown = (m + 1 + self.kernel.exponent) * value + growth
-            return np.asarray(np.sum(first * grown, axis=1) * e[:, None])
-        first = rho[..., None] ** (m + 1.0) * weight[..., None]
-        strength = np.einsum("njm,njm->nm", np.broadcast_to(first, value.shape), (m + 1) * value + growth) / np.pi
-        for column, order in enumerate(m):
-            vector = edges.vectors.get(int(order))
-            if vector is not None:
-                pressure = _pressure(vector, int(order), rho, weight)
-                strength[:, column] += np.sum(pressure * value[..., column], axis=1)
-        return np.asarray(strength)
+            return np.asarray(strength * e[:, None, None]).view(complex)[..., 0]
+        strength /= np.pi
+        for column, vector in edges.felt(m):
+            pressure = _pressure(vector, int(m[column]), rho, weight)[..., None]
+            strength[:, [column]] += self._summed(pressure, value[..., 2 * column : 2 * column + 2])
+        return np.asarray(strength).view(complex)[..., 0]
 
-    def _mean(self, field: Array) -> Array:
-        """Mean over the angle, the last axis."""
-        return np.asarray(field @ self._weights)
-
-    def _spectrum(self, field: Array) -> Array:
-        """Complex amplitudes c_m of sum Re(c_m exp(i m phi)) without the mean, shape (..., orders)."""
-        sampled = np.fft.rfft(field, axis=-1)[..., 1:] * (2 / _POINTS)
-        return np.asarray(sampled + (field @ self._jump)[..., None] * self._aliased)
-
-    def _is_regular(self) -> bool:
-        # within the border of a flat f is zero, however far the shape reaches
-        r = np.append(sample_radii(self.indenter, 61), 0.5 * np.array(self.indenter.rings))[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            g = np.log(np.asarray(self.indenter.height(r, self._phi)))
-            return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
+    @staticmethod
+    def _summed(factor: Array, field: Array) -> Array:
+        """Sums over the nodes, shape (n, orders, 2), of a factor (n or 1, nodes, orders) times a field (n, nodes, 2 orders)."""
+        n, nodes = field.shape[:2]
+        orders = factor.shape[-1]
+        factors = np.broadcast_to(factor, (n, nodes, orders))
+        return np.asarray(np.einsum("njm,njmc->nmc", factors, field.reshape(n, nodes, orders, 2)))
 
     def _beta(self, radius: Array) -> Array:
         return np.asarray(radius / self.kernel.length)
 
 
-def _one_kink() -> tuple[Array, Array, Array]:
-    """For one kink in each period, on its first point: what means and amplitudes of its samples need, shape (points,) and half.
-
-    Weights of the mean are those of Gregory's rule on either side. Amplitudes: a slope that jumps by J, seen by one-sided
-    differences of sixth order, holds J times the function -B_2/2 of Bernoulli, whose amplitudes -1/(2 pi^2 k^2) are known
-    and need not be sampled.
-    """
-    weights = np.ones(_POINTS) / _POINTS
-    weights[[0, 1, -1, 2, -2]] *= (3 / 4, 7 / 6, 7 / 6, 23 / 24, 23 / 24)
-    jump = np.zeros(_POINTS)
-    for j, c in enumerate((-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6)):
-        jump[j] += c * _POINTS
-        jump[-j] += c * _POINTS
-    x = np.arange(_POINTS) / _POINTS
-    k = np.arange(1, _POINTS // 2 + 1)
-    sampled = np.fft.rfft(-(x * x - x + 1 / 6) / 2)[1:].real * (2 / _POINTS)
-    return weights, jump, -1 / (2 * np.pi**2 * k**2) - sampled
+def _is_regular(indenter: Indenter) -> bool:
+    """Whether ln f is a good variable: within the border of a flat f is zero, however far the shape reaches."""
+    r = np.append(sample_radii(indenter, 61), 0.5 * np.array(indenter.rings))[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        g = np.log(np.asarray(indenter.height(r, 2 * np.pi * np.arange(_POINTS) / _POINTS)))
+        return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
 
 
 def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:

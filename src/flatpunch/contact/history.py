@@ -19,6 +19,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.control import Loading
@@ -181,7 +182,7 @@ def _nodes(start: Array, top: Array, rings: tuple[float, ...], exponent: float) 
     Where the rate starts anew, v goes like the square of the Gauss variable; on power-law half-spaces, whose integrand starts
     like v^k, like a power that makes the product smooth enough.
     """
-    t, weights = np.polynomial.legendre.leggauss(_NODES)
+    t, weights = gauss(_NODES)
     u = (t + 1) / 2
     cuts = [np.zeros_like(top)]
     for ring in rings:

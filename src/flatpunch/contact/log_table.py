@@ -1,4 +1,8 @@
-"""Functions of ln a that are costly to evaluate, sampled span by span and interpolated by splines."""
+"""Functions of ln a that are costly to evaluate, sampled piece by piece and interpolated by polynomials.
+
+Pieces are spans of ln a, cut at the radii at which the function has kinks: there it goes on like a series in the root of the
+distance, as contacts do when they reach a ring of the indenter. So beyond a kink the polynomials are in that root.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +10,54 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
+from numpy.polynomial import chebyshev
 
 from flatpunch._validation import Array
 
-_SPANS = 6
-"""Spans per decade: values cost more the larger the radius, so that a table should not reach far beyond what is asked."""
-_SMOOTH = (6, 7)
-_KINKED = (27, 3)
-"""Nodes per span and spline degree: 1e-10 of smooth functions, 1e-6 beside the radius at which a kinked ring is reached.
+_SPANS, _DEGREE = 4, 10
+"""Spans per decade, and degree of the polynomials: 1e-10 of smooth functions for 40 values a decade, of which few lie beyond what
+is asked, where they cost most."""
+_POINTS, _INNER_POINTS = chebyshev.chebpts2(_DEGREE + 1), chebyshev.chebpts1(_DEGREE + 1)
+"""Where in a piece values are taken: from its left end (-1) to its right one (1), which the next one has as well; and, right
+beyond a kink, at which they may jump, from the first place inside on."""
+_COEFFICIENTS, _INNER_COEFFICIENTS = (
+    np.linalg.inv(chebyshev.chebvander(points, _DEGREE)) for points in (_POINTS, _INNER_POINTS)
+)
+_NARROWEST = 1e-6
+"""Pieces in ln a too narrow to be worth having."""
 
-Beside means within a span of it; beyond, the function is smooth again.
-"""
-_OVERLAP = 6
-"""Nodes that a spline has beyond either end of its span, which the next one has as well."""
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """Polynomials over ln a from `low` to `high`, or over its root beyond the kink `origin`, if there is one."""
+
+    low: float
+    high: float
+    origin: float
+    coefficients: Array
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Values and derivatives at x = ln a, shapes (n, outputs)."""
+        start, end = self.ends
+        s, rate = x, np.ones_like(x)
+        if self.origin > -np.inf:
+            s = np.sqrt(np.maximum(x - self.origin, 0.0))
+            # at the kink itself derivatives are those next to it
+            rate = 0.5 / np.maximum(s, _NARROWEST)
+        scale = 2 / (end - start)
+        share = (s - start) * scale - 1
+        slopes = chebyshev.chebder(self.coefficients)
+        values, derivatives = (chebyshev.chebvander(share, len(c) - 1) @ c for c in (self.coefficients, slopes * scale))
+        return values, derivatives * rate[:, None]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the variable of the polynomials begins and ends."""
+        return _variable(self.low, self.origin), _variable(self.high, self.origin)
+
+
+def _variable(x: float, origin: float) -> float:
+    return x if origin == -np.inf else float(np.sqrt(max(x - origin, 0.0)))
 
 
 @dataclass(eq=False)
@@ -33,48 +71,66 @@ class LogTable:
     reach : float
         Largest radius [m].
     kinks : tuple of float
-        Radii [m] at which the function has kinks, so that splines of high degree would ring.
+        Radii [m] at which the function has kinks.
     """
 
     sample: Callable[[Array], Array]
     reach: float = float("inf")
     kinks: tuple[float, ...] = ()
-    _spans: dict[int, scipy.interpolate.BSpline] = field(default_factory=dict)
-    _nodes: dict[tuple[int, int], Array] = field(default_factory=dict)
+    _pieces: dict[tuple[float, float], _Piece] = field(default_factory=dict)
+    _known: dict[float, Array] = field(default_factory=dict)
 
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Values and derivatives by ln a at radii > 0, shapes (n, outputs)."""
         x = np.log(np.minimum(radius, self.reach))
-        index = np.floor(x * _SPANS / np.log(10)).astype(int)
-        parts = [(index == i, self._spline(int(i))) for i in np.unique(index)]
-        outputs = parts[0][1](x[:1]).shape[1]
+        edges = self._edges(float(x.min()), float(x.max()))
+        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
+        found = np.unique(which)
+        pieces = self._made([(float(edges[i]), float(edges[i + 1])) for i in found])
+        outputs = pieces[0].coefficients.shape[1]
         values, slopes = np.empty((x.size, outputs)), np.empty((x.size, outputs))
-        for chosen, spline in parts:
-            values[chosen], slopes[chosen] = spline(x[chosen]), spline(x[chosen], nu=1)
+        for i, piece in zip(found, pieces, strict=True):
+            chosen = which == i
+            values[chosen], slopes[chosen] = piece.at(x[chosen])
         return values, slopes
 
-    def _spline(self, index: int) -> scipy.interpolate.BSpline:
-        if index not in self._spans:
-            count, degree = _KINKED if self._kinked(index) else _SMOOTH
-            step, end = np.log(10) / (_SPANS * count), np.log(self.reach)
-            last = (index + 1) * count + _OVERLAP
-            if end < (last + 0.5) * step:
-                last = round(end / step)
-            first = min(index * count - _OVERLAP, last - 2 * _OVERLAP)
-            numbers = np.arange(first, last + 1)
-            # the node next to the reach is moved there
-            x = np.where(np.abs(numbers * step - end) <= step / 2, end, numbers * step)
-            keys = [(count, n) for n in numbers.tolist()]
-            new = [i for i, key in enumerate(keys) if key not in self._nodes]
-            if new:
-                self._nodes.update(zip([keys[i] for i in new], self.sample(np.exp(x[new])), strict=True))
-            self._spans[index] = scipy.interpolate.make_interp_spline(
-                x, np.array([self._nodes[key] for key in keys]), k=degree
-            )
-        return self._spans[index]
+    def _edges(self, low: float, high: float) -> Array:
+        """Ends of the pieces that hold ln a from `low` to `high`."""
+        step, end = np.log(10) / _SPANS, np.log(self.reach)
+        even = np.arange(np.floor(low / step), np.floor(high / step) + 2) * step
+        kinks = np.log(self.kinks) if self.kinks else np.empty(0)
+        kinks = kinks[(kinks > even[0]) & (kinks < min(even[-1], end))]
+        # what is next to a kink or to the reach makes way for it
+        fixed = np.append(kinks, end) if end <= even[-1] else kinks
+        even = even[even < end]
+        if fixed.size:
+            even = even[np.abs(even[:, None] - fixed).min(axis=1) > _NARROWEST]
+        return np.unique(np.concatenate([even, fixed]))
 
-    def _kinked(self, index: int) -> bool:
-        """Whether a kink lies on a span or where its spline, were it a smooth one, would look beyond it."""
-        beside = _OVERLAP / _SMOOTH[0]
-        spans = _SPANS * np.log10(self.kinks) if self.kinks else np.empty(0)
-        return bool(np.any((spans > index - beside) & (spans < index + 1 + beside)))
+    def _made(self, ends: list[tuple[float, float]]) -> list[_Piece]:
+        """Pieces between ends; what is not known is sampled at once."""
+        new = [pair for pair in ends if pair not in self._pieces]
+        places = {pair: self._places(*pair) for pair in new}
+        missing = np.array(sorted({x for at in places.values() for x in at.tolist()} - self._known.keys()))
+        if missing.size:
+            self._known.update(zip(missing.tolist(), self.sample(np.exp(missing)), strict=True))
+        for pair, at in places.items():
+            table, origin = np.array([self._known[x] for x in at.tolist()]), self._origin(pair[0])
+            matrix = _INNER_COEFFICIENTS if origin == pair[0] else _COEFFICIENTS
+            self._pieces[pair] = _Piece(*pair, origin, matrix @ table)
+        return [self._pieces[pair] for pair in ends]
+
+    def _places(self, low: float, high: float) -> Array:
+        """Where in a piece the function is sampled, as ln a."""
+        origin = self._origin(low)
+        start, end = _variable(low, origin), _variable(high, origin)
+        s = (start + end) / 2 + (end - start) / 2 * (_INNER_POINTS if origin == low else _POINTS)
+        places = s if origin == -np.inf else origin + s * s
+        if origin != low:
+            # exactly as the pieces beside have them
+            places[[0, -1]] = low, high
+        return places
+
+    def _origin(self, low: float) -> float:
+        """The last kink up to a position, -inf before the first."""
+        return max((kink for kink in np.log(self.kinks) if kink <= low), default=-np.inf) if self.kinks else -np.inf

@@ -24,6 +24,10 @@ _BENDING, _SHARPEST = 2.0, 1.0
 _RADII = np.geomspace(1e-15, 1e6, 320)
 _SAMPLES = 600
 _SAME = 1e-9
+_NEXT_TO = 0.005
+_SHARE = 1 / 16
+"""Distance, in spacings and over the whole range, up to which one of two solutions says it all: curves never put them closer
+than 1/160."""
 
 
 class Spacing:
@@ -79,6 +83,18 @@ class Spacing:
             pieces = int(np.ceil(along[-1] - _SAME))
             wanted += np.interp(np.arange(1, pieces) * along[-1] / max(pieces, 1), along, fine).tolist()
         return np.array(sorted(wanted))
+
+    def apart(self, known: Array) -> Array:
+        """Of sorted positions the first and the last, and those between that are not next to one before or to the last.
+
+        Curves through solutions that close together would follow what these scatter by.
+        """
+        along = np.concatenate([[0.0], np.cumsum(self.between(known))])
+        kept, beside = [0], min(_NEXT_TO, _SHARE * along[-1])
+        for i in range(1, known.size - 1):
+            if along[i] - along[kept[-1]] > beside < along[-1] - along[i]:
+                kept.append(i)
+        return np.asarray(known[sorted({*kept, known.size - 1})])
 
     def far(self, one: float, other: float) -> bool:
         """Whether two positions are farther apart than one spacing."""

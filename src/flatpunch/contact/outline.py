@@ -12,7 +12,8 @@ from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.contact.log_table import LogTable
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.angular_mean import angular_mean
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, height_and_slope
+from flatpunch.indenters.symmetry import different_rays
 from flatpunch.punch.family import punch_family
 
 _STENCIL = 2e-3
@@ -21,11 +22,8 @@ _STENCIL = 2e-3
 _MANY = 96
 """Contacts from which on general outlines are read from a table over ln a."""
 
-_BESIDE = 0.08
-"""|ln(a/ring)| below which they are not."""
-
 _BEYOND = 3.0
-"""Radius of the contact over that of a flat end from which on they are."""
+"""Radius of the contact over that of a flat end from which on they are: on each ray it has a kink of its own, closer by."""
 
 _CHUNK = 2_000_000
 """Most profile values held at once while outlines of general shapes are computed."""
@@ -100,18 +98,16 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     """Relative deviation of the outline for any profile, shape (n, p): (P17) with the radius as the unit."""
     result = np.zeros((contact.radius.size, phi.size))
     live = contact.radius > 0
-    a = contact.radius[live]
+    a, rings = contact.radius[live], indenter.rings
+    different, of_ray = different_rays(indenter, phi)
     read = np.full(a.size, a.size > _MANY)
-    for ring in indenter.rings:
-        # a kink is no place for a spline
-        read &= np.abs(np.log(a / ring)) > _BESIDE
-    if indenter.rings and not np.any(indenter.height(np.array(0.999 * indenter.rings[0]), phi)):
-        # as long as a flat end rules, the denominator is the small difference of large terms
-        read &= a > _BEYOND * indenter.rings[-1]
-    terms = np.empty((a.size, phi.size + 1))
+    if rings and not np.any(indenter.height(np.array(0.999 * rings[0]), phi)):
+        read &= a > _BEYOND * rings[-1]
+    terms = np.empty((a.size, different.size + 1))
     if read.any():
-        terms[read] = _table(kernel, indenter, phi.tobytes()).at(a[read])[0]
-    terms[~read] = _terms(kernel, indenter, a[~read], phi)
+        terms[read] = _table(kernel, indenter, different.tobytes()).at(a[read])[0]
+    terms[~read] = _terms(kernel, indenter, a[~read], different)
+    terms = terms[:, [*of_ray, -1]]
     denominator = 2 * contact.depth[live] / a * contact.answers.flat[live, 0] - terms[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         result[live] = np.where(denominator[:, None] < 0, terms[:, :-1] / denominator[:, None], np.nan)
@@ -137,9 +133,8 @@ def _terms_of(kernel: Kernel, indenter: Indenter, a: Array, phi: Array) -> Array
     rho, weight = punch_family(kernel).rule(a / kernel.length)
     r = a[:, None] * rho
     # notation: J0 = b[f].c*, J1 = b[r f'].c* per angle; a G = a^2 J0/c0, so G + a g = a (2 J0 + J1)/c0
-    height = np.asarray(indenter.height(r[..., None], phi))
-    slope = r[..., None] * np.asarray(indenter.slope(r[..., None], phi))
-    local = np.einsum("nj,njp->np", weight, 2 * height + slope)
+    height, slope = height_and_slope(indenter, r[..., None], phi)
+    local = 2 * np.einsum("nj,njp->np", weight, height) + np.einsum("nj,njp->np", weight * r, slope)
     mean = _mean_response(indenter, a, rho, weight)
     second = _second_response(indenter, a, rho, weight)
     return np.column_stack([local - mean[:, None], second]) / a[:, None]

@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
@@ -18,7 +19,8 @@ from flatpunch.indenters.profile import Indenter, split_angles
 _STILL = 2e-14
 """Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
 
-_MOST = 8192
+_MOST, _SPARE = 8192, 6
+"""Most angles of a rule, and what is added on panels between kinks: there shapes are more than a few harmonics."""
 
 
 def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None) -> tuple[Array, Array]:
@@ -51,6 +53,9 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
     phi, weights = _nodes(breaks, size)
     if not indenter.round:
         radii, tolerance = _watched(indenter, radius)
+        if not radii.size:
+            # kinks cross all circles, and between them more angles are no use
+            return _kept(phi, weights)
         means, scale = _means(indenter, radii, phi, weights)
         while phi.size < _MOST:
             more = _finer(breaks, size, crossed=tolerance > _STILL)
@@ -60,6 +65,11 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
             if still:
                 break
             (breaks, size), (phi, weights), means = more, finer, new
+    return _kept(phi, weights)
+
+
+def _kept(phi: Array, weights: Array) -> tuple[Array, Array]:
+    """A rule that is shared."""
     phi.setflags(write=False)
     weights.setflags(write=False)
     return phi, weights
@@ -81,7 +91,11 @@ def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
     if indenter.exponent is not None:
         return np.array([1.0]), tolerance
     scales = tuple(getattr(indenter, "scales", ()))
-    return np.array(scales) if scales else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0]), tolerance
+    radii = np.array(scales) if scales else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
+    crossings = getattr(indenter, "crossings", None)
+    if crossings is None:
+        return radii, tolerance
+    return radii[~np.isfinite(crossings(radii)).any(axis=1)], _STILL
 
 
 def _first_size(breaks: list[float], order: int) -> int:
@@ -89,20 +103,47 @@ def _first_size(breaks: list[float], order: int) -> int:
     if not breaks:
         return max(64, 4 * (order // 2 + 1) * 2)
     widest = float(np.diff([*breaks, breaks[0] + FULL_TURN]).max())
-    # Gauss nodes that integrate cos(z t) over |t| < 1 at rounding: half of z, and a transition that widens
-    # like its cube root
-    z = order * widest
-    return int(np.ceil(z / 2 + 5 * np.cbrt(z) + 4)) if len(breaks) <= 64 else 8
+    return _gauss_nodes(order * widest) if len(breaks) <= 64 else 8
+
+
+def _gauss_nodes(z: float) -> int:
+    """Gauss nodes that integrate cos(z t) over |t| < 1 at rounding: half of z, and a transition like its cube root."""
+    return int(np.ceil(z / 2 + 5 * np.cbrt(z) + 4))
 
 
 def _nodes(breaks: list[float], size: int) -> tuple[Array, Array]:
     if not breaks:
         return FULL_TURN * np.arange(size) / size, np.full(size, 1 / size)
     edges = np.array([*breaks, breaks[0] + FULL_TURN])
-    t, v = np.polynomial.legendre.leggauss(size)
+    t, v = gauss(size)
     half = np.diff(edges)[:, None] / 2
     phi = (edges[1:] + edges[:-1])[:, None] / 2 + half * t
     return np.mod(phi.ravel(), FULL_TURN), (half * v).ravel() / FULL_TURN
+
+
+def panel_rule(edges: Array, order: int) -> tuple[Array, Array]:
+    """Gauss points and weights on panels.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (n, panels + 1)
+        Ends of the panels of n integrals, ascending; panels of some may be empty where those of others are not.
+    order : int
+        Products of two harmonics up to it are integrated at rounding.
+
+    Returns
+    -------
+    points, weights : ndarray, shape (n, points)
+        In the units of `edges`.
+    """
+    half, parts = np.diff(edges, axis=1) / 2, []
+    for panel, widest in enumerate(half.max(axis=0)):
+        if widest > 0:
+            t, v = gauss(_gauss_nodes(2 * order * float(widest)) + _SPARE)
+            middle = (edges[:, panel] + edges[:, panel + 1])[:, None] / 2
+            parts.append((middle + half[:, [panel]] * t, half[:, [panel]] * v))
+    points, weights = zip(*parts, strict=True)
+    return np.hstack(points), np.hstack(weights)
 
 
 def _means(indenter: Indenter, radii: Array, phi: Array, weights: Array) -> tuple[Array, Array]:

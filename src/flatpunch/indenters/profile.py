@@ -12,7 +12,9 @@ quadrature along the radius then needs more points.
 A shape with kinks that lie neither along rays nor on circles about the apex (the border of a square flat, the rounding
 of an edge) may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles
 are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
-gives the smallest and the largest distance of such a line from the axis.
+gives the smallest and the largest distance of such a line from the axis, and others at which it turns. Where it knows the polar
+angles at which circles of radii r, shape (n,), cross such lines it may tell them, `crossings(r)`, shape (n, k) with NaN for
+those that are not there: then means over the angle are at rounding.
 
 A shape whose surface goes farther in some directions than its `reach` may tell how far, `reach_along(phi)` [m]; boundary elements
 take it up to there, the theories, whose contacts are round first of all, up to the reach.

@@ -76,19 +76,19 @@ class Rounded(Shape):
     def scales(self) -> tuple[float, ...]:
         """Radii at which the cap meets the middles of edges and of faces, and some beyond [m]."""
         end = self.transition[1]
+        return (end,) if self._gradients is None else (*self.rings, 1.5 * end, 4 * end, 20 * end)
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        """Radii from which on the curvature jumps: where the cap meets the middles of edges and of faces [m]."""
         if self._gradients is None:
-            return (end,)
+            return (self.transition[0],)
         k, following = self._gradients, np.roll(self._gradients, -1, axis=0)
         side = (following - k) / np.hypot(*(following - k).T)[:, None]
         has_foot = (np.sum(side * k, axis=1) < 0) & (np.sum(side * following, axis=1) > 0)
         feet = np.abs(k[:, 0] * side[:, 1] - k[:, 1] * side[:, 0])[has_foot]
         met = sorted({round(float(v), 12) for v in (*feet, *np.hypot(*k.T))})
-        return (*(self._where(v) for v in met), 1.5 * end, 4 * end, 20 * end)
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """No kinks; for a cone the circle on which the curvature jumps."""
-        return (self.transition[0],) if self._gradients is None else ()
+        return tuple(self._where(v) for v in met)
 
     @property
     def round(self) -> bool:
@@ -114,6 +114,23 @@ class Rounded(Shape):
             self.tip.inclination if isinstance(self.tip, (Pyramid, Cone)) else max(self.tip.inclinations)
         )
         return float(self._support(np.square(steepness)))
+
+    def crossings(self, r: Array) -> Array:
+        """Polar angles [rad] at which circles of radii r, shape (n,), cross lines along which the curvature jumps.
+
+        There the cap meets edges and faces, and these meet each other. Shape (n, k), NaN where a line is not crossed.
+        """
+        found = [np.empty((r.size, 0))]
+        if self._gradients is not None:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                for start, end in zip(self._gradients, np.roll(self._gradients, -1, axis=0), strict=True):
+                    along = (end - start) / np.hypot(*(end - start))
+                    gamma, direction = float(along[1] * start[0] - along[0] * start[1]), math.atan2(along[1], along[0])
+                    lines = [(direction - math.pi / 2, gamma / self._cap_slope(r))]
+                    lines += [(direction, self._aside(float(along @ corner), gamma) / r) for corner in (start, end)]
+                    for middle, cosine in lines:
+                        found.append(middle + np.arccos(cosine)[:, None] * np.array([-1, 1]))
+        return np.hstack(found)
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
@@ -181,6 +198,10 @@ class Rounded(Shape):
         room = np.maximum((self.radius - aside) * (self.radius + aside), 0.0)
         with np.errstate(divide="ignore"):
             return np.asarray(aside * math.hypot(1, gamma) / np.sqrt(room))
+
+    def _aside(self, tau: float, gamma: float) -> float:
+        """Distance from an edge of gradient gamma at which the gradient along it is tau."""
+        return tau * self.radius / (math.hypot(1, gamma, tau) if self.true_sphere else 1)
 
     def _cap(self, r: Array) -> Array:
         if self.true_sphere:

@@ -6,10 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._validation import Array, Indices
 from flatpunch.indenters.profile import Indenter
 
 _MOST = 24
+_SAME_RAY = 1e-12
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
 
@@ -27,6 +28,19 @@ def rotational_symmetry(indenter: Indenter) -> int:
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1
+
+
+def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
+    """Those of the polar angles phi, shape (n,), that symmetry does not carry into each other, and which stands for each."""
+    start, period = next(iter(indenter.corners), 0.0), 2 * np.pi / rotational_symmetry(indenter)
+    turn = np.mod(phi - start, period)
+    if mirrored_about(indenter, start):
+        turn = np.minimum(turn, period - turn)
+    order = np.argsort(turn)
+    apart = np.diff(turn[order], prepend=-1.0) > _SAME_RAY
+    of_ray = np.empty(phi.size, dtype=np.intp)
+    of_ray[order] = np.cumsum(apart) - 1
+    return start + turn[order][apart], of_ray
 
 
 def mirrored_about(indenter: Indenter, angle: float) -> bool:

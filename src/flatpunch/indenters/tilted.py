@@ -7,6 +7,7 @@ as exactly those shapes. All others are evaluated about the new apex.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -102,6 +103,11 @@ class Tilted:
         return getattr(self.shape, "angular_tolerance", None)
 
     @property
+    def crossings(self) -> Callable[[Array], Array] | None:
+        """That of the shape, if it has one."""
+        return getattr(self.shape, "crossings", None)
+
+    @property
     def scales(self) -> tuple[float, ...]:
         """Those of the shape."""
         return tuple(getattr(self.shape, "scales", ()))
@@ -157,9 +163,9 @@ class _Recentred(Shape):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """Smallest and largest distance of the tip's rings from the new apex."""
-        shift = math.hypot(*self.apex)
-        limits = {abs(ring + sign * shift) for ring in self.tip.rings for sign in (-1, 1)}
+        """Smallest and largest distance of the tip's rings from the new apex, where they are circles."""
+        shift, circles = math.hypot(*self.apex), self.tip.rings if self.tip.round else ()
+        limits = {abs(ring + sign * shift) for ring in circles for sign in (-1, 1)}
         return tuple(sorted(limit for limit in limits if 0 < limit < self.reach))
 
     @property

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache, partial
 
 import numpy as np
 import scipy
@@ -16,14 +18,17 @@ from flatpunch.indenters.shape import Shape
 _ANGLES = 720
 _HALVINGS = 200
 _SAME = 1e-12
+_BISECTIONS, _SECTIONS = 52, 40
+_ALIKE, _MOST_TURNS = 1e-9, 6
+"""Difference between radii at which a border turns that are one, and the most of them that are told of rough borders."""
 
 
 @dataclass(frozen=True, slots=True)
 class Truncated(Shape):
     """Tip cut off flat: f = max(0, f_tip - height).
 
-    The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names its
-    smallest and its largest distance from the axis: between them the flat ends in some directions and not in others.
+    The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names the
+    distances from the axis at which it turns: between the smallest and the largest the flat ends in some directions only.
 
     Parameters
     ----------
@@ -81,7 +86,7 @@ class Truncated(Shape):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """Border of the flat, its smallest and largest radius, and the kinks of the tip beyond it [m]."""
+        """Border of the flat, radii at which it turns, and the kinks of the tip beyond it [m]."""
         return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
 
     @property
@@ -100,6 +105,29 @@ class Truncated(Shape):
         low, high = self._rings[0], self._rings[-1]
         return tuple(s for s in (0.5 * (low + high), 1.2 * high, 3 * high, 20 * high) if s < self.reach) or (high,)
 
+    def crossings(self, r: Array) -> Array:
+        """Polar angles [rad] at which circles of radii r, shape (n,), cross the border of the flat, and kinks of the tip.
+
+        Shape (n, k), NaN where a circle has fewer.
+        """
+        angles, radii = _border_line(self.tip, self.height_removed)
+        inside = r[:, None] < radii
+        rows, columns = np.nonzero(inside[:, 1:] != inside[:, :-1])
+        low, high, on = angles[columns], angles[columns + 1], inside[rows, columns]
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2
+            before = (np.asarray(self.tip.height(r[rows], middle)) < self.height_removed) == on
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        place = np.arange(rows.size) - np.searchsorted(rows, rows)
+        found = np.full((r.size, int(place.max(initial=-1)) + 1), np.nan)
+        found[rows, place] = (low + high) / 2
+        return found if self._of_tip is None else np.hstack([found, self._of_tip(r)])
+
+    @property
+    def _of_tip(self) -> Callable[[Array], Array] | None:
+        """What the tip says of its own kinks."""
+        return getattr(self.tip, "crossings", None)
+
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
         return np.asarray(np.maximum(self.tip.height(r, phi) - self.height_removed, 0.0))
@@ -111,30 +139,50 @@ class Truncated(Shape):
 
 
 def _border(tip: Indenter, level: float) -> tuple[float, ...]:
-    """Smallest and largest radius of the level line f = level; one radius where it is a circle."""
-    angles = _angles(tip)
-    radii = _level_radii(tip, level, angles)
+    """Smallest and largest radius of the level line f = level, and others at which it turns; one where it is a circle."""
+    radii = _border_line(tip, level)[1]
     if not np.isfinite(radii).all():
         raise ValueError(
             f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach {tip.reach:.6g} m)."
         )
     if np.ptp(radii) <= _SAME * radii.max():
         return (float(radii.max()),)
-    return _refined(tip, level, angles, radii, 1), _refined(tip, level, angles, radii, -1)
+    closed = np.append(radii, radii[1])
+    turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
+    between = np.sort(turns[(turns > (1 + _ALIKE) * radii.min()) & (turns < (1 - _ALIKE) * radii.max())])
+    between = between[np.diff(between, prepend=0.0) > _ALIKE * radii.max()]
+    few = between if between.size <= _MOST_TURNS else between[:0]
+    return (float(radii.min()), *few.tolist(), float(radii.max()))
 
 
-def _refined(tip: Indenter, level: float, angles: Array, radii: Array, sign: int) -> float:
-    """Smallest (sign 1) or largest (sign -1) radius of the level line, between the sampled angles too."""
-    best = int(np.argmin(sign * radii))
-    unit = float(radii[best])
+@lru_cache(maxsize=64)
+def _border_line(tip: Indenter, level: float) -> tuple[Array, Array]:
+    """Angles over a full turn, ends included, and the radii there of the level line f = level, none of its extremes left out."""
+    angles = _angles(tip)
+    radii = _level_radii(tip, level, angles)
+    if np.isfinite(radii).all() and np.ptp(radii) > _SAME * radii.max():
+        width, extremes = FULL_TURN / _ANGLES, []
+        for sign in (1, -1):
+            beside = np.minimum(sign * np.roll(radii, 1), sign * np.roll(radii, -1))
+            turning = angles[sign * radii <= beside]
+            extremes.append(_least(partial(_signed_radii, tip, level, sign), turning, width))
+        angles = np.union1d(angles, np.mod(np.concatenate(extremes), FULL_TURN))
+    closed = np.append(angles, angles[0] + FULL_TURN)
+    return closed, _level_radii(tip, level, closed)
 
-    def distance(phi: float) -> float:
-        return sign * float(_level_radii(tip, level, np.array([phi]))[0]) / unit
 
-    width = FULL_TURN / _ANGLES
-    bounds = (angles[best] - width, angles[best] + width)
-    found = scipy.optimize.minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
-    return unit * sign * min(float(found.fun), float(sign))
+def _signed_radii(tip: Indenter, level: float, sign: int, phi: Array) -> Array:
+    return sign * _level_radii(tip, level, phi)
+
+
+def _least(function: Callable[[Array], Array], about: Array, width: float) -> Array:
+    """Where a function of one variable is least about several places, by golden sections: to the root of rounding."""
+    low, high, share = about - width, about + width, (np.sqrt(5) - 1) / 2
+    for _ in range(_SECTIONS):
+        left, right = high - share * (high - low), low + share * (high - low)
+        first = function(left) <= function(right)
+        low, high = np.where(first, low, left), np.where(first, right, high)
+    return np.asarray((low + high) / 2)
 
 
 def _angles(tip: Indenter) -> Array:

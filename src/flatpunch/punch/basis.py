@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg.lapack import dtrtri
 from scipy.special import beta as beta_function
 
+from flatpunch._quadrature import gauss
 from flatpunch._validation import Array
 
 
@@ -78,7 +79,7 @@ def power_edge(exponent: float, m: int) -> float:
 @lru_cache(maxsize=64)
 def quarter_nodes(nodes: int) -> tuple[Array, Array]:
     """Radii r = cos(theta) at Gauss-Legendre nodes of theta on (0, pi/2), and the weights in theta; shape (nodes,)."""
-    t, v = np.polynomial.legendre.leggauss(nodes)
+    t, v = gauss(nodes)
     return np.cos(np.pi / 4 * (t + 1)), v * np.pi / 4
 
 

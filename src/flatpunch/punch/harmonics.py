@@ -68,11 +68,11 @@ class Edges:
     def power_edge(self, exponent: float, orders: Indices) -> Array:
         """S[A_m^-1 b[r^n]] for the displacement r^n cos(m phi), shape (nb, len(orders))."""
         result = np.repeat(half_space_power_edge(exponent, orders)[None, :], self.beyond.size, axis=0)
-        for column, vector in self._among(orders):
+        for column, vector in self.felt(orders):
             result[:, column] += vector @ power_moments(exponent, int(orders[column]), vector.shape[1])
         return result
 
-    def _among(self, orders: Indices) -> list[tuple[int, Array]]:
+    def felt(self, orders: Indices) -> list[tuple[int, Array]]:
         """Columns of `orders` in which the medium is felt, with their vectors."""
         column = {int(m): i for i, m in enumerate(orders)}
         return [(column[m], vector) for m, vector in self.vectors.items() if m in column]

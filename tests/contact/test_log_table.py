@@ -1,0 +1,80 @@
+"""Tables of costly functions of ln a, smooth and kinked."""
+
+import numpy as np
+import pytest
+from scipy.special import j0
+
+from flatpunch.contact.log_table import LogTable
+
+KINK = 0.31
+
+
+def smooth(a):
+    return np.column_stack([a**1.5, j0(np.sqrt(a)), 1 / (1 + a)])
+
+
+def smooth_slope(a):
+    x = 1e-5
+    return (smooth(a * np.exp(x)) - smooth(a * np.exp(-x))) / (2 * x)
+
+
+def kinked(a):
+    """What contacts do beyond a ring: a series in the root of the distance from it, which the value may begin with a jump."""
+    s = np.sqrt(np.maximum(a / KINK - 1, 0.0))
+    return smooth(a)[:, :1] + np.column_stack([s, s**3 + (a > KINK)])
+
+
+def test_smooth_functions_and_their_slopes():
+    table, a = LogTable(smooth), np.geomspace(2e-3, 40.0, 701)
+    values, slopes = table.at(a)
+    np.testing.assert_allclose(values, smooth(a), rtol=2e-9, atol=1e-10)
+    np.testing.assert_allclose(slopes, smooth_slope(a), rtol=1e-6, atol=1e-7)
+
+
+def test_kinks_cost_nothing():
+    table, a = LogTable(kinked, kinks=(KINK,)), np.geomspace(2e-3, 40.0, 1001)
+    np.testing.assert_allclose(table.at(a)[0], kinked(a), rtol=1e-8, atol=1e-8)
+    # right up to the kink, from either side
+    beside = KINK * (1 + np.array([-1e-9, -1e-6, 1e-9, 1e-6]))
+    np.testing.assert_allclose(table.at(beside)[0], kinked(beside), rtol=1e-8, atol=1e-7)
+    without = LogTable(kinked).at(a)[0]
+    assert np.abs(without - kinked(a)).max() > 1e-2
+
+
+def test_slopes_beyond_a_kink():
+    table, a = LogTable(kinked, kinks=(KINK,)), KINK * (1 + np.geomspace(1e-3, 1.0, 30))
+    x = 1e-6
+    expected = (kinked(a * np.exp(x)) - kinked(a * np.exp(-x))) / (2 * x)
+    np.testing.assert_allclose(table.at(a)[1], expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("reach", [0.4, 1.0, 10 ** (1 / 4), 3.7])
+def test_nothing_is_asked_beyond_the_reach(reach):
+    asked = []
+
+    def sample(a):
+        asked.extend(a)
+        return smooth(a)
+
+    table = LogTable(sample, reach=reach)
+    a = np.append(np.geomspace(0.01, reach, 50), 1.2 * reach)
+    np.testing.assert_allclose(table.at(a)[0], smooth(np.minimum(a, reach)), rtol=2e-9, atol=1e-10)
+    assert max(asked) <= reach * (1 + 1e-12)
+
+
+def test_nothing_is_asked_twice_or_far_from_what_is_read():
+    asked = []
+
+    def sample(a):
+        asked.extend(a)
+        return smooth(a)
+
+    table = LogTable(sample, kinks=(KINK,))
+    table.at(np.array([0.2, 0.3]))
+    table.at(np.geomspace(0.05, 0.9, 100))
+    before = len(asked)
+    table.at(np.geomspace(0.05, 0.9, 33))
+    assert len(asked) == before == len(set(asked))
+    # a quarter of a decade
+    assert min(asked) > 0.05 / 1.8
+    assert max(asked) < 0.9 * 1.8
