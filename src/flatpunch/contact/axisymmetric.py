@@ -28,7 +28,7 @@ _TINY = 1e-300
 _POWER_LAW_NODES = 256
 _AT_RIM = 1 - 1e-12
 """Radius of a ring over that of a disc from which on it is the rim: between them rounding would count."""
-_BESIDE_CUTS = 24
+_BESIDE_CUTS = 16
 """Quadrature points for what f does beside a ring, whatever the distance to the next."""
 _STENCIL = 2e-3
 """Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""

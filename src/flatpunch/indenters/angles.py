@@ -95,7 +95,7 @@ def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
     crossings = getattr(indenter, "crossings", None)
     if crossings is None:
         return radii, tolerance
-    return radii[~np.isfinite(crossings(radii)).any(axis=1)], _STILL
+    return radii[~np.isfinite(crossings(radii)).any(axis=1)], tolerance
 
 
 def _first_size(breaks: list[float], order: int) -> int:

@@ -25,8 +25,8 @@ class AngularHarmonics(AngularTable):
         Whether the harmonics are those of ln f.
     """
 
-    between_rings = 96
-    """There crossings turn by up to half a period, and high orders many times with them."""
+    extra_nodes = 64
+    """Between the rings crossings turn by up to half a period, and high orders many times with them."""
 
     def __init__(self, indenter: Indenter, count: int, *, logarithmic: bool) -> None:
         self.orders: Indices = rotational_symmetry(indenter) * np.arange(1, count + 1)

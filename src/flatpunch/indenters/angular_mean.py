@@ -86,8 +86,8 @@ class AngularTable:
         Harmonic up to which these integrals are at rounding where the shape is smooth.
     """
 
-    between_rings = _NODES
-    """Nodes of panels between the smallest and the largest ring."""
+    extra_nodes = 0
+    """Nodes of all panels between the smallest and the largest ring besides the usual ones."""
 
     def __init__(self, indenter: Indenter, order: int = _ORDER) -> None:
         self._indenter, self._rule = indenter, AngularRule(indenter, order)
@@ -140,8 +140,9 @@ class AngularTable:
     def _panel(self, low: float, high: float) -> Array:
         """Chebyshev coefficients in 2 s - 1, shape (nodes, columns)."""
         if (low, high) not in self._panels:
-            rings = self._indenter.rings
-            nodes = self.between_rings if rings and rings[0] <= low < rings[-1] else _NODES
+            rings, nodes = self._indenter.rings, _NODES
+            if rings and rings[0] <= low < rings[-1]:
+                nodes += int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0])))
             t = chebpts1(nodes)
             r = low + (high - low) * np.sin(np.pi * (t + 1) / 4) ** 2
             basis = chebvander(t, nodes - 1) * np.where(np.arange(nodes) == 0, 1, 2) / nodes

@@ -95,9 +95,9 @@ class Truncated(Shape):
         return self.tip.round
 
     @property
-    def angular_tolerance(self) -> float:
-        """The border of the flat crosses the rays: there f has a kink over the angle, unless it is a circle."""
-        return 1e-13 if self.round else 1e-6
+    def angular_tolerance(self) -> float | None:
+        """That of the tip: `crossings` tells where rays cross the border of the flat."""
+        return getattr(self.tip, "angular_tolerance", None)
 
     @property
     def scales(self) -> tuple[float, ...]:
