@@ -42,10 +42,12 @@ def test_kinks_cost_nothing():
 
 
 def test_slopes_beyond_a_kink():
-    table, a = LogTable(kinked, kinks=(KINK,)), KINK * (1 + np.geomspace(1e-3, 1.0, 30))
+    table, a = LogTable(kinked, kinks=(KINK,)), KINK * (1 + np.geomspace(0.011, 1.0, 30))
     x = 1e-6
     expected = (kinked(a * np.exp(x)) - kinked(a * np.exp(-x))) / (2 * x)
     np.testing.assert_allclose(table.at(a)[1], expected, rtol=1e-5)
+    # roots begin with infinite slopes
+    assert np.abs(table.at(KINK * (1 + np.array([0.0, 1e-12, 1e-4])))[1]).max() < 10.0
 
 
 @pytest.mark.parametrize("reach", [0.4, 1.0, 10 ** (1 / 4), 3.7])

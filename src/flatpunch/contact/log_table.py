@@ -23,6 +23,8 @@ beyond a kink, at which they may jump, from the first place inside on."""
 _COEFFICIENTS, _INNER_COEFFICIENTS = (
     np.linalg.inv(chebyshev.chebvander(points, _DEGREE)) for points in (_POINTS, _INNER_POINTS)
 )
+_STEEPEST = 0.1
+"""Root of the distance from a kink below which slopes rise no further: those of roots have no end, those of contacts have."""
 _NARROWEST = 1e-6
 """Pieces in ln a too narrow to be worth having."""
 
@@ -42,8 +44,7 @@ class _Piece:
         s, rate = x, np.ones_like(x)
         if self.origin > -np.inf:
             s = np.sqrt(np.maximum(x - self.origin, 0.0))
-            # at the kink itself derivatives are those next to it
-            rate = 0.5 / np.maximum(s, _NARROWEST)
+            rate = 0.5 / np.maximum(s, _STEEPEST)
         scale = 2 / (end - start)
         share = (s - start) * scale - 1
         slopes = chebyshev.chebder(self.coefficients)
