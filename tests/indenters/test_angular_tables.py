@@ -78,11 +78,15 @@ def test_geometric_mean():
     np.testing.assert_allclose(mean.slope(r), direct * (slope / f).mean(axis=1), rtol=1e-7)
 
 
-@pytest.mark.parametrize("logarithmic", [False, True])
-@pytest.mark.parametrize("tip", [*CROSSED.values(), fp.Ellipsoid(1.3, 1.6, 2.0)], ids=[*CROSSED, "smooth"])
+SMOOTH = {"smooth": fp.Ellipsoid(1.3, 1.6, 2.0)}
+# within the border of a flat f is zero and has no logarithm
+WITH_LOGARITHM = {name: tip for name, tip in (CROSSED | SMOOTH).items() if not isinstance(tip, Truncated)}
+HARMONICS = {name: (tip, False) for name, tip in (CROSSED | SMOOTH).items()}
+HARMONICS |= {f"logarithm, {name}": (tip, True) for name, tip in WITH_LOGARITHM.items()}
+
+
+@pytest.mark.parametrize(("tip", "logarithmic"), HARMONICS.values(), ids=HARMONICS)
 def test_harmonics(tip, logarithmic):
-    if logarithmic and isinstance(tip, Truncated):
-        pytest.skip("f is zero within the border")
     table = AngularHarmonics(tip, 24, logarithmic=logarithmic)
     r = radii(tip) if tip.rings else np.array([0.01, 0.3, 1.0])
     f, slope = tip.height(r[:, None], table.start + MANY), tip.slope(r[:, None], table.start + MANY)

@@ -7,6 +7,7 @@ from a ring, as they do at the corners and sides of a square flat.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import lru_cache
 
 import numpy as np
@@ -75,7 +76,7 @@ class AngularRule:
         return phi[first], weights[first] / total
 
 
-class AngularTable:
+class AngularTable(ABC):
     """Functions of the radius that are integrals over the polar angle.
 
     Parameters
@@ -94,9 +95,9 @@ class AngularTable:
         self._cuts = sorted({*indenter.rings, *getattr(indenter, "scales", ())})
         self._panels: dict[tuple[float, float], Array] = {}
 
+    @abstractmethod
     def integrals(self, f: Array, slope: Array, phi: Array, weights: Array) -> Array:
         """Columns, shape (n, columns), from heights and slopes at angles with weights, shapes (n, angles) or (1, angles)."""
-        raise NotImplementedError
 
     def at(self, r: Array) -> Array:
         """Columns at radii r [m] of any shape: (..., columns)."""
