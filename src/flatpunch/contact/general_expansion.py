@@ -57,7 +57,7 @@ class GeneralExpansion:
     """
 
     def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
-        self.kernel, self.indenter = kernel, indenter
+        self.kernel = kernel
         self._geometric = geometric_mean(indenter) if _is_regular(indenter) else None
         self._shape = angular_harmonics(indenter, _POINTS // 2, logarithmic=self._geometric is not None)
         self._orders = self._shape.orders
