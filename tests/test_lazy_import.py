@@ -43,13 +43,24 @@ import sys
 import flatpunch as fp
 called = []
 fp.indent
-sys.modules["flatpunch.contact.indent"].call_helpers = lambda module, common, calls: called.append(
+sys.modules["flatpunch.contact.indent"].call_helpers = lambda module, common, calls, meanwhile: called.append(
     (module, calls, "flatpunch.contact.refined" in sys.modules, module in sys.modules))
 for _ in range(2):
     fp.indent(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.3), depth=[1.0, 2.0], method="refined", cells=32)
 print(*called[0], len(called))
 """
     assert run(code) == ["flatpunch.contact.correction_row", "2", "False", "False", "1"]
+
+
+@pytest.mark.parametrize(
+    "call", ["fp.indent(gel, tip, depth=[0.1, 0.2])", "fp.adhesion_loop(gel, tip, depth=0.1, work_of_adhesion=0.01)"]
+)
+def test_results_load_no_library_of_units_or_chunks(call):
+    """xarray does, of arrays it converts: a third of a second of the first call."""
+    code = f"import sys, flatpunch as fp; gel, tip = fp.HalfSpace(1.0, 0.3), fp.Paraboloid(1.0); {call}"
+    loaded = run(f"{code}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))")
+    assert "xarray" in loaded
+    assert not {"pint", "dask"} & set(loaded)
 
 
 @pytest.mark.parametrize("name", fp.__all__)

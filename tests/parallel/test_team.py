@@ -58,6 +58,16 @@ def test_helpers_stay_for_the_next_round(helper):
         assert helper._process.pid in {pid for pid, _ in shared_out(calls.worker, HERE, [0.05] * 6)}
 
 
+def test_what_is_needed_later_is_loaded_here_while_they_work():
+    later = "zipapp"
+    assert later not in sys.modules
+    call_helpers(calls.__name__, HERE, 8, meanwhile=[later])
+    assert later not in sys.modules
+    assert [item for _, item in shared_out(calls.worker, HERE, [0.0] * 8)] == [0.0] * 8
+    assert later in sys.modules
+    assert team._team.meanwhile == []
+
+
 def test_they_take_up_another_function(helper):
     shared_out(calls.worker, HERE, [0.05] * 6)
     found = shared_out(calls.threads, HERE, [0] * 6)

@@ -29,6 +29,7 @@ from flatpunch.contact.adhesion_case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion_control import ends_of, radius_on, value_of
 from flatpunch.contact.adhesion_limits import Quantity, Stretch
 from flatpunch.contact.adhesion_pull_off import pull_off_of, tabor_of
+from flatpunch.contact.dataset import Column, dataset
 from flatpunch.indenters.profile import Indenter
 
 if TYPE_CHECKING:
@@ -144,10 +145,8 @@ def adhesion_loop(
     if range_of_action is not None:
         tabor = tabor_of(case, pull_off_of(case), range_of_action)
         attributes |= {"tabor_parameter": tabor.parameter, "dmt_force": tabor.dmt_force, "notes": tabor.note}
-    import xarray as xr  # takes as long to load as all of the contact
-
     columns = _columns(case, quantity, approach, back, count)
-    return xr.Dataset(columns, {"step": ("step", np.arange(columns["depth"][1].size))}, attributes)
+    return dataset(columns, {"step": (np.arange(columns["depth"][1].size), {})}, attributes)
 
 
 def contact_energy(case: AdhesiveCase, radius: Array) -> Array:
@@ -264,7 +263,7 @@ def _jump(
 
 def _columns(
     case: AdhesiveCase, quantity: Quantity, approach: list[_Leg], back: list[_Leg], count: int
-) -> dict[str, Any]:
+) -> dict[str, Column]:
     """Separated approach, contact, withdrawal, one after the other."""
     legs = [_sample(case, quantity, leg, count) for leg in (*approach, *back)]
     depth, force, radius = (np.concatenate(parts) for parts in zip(*legs, strict=True))
@@ -279,7 +278,7 @@ def _columns(
         "radius": (radius, "m", "contact radius"),
         "area": (np.pi * radius**2, "m^2", "contact area"),
     }
-    data: dict[str, Any] = {
+    data: dict[str, Column] = {
         name: ("step", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in columns.items()
     }
     way = np.repeat([0, 1], [count * (1 + len(approach)), count * len(back)])

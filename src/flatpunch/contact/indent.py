@@ -16,6 +16,7 @@ from flatpunch._validation import Array, positive, values
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from
+from flatpunch.contact.dataset import Column, dataset
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
@@ -110,9 +111,9 @@ def indent(
         control = _module("adhesion").adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
-        dataset = _dataset(curve, phi, medium, indenter, control, method)
+        result = _dataset(curve, phi, medium, indenter, control, method)
         ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
-        return dataset.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
+        return result.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
     if method == "refined" and not getattr(indenter, "round", True):
         _load_beside(medium, indenter, control)
@@ -240,11 +241,12 @@ def _module(name: str) -> Any:
 def _load_beside(medium: Any, indenter: Indenter, control: Control) -> None:
     """Let other processes load the refined method while this one does, where that has not been needed so far.
 
-    What results are made of is loaded now as well: at the end the others would have nothing to do meanwhile.
+    What curves and results are made of is loaded while the others solve: later they would have nothing to do meanwhile.
     """
     if f"flatpunch.contact.{METHODS['refined']}" not in sys.modules:
-        call_helpers("flatpunch.contact.correction_row", (medium, indenter), control.values.size)
-        import_module("xarray")
+        shared = medium, indenter
+        later = "xarray", "scipy.interpolate"
+        call_helpers("flatpunch.contact.correction_row", shared, control.values.size, meanwhile=later)
 
 
 def adhesive_method(method: str, indenter: Indenter) -> Any:
@@ -286,8 +288,8 @@ def _history(
     solver, phi, control = _method(method, indenter), _angles(angles), viscoelastic.history_control(**given)
     times = values("time", time, minimum=-np.inf)
     curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver.solve, options)
-    dataset = _dataset(curve, phi, medium, indenter, control, method)
-    return dataset.assign_attrs(relaxation=json.dumps(record(relaxation)))
+    result = _dataset(curve, phi, medium, indenter, control, method)
+    return result.assign_attrs(relaxation=json.dumps(record(relaxation)))
 
 
 def _angles(angles: int) -> Array:
@@ -299,9 +301,7 @@ def _angles(angles: int) -> Array:
 
 
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
-    import xarray as xr  # takes as long to load as all of the contact
-
-    data: dict[str, Any] = {
+    data: dict[str, Column] = {
         name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
         for name, (unit, text) in _VARIABLES.items()
     }
@@ -310,8 +310,8 @@ def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control:
     for name, (dims, array, unit, text) in curve.extra.items():
         data[name] = (dims, array, {"units": unit, "long_name": text})
     coordinates = {
-        "step": ("step", np.arange(curve.depth.size), {"long_name": "step of the curve"}),
-        "phi": ("phi", phi, {"units": "rad", "long_name": "polar angle"}),
+        "step": (np.arange(curve.depth.size), {"long_name": "step of the curve"}),
+        "phi": (phi, {"units": "rad", "long_name": "polar angle"}),
     }
     attributes = {
         "title": "Indentation computed by flatpunch",
@@ -325,4 +325,4 @@ def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control:
     }
     if isinstance(medium, TabulatedMedium):
         attributes["flat_punches"] = medium.solution.told(curve.radius / medium.length)
-    return xr.Dataset(data, coordinates, attributes)
+    return dataset(data, coordinates, attributes)

@@ -26,6 +26,8 @@ _FARTHEST = 10.0
 """By how much logarithms are carried on at most: slopes between solutions close together grow beyond all numbers."""
 
 Curve = Callable[..., Array]
+Through = Callable[[Array, Array], Curve]
+"""Makes the curve through a table at nodes."""
 
 
 def spline_through(nodes: Array, table: Array) -> Curve:
@@ -110,7 +112,7 @@ def _beside_too(wrong: Array, share: float) -> Array:
     return np.asarray(np.maximum(wrong, share * np.maximum(np.append(wrong[1:], 0.0), np.insert(wrong[:-1], 0, 0.0))))
 
 
-def left_out(nodes: Array, table: Array, through: Callable[[Array, Array], Curve] = curve_through) -> Array:
+def left_out(nodes: Array, table: Array, through: Through = curve_through) -> Array:
     """Error of local curves beside each node, shape of table: a fifth of what they miss, with its sign, without that node.
 
     Leaving a node out doubles the local spacing, so the error grows by eight or sixteen where it is resolved; five is on the

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from flatpunch._validation import Array, Indices
-from flatpunch.contact.node_spline import Curve, curve_through, spline_through
+from flatpunch.contact.node_spline import Curve, Through, curve_through, spline_through
 
 _LENGTH = 4.0
 """What ln(farthest point) counts for over ln d."""
@@ -18,13 +18,13 @@ _FINE = 64
 """Points in each gap at which t(x) is tabulated."""
 
 
-def outlines_through(nodes: Array, outlines: Array, sectors: Indices) -> Curve:
+def outlines_through(nodes: Array, outlines: Array, sectors: Indices, through: Through = curve_through) -> Curve:
     """Curve over x through ln a(phi), shape (nodes, angles), which follows the needles of each kind of edge as they grow.
 
-    `sectors` are the kinds of edge that rays belong to, shape (angles,), counted from 0.
+    `sectors` are the kinds of edge that rays belong to, shape (angles,), counted from 0; over t curves are those of `through`.
     """
     kinds = [sectors == kind for kind in range(int(sectors.max()) + 1)]
-    curves = [_following(nodes, outlines[:, rays]) for rays in kinds]
+    curves = [_following(nodes, outlines[:, rays], through) for rays in kinds]
 
     def outline(x: Array) -> Array:
         values = np.empty((x.size, sectors.size))
@@ -35,7 +35,7 @@ def outlines_through(nodes: Array, outlines: Array, sectors: Indices) -> Curve:
     return outline
 
 
-def _following(nodes: Array, outlines: Array) -> Curve:
+def _following(nodes: Array, outlines: Array, through: Through) -> Curve:
     """The same of rays beside one kind of edge."""
     length = np.maximum.accumulate(outlines.max(axis=1))
     along = nodes + _LENGTH * (length - length[0])
@@ -44,5 +44,5 @@ def _following(nodes: Array, outlines: Array) -> Curve:
     places = spline_through(along, nodes)(fine)
     if np.any(np.diff(places) <= 0):
         places = scipy.interpolate.PchipInterpolator(along, nodes)(fine)
-    curve = curve_through(along, outlines)
+    curve = through(along, outlines)
     return lambda x: curve(np.interp(x, places, fine))

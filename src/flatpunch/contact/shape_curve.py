@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from flatpunch._validation import Array, Flags, Indices
 from flatpunch.contact.kinks import sizes_through
-from flatpunch.contact.node_spline import Curve, continued, curve_through, left_out, runs_of
+from flatpunch.contact.node_spline import Curve, Through, continued, curve_through, left_out, runs_of, spline_through
 from flatpunch.contact.progress import outlines_through
 
 _CAUTION = 2.0
@@ -24,6 +23,14 @@ _CHOICE = 4
 """Power of the ratio of errors with which the better of two curves is preferred."""
 _LENIENCE = 3.0
 """How much larger than of outlines errors of radius and area may be, but where contacts come apart."""
+_GROWING = 0.1
+"""By how much ln of the farthest point over the mean radius rises in gaps in which needles grow."""
+_ENOUGH = 5
+"""Solutions in a row through which local curves and splines have nothing in common but these."""
+_APART, _LEAST = 2.0, 2 / 5
+"""Error of the outline over the difference between both, and the least of it over what leaving a solution out tells."""
+_INSIDE = np.array([1 / 4, 1 / 2, 3 / 4])
+"""Where in a gap they are compared."""
 _ROUNDING = 1e-9
 
 
@@ -97,18 +104,24 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     through = partial(outlines_through, sectors=sectors)
     # errors of logarithms, across the outline and over the mean radius: rays meet the flanks of needles aslant
     reach = np.exp(outlines - rows[:, :1]) / np.hypot(1.0, _steepness(outlines))
+    growing = _growing(outlines - rows[:, :1], whole)
     missed = left_out(nodes, outlines, through)
     wrong, share = (np.abs(missed) * reach).max(axis=1), np.zeros(nodes.size)
     missed_sizes, missed_radius = np.split(left_out(nodes, np.column_stack([rows[:, :2], round_radius])), [2], axis=1)
     if nodes.size > 2:
         beside = (np.abs(missed - missed_radius) * reach).max(axis=1)
         share = 1 / (1 + (beside / (wrong + _ROUNDING)) ** _CHOICE)
-        share[turned | ~whole] = 0.0
+        share[turned | ~whole | np.append(growing, False) | np.append(False, growing)] = 0.0
         wrong += share * (beside - wrong)
     kinked = sizes_through(nodes, rows[:, :2], whole, missed_sizes)
     error = np.where(whole[1:] != whole[:-1], kinked.error, kinked.error / _LENIENCE)
-    error = np.where(whole[1:] & whole[:-1], np.maximum.reduce([wrong[1:], wrong[:-1], error]), error)
     curve = _by_runs(nodes, outlines, whole, through)
+    wrong = np.maximum(wrong[1:], wrong[:-1])
+    if growing.any():
+        smooth = _by_runs(nodes, outlines, whole, partial(through, through=spline_through))
+        apart = _APART * _largest_difference(nodes, rows[:, 0], curve, smooth)
+        wrong = np.where(growing, np.clip(apart, _LEAST * wrong, wrong), wrong)
+    error = np.where(whole[1:] & whole[:-1], np.maximum(wrong, error), error)
     return ShapeCurve(nodes, kinked, curve, curve_through(nodes, round_radius), share, error, kinked.kinks)
 
 
@@ -120,7 +133,28 @@ def _steepness(outlines: Array) -> Array:
     return np.asarray(least * (outlines.shape[1] / (2 * np.pi)))
 
 
-def _by_runs(nodes: Array, outlines: Array, whole: Flags, through: Callable[[Array, Array], Curve]) -> Curve:
+def _growing(shapes: Array, whole: Flags) -> Flags:
+    """Gaps in which needles grow, shape (n - 1,): leaving out a solution there doubles more than the gap.
+
+    None between a few solutions, through which all curves are the same.
+    """
+    growing = np.diff(shapes.max(axis=1)) > _GROWING
+    for run in runs_of(whole):
+        if run.size < _ENOUGH or not whole[run[0]]:
+            growing[max(run[0] - 1, 0) : run[-1] + 1] = False
+    return np.asarray(growing)
+
+
+def _largest_difference(nodes: Array, radius: Array, one: Curve, other: Curve) -> Array:
+    """Distance between two outlines in each gap, across them and over the mean radius, shape (n - 1,)."""
+    x = (nodes[:-1, None] + np.diff(nodes)[:, None] * _INSIDE).ravel()
+    outlines = one(x)
+    reach = np.exp(outlines - np.interp(x, nodes, radius)[:, None]) / np.hypot(1.0, _steepness(outlines))
+    apart = (np.abs(outlines - other(x)) * reach).max(axis=1)
+    return np.asarray(apart.reshape(-1, _INSIDE.size).max(axis=1))
+
+
+def _by_runs(nodes: Array, outlines: Array, whole: Flags, through: Through) -> Curve:
     """Outlines of contacts in one part know nothing of what lies beyond others."""
     everywhere, runs = through(nodes, outlines), runs_of(whole)
     if len(runs) == 1:

@@ -77,16 +77,17 @@ def shared_out(
         _team.lock.release()
 
 
-def call_helpers(module: str, common: Any, calls: int) -> None:
+def call_helpers(module: str, common: Any, calls: int, *, meanwhile: Sequence[str] = ()) -> None:
     """Let helpers load a module while there is other work to do, where so many calls of `shared_out` will follow.
 
-    `common` is what they will share: where other processes would not understand it there are none.
+    `common` is what they will share: where other processes would not understand it there are none. Modules that this process
+    needs only after these calls are loaded `meanwhile`: once helpers are at the first of them.
     """
     if calls < _FEWEST or allowed_threads() < 2 or not _team.lock.acquire(blocking=False):
         return
     try:
-        if _packed(common):
-            _team.called(calls, module)
+        if _packed(common) and _team.called(calls, module):
+            _team.meanwhile += meanwhile
     finally:
         _team.lock.release()
 
@@ -121,6 +122,7 @@ class _Team:
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
+        self.meanwhile: list[str] = []
         self._helpers: list[_Helper] = []
         self._turns: _Turns | None = None
         self._round = 0
@@ -167,6 +169,8 @@ class _Team:
                             found[index] = outcome[0]
                             done(outcome[0])
                     helper.join(self._round, packed[:2], packed[2:])
+                while self.meanwhile:
+                    import_module(self.meanwhile.pop())
                 mine = lost.pop() if lost else turns.take(self._round, len(items))
                 if mine is not None:
                     found[mine] = call(items[mine])
@@ -183,7 +187,7 @@ class _Team:
         """Let all helpers go."""
         for helper in self._helpers:
             helper.end()
-        self._helpers, self._turns = [], None
+        self._helpers, self._turns, self.meanwhile = [], None, []
 
 
 class _Helper:
