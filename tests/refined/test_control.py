@@ -135,12 +135,15 @@ def test_ends_close_in_on_a_contact_that_is_about_to_come_apart(monkeypatch: pyt
 
 def test_radii_of_a_flat_end_have_no_depth() -> None:
     tip = Truncated(fp.Pyramid(4, 0.3), 0.1)
-    radius = np.array([0.05, 0.5, 1.0])
+    # the second lies between the sides and the corners of the flat
+    radius = np.array([0.05, 0.35, 0.5, 1.0])
     result = fp.indent(FILM_50, tip, radius=radius, **COARSE)
     np.testing.assert_allclose(result.radius, radius, rtol=1e-9)
-    assert float(result.depth[0]) == 0
-    again = fp.indent(FILM_50, tip, depth=result.depth[1:], **COARSE)
-    np.testing.assert_allclose(again.radius, radius[1:], rtol=2e-2)
+    assert not result.depth[:2].any()
+    assert not result.force[:2].any()
+    np.testing.assert_allclose(result.area[:2], np.pi * radius[:2] ** 2)
+    again = fp.indent(FILM_50, tip, depth=result.depth, **COARSE)
+    np.testing.assert_allclose(again.radius[2:], radius[2:], rtol=2e-2)
 
 
 def test_force_beyond_a_tip_that_ends() -> None:

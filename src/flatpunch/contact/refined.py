@@ -195,6 +195,12 @@ def corrected(contact: PerturbedContact, live: Flags, refined: Refined) -> Pertu
     return replace(contact, **values)
 
 
+def _unloaded(contact: PerturbedContact, still: Flags, radius: Array) -> PerturbedContact:
+    """Contacts with prescribed radii that, as `still`, are no larger than a flat end and take no depth: without rounding."""
+    values = {"depth": 0.0, "force": 0.0, "mean_radius": radius, "area": np.pi * radius**2}
+    return replace(contact, **{name: np.where(still, value, getattr(contact, name)) for name, value in values.items()})
+
+
 def solve(
     kernel: Kernel,
     indenter: Indenter,
@@ -237,6 +243,8 @@ def solve(
     contact = corrected(contact, live, refined)
     if control.name == "force":
         contact = replace(contact, force=control.values)
+    elif control.name == "radius":
+        contact = _unloaded(contact, ~live, control.values)
     contour, traced = np.zeros((live.size, phi.size)), np.ones(live.size, dtype=bool)
     contour[live], traced[live] = expansion.contour(refined, phi), refined.traced
     force_error, shape_error = np.zeros(live.size), np.zeros(live.size)
