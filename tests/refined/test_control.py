@@ -10,7 +10,8 @@ import pytest
 import flatpunch as fp
 from flatpunch.contact.correction import Correction
 from flatpunch.contact.depth_range import depth_range
-from flatpunch.indenters import Truncated
+from flatpunch.indenters import Rounded, Truncated
+from flatpunch.indenters.flat_ends import flat_radius
 
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 FILM_50 = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
@@ -144,6 +145,23 @@ def test_radii_of_a_flat_end_have_no_depth() -> None:
     np.testing.assert_allclose(result.area[:2], np.pi * radius[:2] ** 2)
     again = fp.indent(FILM_50, tip, depth=result.depth, **COARSE)
     np.testing.assert_allclose(again.radius[2:], radius[2:], rtol=2e-2)
+
+
+def test_radius_of_a_flat_end() -> None:
+    assert flat_radius(fp.Pyramid(4, 0.3)) == 0
+    assert flat_radius(Rounded(fp.Pyramid(4, 0.3), 0.1)) == 0
+    # the mean distance of a square's sides from its centre over half their length, by integrating 1/cos
+    square = 0.1 / np.tan(0.3) * 4 / np.pi * np.log(1 + np.sqrt(2))
+    assert flat_radius(Truncated(fp.Pyramid(4, 0.3), 0.1)) == pytest.approx(square, rel=1e-5)
+    assert not fp.pressure(FILM_50, Truncated(fp.Pyramid(4, 0.3), 0.1), 0.1, 0.0, radius=0.35, **COARSE)
+
+
+@pytest.mark.parametrize("name", ["radius", "force", "depth"])
+def test_nothing_and_two_values_far_apart(name: str) -> None:
+    values = np.array([0.0, 0.05, 5.0])
+    result = fp.indent(FILM_50, fp.Pyramid(4, 0.3), **{name: values}, **COARSE)
+    np.testing.assert_allclose(result[name], values, rtol=1e-9)
+    assert [float(result[other][0]) for other in ("depth", "force", "radius")] == [0, 0, 0]
 
 
 def test_force_beyond_a_tip_that_ends() -> None:

@@ -23,6 +23,7 @@ from flatpunch.contact.expansion import PerturbedContact, power_expansion
 from flatpunch.contact.general_expansion import general_expansion
 from flatpunch.contact.mean import mean_contact
 from flatpunch.contact.outline import outline
+from flatpunch.indenters.flat_ends import flat_radius
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
@@ -92,10 +93,9 @@ def _flat_spread(indenter: Indenter, contact: PerturbedContact) -> Array:
 
 def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
     """Where contacts hardly exceed a flat end that is not round, so that its edge rules the pressure; shape (n,)."""
-    rings = indenter.rings
-    if len(rings) < 2 or np.min(indenter.height(np.array(rings[0]), np.linspace(0, 2 * np.pi, 97))) > 0:
+    if flat_radius(indenter) == 0:
         return np.zeros(radius.shape, dtype=bool)
-    return np.asarray(radius < 1.2 * rings[-1])
+    return np.asarray(radius < 1.2 * indenter.rings[-1])
 
 
 def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from flatpunch.contact.perturbed import controlled, superpose_expansion
 from flatpunch.contact.round_series import round_series
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
+from flatpunch.indenters.flat_ends import flat_radius
 from flatpunch.indenters.profile import Indenter
 
 _Points = TypeVar("_Points", PerturbedContact, Refined)
@@ -195,12 +196,6 @@ def corrected(contact: PerturbedContact, live: Flags, refined: Refined) -> Pertu
     return replace(contact, **values)
 
 
-def _unloaded(contact: PerturbedContact, still: Flags, radius: Array) -> PerturbedContact:
-    """Contacts with prescribed radii that, as `still`, are no larger than a flat end and take no depth: without rounding."""
-    values = {"depth": 0.0, "force": 0.0, "mean_radius": radius, "area": np.pi * radius**2}
-    return replace(contact, **{name: np.where(still, value, getattr(contact, name)) for name, value in values.items()})
-
-
 def solve(
     kernel: Kernel,
     indenter: Indenter,
@@ -233,6 +228,13 @@ def solve(
         return first_order.solve(kernel, indenter, control, phi)
     if not (control.values > 0).any():
         return first_order.solve(kernel, indenter, control, phi)
+    still = _untouched(indenter, control)
+    if still.any():
+        options: dict[str, Any] = {"rtol": rtol, "cells": cells, "cache": cache, "tables": tables}
+        radius = control.values
+        curve = solve(kernel, indenter, Control("radius", np.where(still, 0.0, radius)), phi, **options)
+        area = np.where(still, np.pi * radius**2, curve.area)
+        return replace(curve, radius=np.where(still, radius, curve.radius), area=area)
     expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
     if expansion.table is None:
         expansion.correction.call_helpers(control.values.size)
@@ -243,8 +245,6 @@ def solve(
     contact = corrected(contact, live, refined)
     if control.name == "force":
         contact = replace(contact, force=control.values)
-    elif control.name == "radius":
-        contact = _unloaded(contact, ~live, control.values)
     contour, traced = np.zeros((live.size, phi.size)), np.ones(live.size, dtype=bool)
     contour[live], traced[live] = expansion.contour(refined, phi), refined.traced
     force_error, shape_error = np.zeros(live.size), np.zeros(live.size)
@@ -272,6 +272,11 @@ def solve(
     )
 
 
+def _untouched(indenter: Indenter, control: Control) -> Flags:
+    """Steps whose prescribed radius is no larger than a flat end, which takes no depth; shape (n,)."""
+    return (control.name == "radius") & (control.values > 0) & (control.values <= flat_radius(indenter))
+
+
 def _folder(cache: str | Path | None) -> str | None:
     return None if cache is None else str(cache)
 
@@ -294,6 +299,8 @@ def pressure(
     """
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
+    if _untouched(indenter, control).any():
+        return np.zeros_like(r)
     expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
     contact, refined = _contacts(kernel, indenter, expansion, control)
     depth = Control("depth", contact.depth)
@@ -359,6 +366,8 @@ def _expected(kernel: Kernel, indenter: Indenter, expansion: RefinedExpansion, c
     if expansion.table is not None and covered(kernel, indenter, control):
         return none
     wanted = np.unique(control.values[control.values > 0])
+    if not wanted.size:
+        return none
     try:
         depth = controlled(kernel, indenter, expansion.series, Control(control.name, wanted)).depth
     except ValueError:

@@ -1,0 +1,27 @@
+"""Flat ends of tips that are not round, which are in contact as a whole or not at all."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters.profile import Indenter
+
+_ANGLES, _HALVINGS = 1440, 50
+
+
+@lru_cache(maxsize=256)
+def flat_radius(indenter: Indenter) -> float:
+    """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
+    rings = indenter.rings
+    phi = np.asarray(np.arange(_ANGLES) * (FULL_TURN / _ANGLES))
+    if len(rings) < 2 or np.min(indenter.height(np.array(rings[0]), phi)) > 0:
+        return 0.0
+    inside, outside = np.zeros(phi.size), np.full(phi.size, rings[-1])
+    for _ in range(_HALVINGS):
+        middle = (inside + outside) / 2
+        flat = indenter.height(middle, phi) <= 0
+        inside, outside = np.where(flat, middle, inside), np.where(flat, outside, middle)
+    return float(inside.mean())
