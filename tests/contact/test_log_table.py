@@ -64,6 +64,14 @@ def test_nothing_is_asked_beyond_the_reach(reach):
     assert max(asked) <= reach * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("reach", [0.37, 1.0, 1e-6, 10 ** (1 / 4)])
+def test_nothing_but_the_reach(reach):
+    """It may be one of the ends of pieces, or next to one by rounding."""
+    values, slopes = LogTable(lambda a: smooth(a / reach), reach=reach).at(np.full(2, reach))
+    np.testing.assert_allclose(values, smooth(np.ones(2)), rtol=2e-9)
+    np.testing.assert_allclose(slopes, smooth_slope(np.ones(2)), rtol=1e-6, atol=1e-8)
+
+
 def test_nothing_is_asked_twice_or_far_from_what_is_read():
     asked = []
 

@@ -103,9 +103,9 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
     if indenter.exponent is not None:
         force, contour = _half_space_difference(indenter, 1.0)
     else:
-        live = radius[radius > 0]
-        places = [live.max(), 0.3 * live.max()] if live.size else [1.0]
-        force, contour = np.max([_half_space_difference(indenter, float(a)) for a in places], axis=0)
+        places = radius.max(initial=0.0) * np.array([1.0, 0.3])
+        found = [_half_space_difference(indenter, float(a)) for a in places if a > 0]
+        force, contour = np.max(found, axis=0) if found else np.zeros(2)
     return np.full_like(radius, _LAYERS * force + _FLOOR), np.full_like(radius, _LAYERS_OUTLINE * contour + 1e-3)
 
 

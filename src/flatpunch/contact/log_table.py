@@ -98,7 +98,9 @@ class LogTable:
     def _edges(self, low: float, high: float) -> Array:
         """Ends of the pieces that hold ln a from `low` to `high`."""
         step, end = np.log(10) / _SPANS, np.log(self.reach)
-        even = np.arange(np.floor(low / step), np.floor(high / step) + 2) * step
+        # one of the even ends may be next to the reach, and make way for it below
+        first = min(np.floor(low / step), np.ceil((end - 2 * _NARROWEST) / step) - 1)
+        even = np.arange(first, np.floor(high / step) + 2) * step
         kinks = np.log(self.kinks) if self.kinks else np.empty(0)
         kinks = kinks[(kinks > even[0]) & (kinks < min(even[-1], end))]
         # what is next to a kink or to the reach makes way for it
