@@ -5,6 +5,7 @@ import pytest
 
 from flatpunch import indenters, media
 from flatpunch.bem import Grid, solve, trace_outline
+from flatpunch.bem.outline import rim_along
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
@@ -117,3 +118,16 @@ def test_rim_under_a_layer_few_cells_thick(depth):
     off = (coarse.outline.contour - fine.outline.contour) / h
     assert np.abs(off).max() < 0.2
     assert abs(off.mean()) < 0.06
+
+
+def test_a_line_as_thin_as_two_cells_between_wide_parts():
+    """It is blurred away, and along it the cells themselves tell where it ends."""
+    grid = Grid(120, 120, 1.0)
+    x, y = np.abs(grid.x), np.abs(grid.y[:, None])
+    contact = ((y < 1) | ((y > 4) & (y < 12))) & (x < 45)
+    contour, narrowest, _ = rim_along(grid, contact.astype(float), 360, 0.5, 0.0)
+    assert narrowest > 6
+    assert np.all(np.isfinite(contour))
+    # to the cells they are too large by, of which some are expected
+    assert contour[0] == pytest.approx(45, abs=0.2)
+    assert contour[90] == pytest.approx(12, abs=0.2)

@@ -179,7 +179,9 @@ def rim_along(
             by_cells = bends > _BENT[1]
             inwards[~by_cells] = down[~by_cells]
     if by_cells.any():
-        contour[by_cells] = _blurred_outline(grid, contact, rays[by_cells])
+        # contact as thin as a cell is blurred away
+        blurred = _blurred_outline(grid, contact, rays[by_cells])
+        contour[by_cells] = np.where(np.isfinite(blurred), blurred, contour[by_cells])
     return _moved(phi, contour[of_ray], slope, inwards[of_ray]), narrowest, gaps[of_ray]
 
 
@@ -218,15 +220,19 @@ def _why_none(grid: Grid, contact: Mask) -> str:
 
 
 def _cell_outline(grid: Grid, indicator: Array, phi: Array) -> tuple[Array, Array]:
-    """Largest radius along each ray where the indicator of contact, interpolated, falls through one half; and gaps before it."""
+    """Largest radius along each ray where the indicator of contact, interpolated, falls through one half; and gaps before it.
+
+    NaN along rays that meet nothing.
+    """
     h, step = grid.spacing, 1 / _SAMPLES
     rows, columns = np.nonzero(indicator)
     cells = np.arange(np.ceil(np.hypot(grid.x[columns], grid.y[rows]).max() / h) + 3)
     radii = (cells[:, None] + step * np.arange(_SAMPLES)).ravel()
     values = _read_beside_rim(grid, indicator, cells, phi)
-    last = values.shape[1] - 1 - np.argmax(values[:, ::-1] >= 0.5, axis=1)
+    met = values[:, -2::-1] >= 0.5
+    last, nothing = values.shape[1] - 2 - np.argmax(met, axis=1), ~met.any(axis=1)
     ray = np.arange(phi.size)
-    inner, outer = values[ray, last], values[ray, last + 1]
+    inner, outer = values[ray, last], np.where(nothing, np.nan, values[ray, last + 1])
     out = (values < 0.5) & (radii < radii[last, None])
     gaps = np.column_stack([h * step * out.sum(axis=1), h**2 * step * (out @ (2 * radii))])
     return np.asarray(h * (radii[last] + step * (inner - 0.5) / (inner - outer))), gaps
