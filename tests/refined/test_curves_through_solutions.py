@@ -358,3 +358,15 @@ def test_missing_outlines_far_from_two_close_ones_stay_finite() -> None:
     filled = continued(nodes, table, np.array([True, True, False]))
     assert np.isfinite(np.exp(filled)).all()
     assert filled[2, 0] > filled[1, 0]
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-2, 0.2, 3.0])
+@pytest.mark.parametrize("ratio", [1.0, 20.0])
+def test_stiffness_beside_a_flat_end(ratio: float, width: float) -> None:
+    """The flat is a punch, whose force is its stiffness times the depth; from depth to depth cells scatter by some 1e-3 of it."""
+    correction.cache_clear()
+    medium = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], fp.HalfSpace(1.0, 0.3))
+    depth = 1e-4 * np.geomspace(1.0, 1.0 + width, 30)
+    curve = fp.indent(medium, fp.Truncated(fp.Pyramid(4, 0.3), 0.1), depth=depth, method="refined")
+    np.testing.assert_allclose(curve.stiffness, curve.force / depth, rtol=5e-3)
+    assert np.all(np.diff(curve.force) > 0)

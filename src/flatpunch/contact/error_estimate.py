@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array, Flags
+from flatpunch._validation import Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.control import Loading
 from flatpunch.contact.curve import Control, Extra
@@ -23,7 +23,7 @@ from flatpunch.contact.expansion import PerturbedContact, power_expansion
 from flatpunch.contact.general_expansion import general_expansion
 from flatpunch.contact.mean import mean_contact
 from flatpunch.contact.outline import outline
-from flatpunch.indenters.flat_ends import flat_radius
+from flatpunch.indenters.flat_ends import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
@@ -89,13 +89,6 @@ def _flat_spread(indenter: Indenter, contact: PerturbedContact) -> Array:
     return (
         np.where(beside, np.log(indenter.rings[-1] / indenter.rings[0]), 0.0) if beside.any() else 0.0 * contact.radius
     )
-
-
-def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
-    """Where contacts hardly exceed a flat end that is not round, so that its edge rules the pressure; shape (n,)."""
-    if flat_radius(indenter) == 0:
-        return np.zeros(radius.shape, dtype=bool)
-    return np.asarray(radius < 1.2 * indenter.rings[-1])
 
 
 def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:

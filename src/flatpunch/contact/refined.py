@@ -22,13 +22,13 @@ from flatpunch.contact.control import Loading
 from flatpunch.contact.correction import Correction, Refined, correction
 from flatpunch.contact.correction_row import FORCE, RADIUS
 from flatpunch.contact.curve import Control, ControlName, Curve, first_failure
-from flatpunch.contact.error_estimate import beside_flat_end, estimates
+from flatpunch.contact.error_estimate import estimates
 from flatpunch.contact.expansion import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbed import controlled, superpose_expansion
 from flatpunch.contact.round_series import round_series
 from flatpunch.contact.tabulated import ANGLES, tabulated, tabulated_rows
 from flatpunch.contact.tabulated import FORCE_ERROR as TABLE_ERROR
-from flatpunch.indenters.flat_ends import flat_radius
+from flatpunch.indenters.flat_ends import beside_flat_end, flat_radius
 from flatpunch.indenters.profile import Indenter
 
 _Points = TypeVar("_Points", PerturbedContact, Refined)

@@ -11,6 +11,7 @@ import scipy
 from flatpunch._validation import Array, Indices
 from flatpunch.contact.node_spline import leading, left_out_of_hermite, off_smoother, settled_slopes
 from flatpunch.contact.theory_forms import BASE, NOTHING, TheoryAt
+from flatpunch.indenters.flat_ends import beside_flat_end
 
 FEWEST = 5
 """Solutions below which leaving one out tells little, over ranges of some spacings."""
@@ -18,6 +19,9 @@ _CAUTION = 1.3
 """What is told as interpolation error over what leaving a solution out tells, which decides on more of them (catalogue)."""
 _DISPUTE = 0.7
 """Error of the force over the difference between the two best curves, through five solutions: few may please one by chance."""
+_FLAT, _FLAT_MOST = 300.0, 1.0
+"""Distance in ln d over the noise of slopes, and at most, from which on values tell slopes as well beside the edge of a flat end:
+forces scatter by some 0.5 over the number of cells a side there."""
 _ROUNDING = 1e-9
 
 
@@ -80,8 +84,8 @@ class ForceCurve:
         return np.asarray(np.maximum(worse, self._dispute(x, theory)))
 
     def wrong(self, middles: Array, theory: Array) -> Array:
-        """What decides on another solution in each gap: the error without caution, and the dispute in its middle."""
-        return np.asarray(np.maximum(self._of_best("wrong"), self._dispute(middles, theory)))
+        """What decides on another solution in gaps with these middles: the error without caution, and the dispute there."""
+        return np.asarray(np.maximum(self._of_best("wrong")[self._gap(middles)], self._dispute(middles, theory)))
 
     def _of_best(self, name: str) -> Array:
         """An estimate of the part chosen in each gap."""
@@ -108,9 +112,25 @@ class ForceCurve:
         return values
 
 
-def constant(value: float, slope: float) -> Callable[..., Array]:
-    """Curve through one solution; its slope counts in derivatives only, as all points are that one."""
-    return lambda x, nu=0: np.full_like(x, slope if nu else value)
+def line(x: float, value: float, slope: float) -> Callable[..., Array]:
+    """Curve through one solution."""
+    return lambda at, nu=0: np.full_like(at, slope) if nu else value + slope * (at - x)
+
+
+def _far_enough(nodes: Array, noise: float, theory: TheoryAt) -> Indices:
+    """Numbers of the solutions that curves go through: beside flat ends those next to others would spoil what slopes know."""
+    beside, close = beside_flat_end(theory.indenter, theory.at(nodes).radius), min(_FLAT * noise, _FLAT_MOST)
+    kept = [0]
+    for i in range(1, nodes.size):
+        if not beside[i] or nodes[i] - nodes[kept[-1]] > close:
+            kept.append(i)
+    if kept[-1] != nodes.size - 1 and len(kept) > 1:
+        # the last one in the place of the one it is next to
+        kept[-1] = nodes.size - 1
+    if len(kept) == 2 < nodes.size:
+        # curves through two tell nothing of what they err by
+        kept.insert(1, int(np.abs(nodes[1:-1] - (nodes[0] + nodes[-1]) / 2).argmin()) + 1)
+    return np.array(kept)
 
 
 def force_curve(
@@ -131,10 +151,12 @@ def force_curve(
     similar : bool
         Whether a single solution serves every size.
     """
+    kept = _far_enough(nodes, noise, theory)
+    nodes, force, growth = nodes[kept], force[kept], growth[kept]
     there = theory.at(nodes)
     if nodes.size == 1:
         slope = 0.0 if similar else float(growth[0] - there.growth[0, BASE])
-        only = constant(float(force[0] - there.force[0, BASE]), slope)
+        only = line(float(nodes[0]), float(force[0] - there.force[0, BASE]), slope)
         return ForceCurve.of(nodes, [ForcePart(BASE, only, np.zeros(1), np.zeros(1))])
     between, turning = theory.at((nodes[1:] + nodes[:-1]) / 2), theory.turning(there.radius)
     held: dict[int, Array] = {}

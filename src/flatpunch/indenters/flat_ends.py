@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._validation import Array, Flags
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter
 
@@ -25,3 +26,10 @@ def flat_radius(indenter: Indenter) -> float:
         flat = indenter.height(middle, phi) <= 0
         inside, outside = np.where(flat, middle, inside), np.where(flat, outside, middle)
     return float(inside.mean())
+
+
+def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
+    """Where contacts hardly exceed a flat end that is not round, so that its edge rules the pressure; shape (n,)."""
+    if flat_radius(indenter) == 0:
+        return np.zeros(radius.shape, dtype=bool)
+    return np.asarray(radius < 1.2 * indenter.rings[-1])
