@@ -25,6 +25,8 @@ _LENIENCE = 3.0
 """How much larger than of outlines errors of radius and area may be, but where contacts come apart."""
 _GROWING = 0.1
 """By how much ln of the farthest point over the mean radius rises in gaps in which needles grow."""
+_LOST = 0.0125
+"""What leaving a solution out may tell of the outline before the way needles grow counts as lost with it."""
 _ENOUGH = 5
 """Solutions in a row through which local curves and splines have nothing in common but these."""
 _APART, _LEAST = 2.0, 2 / 5
@@ -117,10 +119,11 @@ def shape_curve(nodes: Array, rows: Array, round_radius: Array, turned: Flags, s
     error = np.where(whole[1:] != whole[:-1], kinked.error, kinked.error / _LENIENCE)
     curve = _by_runs(nodes, outlines, whole, through)
     wrong = np.maximum(wrong[1:], wrong[:-1])
-    if growing.any():
+    lost = growing & (wrong > _LOST)
+    if lost.any():
         smooth = _by_runs(nodes, outlines, whole, partial(through, through=spline_through))
         apart = _APART * _largest_difference(nodes, rows[:, 0], curve, smooth)
-        wrong = np.where(growing, np.clip(apart, _LEAST * wrong, wrong), wrong)
+        wrong = np.where(lost, np.clip(apart, _LEAST * wrong, wrong), wrong)
     error = np.where(whole[1:] & whole[:-1], np.maximum(wrong, error), error)
     return ShapeCurve(nodes, kinked, curve, curve_through(nodes, round_radius), share, error, kinked.kinks)
 

@@ -22,6 +22,8 @@ _DISPUTE = 0.7
 _FLAT, _FLAT_MOST = 300.0, 1.0
 """Distance in ln d over the noise of slopes, and at most, from which on values tell slopes as well beside the edge of a flat end:
 forces scatter by some 0.5 over the number of cells a side there."""
+_PUNCH = 1.1
+"""dln F/dln d up to which the contact is that end, and force in proportion to depth."""
 _ROUNDING = 1e-9
 
 
@@ -117,9 +119,10 @@ def line(x: float, value: float, slope: float) -> Callable[..., Array]:
     return lambda at, nu=0: np.full_like(at, slope) if nu else value + slope * (at - x)
 
 
-def _far_enough(nodes: Array, noise: float, theory: TheoryAt) -> Indices:
-    """Numbers of the solutions that curves go through: beside flat ends those next to others would spoil what slopes know."""
-    beside, close = beside_flat_end(theory.indenter, theory.at(nodes).radius), min(_FLAT * noise, _FLAT_MOST)
+def _far_enough(nodes: Array, growth: Array, noise: float, theory: TheoryAt) -> Indices:
+    """Numbers of the solutions that curves go through: under flat ends those next to others would spoil what slopes know."""
+    beside = beside_flat_end(theory.indenter, theory.at(nodes).radius) & (growth < _PUNCH)
+    close = min(_FLAT * noise, _FLAT_MOST)
     kept = [0]
     for i in range(1, nodes.size):
         if not beside[i] or nodes[i] - nodes[kept[-1]] > close:
@@ -151,7 +154,7 @@ def force_curve(
     similar : bool
         Whether a single solution serves every size.
     """
-    kept = _far_enough(nodes, noise, theory)
+    kept = _far_enough(nodes, growth, noise, theory)
     nodes, force, growth = nodes[kept], force[kept], growth[kept]
     there = theory.at(nodes)
     if nodes.size == 1:
