@@ -12,6 +12,7 @@ from flatpunch.contact.axisymmetric import RoundContact
 from flatpunch.contact.log_table import LogTable
 from flatpunch.indenters.angles import angular_rule
 from flatpunch.indenters.angular_mean import angular_mean
+from flatpunch.indenters.flat_ends import flat_radius
 from flatpunch.indenters.profile import Indenter, height_and_slope
 from flatpunch.indenters.symmetry import different_rays
 from flatpunch.punch.family import punch_family
@@ -98,11 +99,11 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     """Relative deviation of the outline for any profile, shape (n, p): (P17) with the radius as the unit."""
     result = np.zeros((contact.radius.size, phi.size))
     live = contact.radius > 0
-    a, rings = contact.radius[live], indenter.rings
+    a = contact.radius[live]
     different, of_ray = different_rays(indenter, phi)
     read = np.full(a.size, a.size > _MANY)
-    if rings and not np.any(indenter.height(np.array(0.999 * rings[0]), phi)):
-        read &= a > _BEYOND * rings[-1]
+    if flat_radius(indenter) > 0:
+        read &= a > _BEYOND * indenter.rings[-1]
     terms = np.empty((a.size, different.size + 1))
     if read.any():
         terms[read] = _table(kernel, indenter, different.tobytes()).at(a[read])[0]

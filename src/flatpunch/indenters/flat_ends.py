@@ -11,6 +11,8 @@ from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter
 
 _ANGLES, _HALVINGS = 1440, 50
+_WITHIN = 0.999
+"""Share of the innermost ring within which all of a flat end is."""
 
 
 @lru_cache(maxsize=256)
@@ -18,7 +20,7 @@ def flat_radius(indenter: Indenter) -> float:
     """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
     rings = indenter.rings
     phi = np.asarray(np.arange(_ANGLES) * (FULL_TURN / _ANGLES))
-    if len(rings) < 2 or np.min(indenter.height(np.array(rings[0]), phi)) > 0:
+    if len(rings) < 2 or np.any(indenter.height(np.array(_WITHIN * rings[0]), phi)):
         return 0.0
     inside, outside = np.zeros(phi.size), np.full(phi.size, rings[-1])
     for _ in range(_HALVINGS):
