@@ -111,9 +111,11 @@ class Levels:
         part = replace(self, grid=self.grid.part(slice(y0, y1), slice(x0, x1)), whole=self)
         return Window(part, slice(y0, y1), slice(x0, x1))
 
-    def symmetries(self, height: Callable[[Grid], Array]) -> tuple[bool, bool]:
-        """Along which axes the indenter is its own mirror image about the grid's centre, and may be solved folded."""
-        return mirror_axes(self, height(self.grid) / self.grid.spacing)
+    def folded_to(self, height: Callable[[Grid], Array]) -> tuple[Levels, Any]:
+        """The levels folded along the axes about which the indenter is its own mirror image, with its `cells` there."""
+        heights = height(self.grid) / self.grid.spacing
+        folded = self.folded(mirror_axes(self, heights))
+        return folded, folded.operator.asarray(np.ascontiguousarray(folded.kept(heights)))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
         """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are dear."""
@@ -200,24 +202,24 @@ def solve_depth(
     levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any = None
 ) -> tuple[State, Effort]:
     """Contact at a depth [m], from the coarsest level up; `start` replaces the coarser levels."""
-    folded = levels.folded(levels.symmetries(height))
+    folded, cells = levels.folded_to(height)
     if start is not None:
         start = folded.kept(start)
-    state, effort = _nested_depth(folded, height, depth, tolerance, limit, start)
+    state, effort = _nested_depth(folded, height, cells, depth, tolerance, limit, start)
     return folded.unfolded_state(state), effort
 
 
 def _nested_depth(
-    levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any
+    levels: Levels, height: Callable[[Grid], Array], cells: Any, depth: float, tolerance: float, limit: int, start: Any
 ) -> tuple[State, Effort]:
     before: tuple[int, ...] = ()
     coarser, coarser_force = levels.coarser, float("nan")
     if start is None and coarser is not None:
         looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
-        state, effort = _nested_depth(coarser, height, depth, looser, limit, None)
+        state, effort = _nested_depth(coarser, height, coarser.cells(height), depth, looser, limit, None)
         before, start = effort.iterations, levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid))
         coarser_force = state.force * coarser.unit
-    cells, taken, direct = levels.cells(height), 0, True
+    taken, direct = 0, True
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
@@ -230,8 +232,8 @@ def solve_force(
     levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
 ) -> tuple[State, Effort]:
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
-    folded = levels.folded(levels.symmetries(height))
-    state, effort, _ = _nested_force(folded, height, force, guess, tolerance, limit)
+    folded, cells = levels.folded_to(height)
+    state, effort, _ = _nested_force(folded, height, cells, force, guess, tolerance, limit)
     return folded.unfolded_state(state), effort
 
 
@@ -244,14 +246,20 @@ def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
 
 
 def _nested_force(
-    levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    cells: Any,
+    force: float,
+    guess: float,
+    tolerance: float,
+    limit: int,
 ) -> tuple[State, Effort, Punch | None]:
     coarser = levels.coarser
     if coarser is None:
-        state, taken, missing, _ = _newton(levels, levels.cells(height), force, guess, None, None, tolerance, limit)
+        state, taken, missing, _ = _newton(levels, cells, force, guess, None, None, tolerance, limit)
         return state, Effort((taken,), missing), None
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
-    state, effort, punch = _nested_force(coarser, height, force, guess, coarse_tolerance, limit)
+    state, effort, punch = _nested_force(coarser, height, coarser.cells(height), force, guess, coarse_tolerance, limit)
     start, depth = (
         levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
         state.depth * coarser.grid.spacing,
@@ -259,7 +267,7 @@ def _nested_force(
     coarser_depth = depth
     if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
         punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
-    cells, taken = levels.cells(height), 0
+    taken = 0
     window = levels.window(start)
     if window is not None:
         part, taken, missing, punch = _newton(

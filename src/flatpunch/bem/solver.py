@@ -30,6 +30,10 @@ DROP = 0.03
 _PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken."""
 
+_HESITATING, _MINOR = 2, 0.5
+"""Outer steps without progress after which cells that overlap by less than so much of the gap error stay unloaded: closing
+the gap moves them as far, and along needles loading them all throws the solution back again and again."""
+
 _HALVINGS = 12
 """Most halvings of a step: under films 50 times stiffer pyramids need more than 6 when all steps are such."""
 
@@ -175,7 +179,8 @@ def solve_contact(
         best, waited = (error, 0) if error < best else (best, waited + 1)
         careful, contact = waited >= _PATIENCE, now.pressure > 0
         if not careful or now.penetration > now.gap_error:
-            overlapping = ~contact & (now.gap < 0)
+            minor = _MINOR * now.gap_error * depth if waited >= _HESITATING else 0.0
+            overlapping = ~contact & (now.gap < -minor)
             # a start may know its contact better than its load, and by a load too small far more overlaps than will touch
             touching = xp.count_nonzero(contact)
             if iterations or not touching or not (trusted or touching < xp.count_nonzero(overlapping)):

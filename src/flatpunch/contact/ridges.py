@@ -36,7 +36,7 @@ _FINE, _FINE_ROUNDED = 1e-3, 5e-4
 """Cells over the mean radius down to which looks are taken, and those along rounded edges, whose needles end bluntly."""
 _TONGUES, _NEEDLES, _FINER_NEEDLES, _COUNTED_NEEDLES = (2, np.inf), (4, 0.05), (4, 0.02), (4, 0.01)
 """Cells of the first look per cell, at least, and over the mean radius, at most. Needles are narrow where they leave the core,
-the narrower the more they are; blunt ends of rounded edges follow from this look alone, and counting wants many cells."""
+the narrower the more they are; of those along rounded edges little is left for closer looks, and counting wants many cells."""
 _ROUGHLY = 0.005
 """Cells over the mean radius, islands included, that are small enough where the contact has no outline to be told."""
 _CROWDED = 0.6
@@ -61,6 +61,8 @@ _TAIL = (0.7, 6.0)
 """Half-widths in cells from which the end is extrapolated."""
 _LONGEST = 60
 """Cells of a needle from which its end is extrapolated."""
+_BLUNT = 4.0
+"""Long cells at an end that are looked at again on square ones in any case."""
 _LOST = 10.0
 """How far it may lie beyond the last cell in contact, in cells (2 to 9 found)."""
 _FEWEST = 5
@@ -205,8 +207,8 @@ def _tongue(
             patch = look_closer(kernel, indenter, depth, patch, approach[0], edge.angle, mirrored=(False, even))
             finer = _CLOSER
     while True:
-        # ends want cells as short as wide, and blunt ones follow from the first look alone
-        stretch = 1 if looks or edge.rounded else _STRETCH
+        # ends want cells as short as wide
+        stretch = 1 if looks else _STRETCH
         window = _window(patch, edge, widest, finer, looks[-1] if looks else (), stretch)
         if window is None:
             break
@@ -260,6 +262,9 @@ def _window(
         begin = max(float(along[half > widest].max(initial=0.0)) for along, half in sides)
         if edge.told:
             begin = max(begin, sides[0][0][-1] - _LONGEST * h)
+        if patch.grid.stretch > 1:
+            # blunt ends are not narrow over as much as a few long cells
+            begin = min(begin, sides[0][0][-1] - _BLUNT * length)
         begins = [begin, begin]
     left, right = (max(edge.nearest, begin) for begin in begins)
     start = min(left, right) - ROOT * length
