@@ -35,7 +35,7 @@ _PRECISE, _REFINEMENTS = 1e-8, 6
 _ROWS = 64
 """Rows of a matrix gathered at a time."""
 
-_AFFORDABLE = 50.0
+_AFFORDABLE = 25.0
 """Square of the cells in contact over those of the grid up to which a direct step costs no more than some ten iterations."""
 
 _AFFORDABLE_WHERE_SLOW = 150.0

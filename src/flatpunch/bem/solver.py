@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch.bem.conjugate import dot
+from flatpunch.bem.conjugate import dot, largest
 from flatpunch.bem.operator import Operator
 from flatpunch.bem.removal import Removal
 
@@ -105,12 +105,11 @@ class Aim:
 
 @dataclass(slots=True)
 class _Trial:
-    """A pressure with its displacement and energy at one depth."""
+    """A pressure with its displacement at one depth."""
 
     pressure: Any
     displacement: Any
     gap: Any
-    energy: float
     gap_error: float
     penetration: float
 
@@ -210,13 +209,16 @@ def _advance(
     """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
     xp = operator.xp
     change = xp.astype(change, now.pressure.dtype)
+    if not careful:
+        return _trial(operator, height, depth, _pressing(xp, now.pressure + change)), 1
+    energy = _energy(xp, now)
     # differences of energy are only known to the rounding of its sum
-    rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(now.energy)
-    for tried in range(_HALVINGS if careful else 1):
-        p = now.pressure + 0.5**tried * change
-        later = _trial(operator, height, depth, xp.where(p > 0, p, xp.zeros_like(p)))
+    rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
+    for tried in range(_HALVINGS):
+        later = _trial(operator, height, depth, _pressing(xp, now.pressure + 0.5**tried * change))
         better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
-        if not careful or later.energy < now.energy - rounding or (later.energy <= now.energy + rounding and better):
+        lower = _energy(xp, later) - energy
+        if lower < -rounding or (lower <= rounding and better):
             return later, tried + 1
     return _descended(operator, height, depth, now, change), _HALVINGS + 1
 
@@ -236,8 +238,7 @@ def _descended(operator: Operator, height: Any, depth: float, now: _Trial, chang
         falling = change < 0
         steepness = xp.where(falling, -change, xp.ones_like(zero))
         length = min(1.0, float(xp.min(xp.where(falling, now.pressure / steepness, xp.full_like(zero, xp.inf)))))
-    p = now.pressure + length * change
-    return _trial(operator, height, depth, xp.where(p > 0, p, zero))
+    return _trial(operator, height, depth, _pressing(xp, now.pressure + length * change))
 
 
 def _foreseen(operator: Operator, aim: Aim, now: _Trial) -> float:
@@ -265,12 +266,20 @@ def _judged(xp: Any, height: Any, depth: float, pressure: Any, u: Any) -> _Trial
     gap = u + (height - depth)
     loaded = pressure > 0
     zero = xp.zeros_like(gap)
-    inside = xp.where(loaded, gap, zero)
-    # u/2 + f - d = gap - u/2, where the indenter has a surface
-    energy = dot(xp, pressure, inside - 0.5 * u)
-    gap_error = float(xp.max(xp.abs(inside))) / depth
+    gap_error = largest(xp, xp.where(loaded, gap, zero)) / depth
     penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / depth)
-    return _Trial(pressure, u, gap, energy, gap_error, penetration)
+    return _Trial(pressure, u, gap, gap_error, penetration)
+
+
+def _energy(xp: Any, trial: _Trial) -> float:
+    """Sum of p (u/2 + f - d), which is p (gap - u/2) where the indenter has a surface."""
+    inside = xp.where(trial.pressure > 0, trial.gap, xp.zeros_like(trial.gap))
+    return dot(xp, trial.pressure, inside - 0.5 * trial.displacement)
+
+
+def _pressing(xp: Any, pressure: Any) -> Any:
+    """A pressure without what pulls."""
+    return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
 
 
 def punch_stiffness(
