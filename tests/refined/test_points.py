@@ -10,6 +10,7 @@ from outlines import distance
 
 import flatpunch as fp
 from flatpunch import bem
+from flatpunch.bem import closeup
 from flatpunch.compliance import compliance
 from flatpunch.contact import ridges, star_core
 from flatpunch.contact.ridges import Trace, traced
@@ -21,7 +22,7 @@ def _film(ratio: float) -> fp.Medium:
     return fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 
 
-def _traced(medium: fp.Medium, tip: fp.Pyramid, depth: float, cells: int, rays: int = 360) -> Trace:
+def _traced(medium: fp.Medium, tip: fp.Pyramid | Rounded, depth: float, cells: int, rays: int = 360) -> Trace:
     kernel = compliance(medium)
     return traced(kernel, tip, bem.solve(kernel, tip, depths=depth, grid=cells, tolerance=1e-6, angles=rays)[0], rays)
 
@@ -283,3 +284,32 @@ def test_long_cells_along_needles(
     assert distance(long.contour, square.contour) < 5e-3 * square.radius
     assert long.radius == pytest.approx(square.radius, rel=1e-3)
     assert long.area == pytest.approx(square.area, rel=1e-3)
+
+
+@pytest.mark.parametrize(("sides", "depth"), [(4, 3.1), (3, 4.3)])
+def test_blunt_ends_of_long_needles(sides: int, depth: float) -> None:
+    tip, film = Rounded(fp.Pyramid(sides, 0.35), 1.0), _film(100.0)
+    coarse, fine = (_traced(film, tip, depth, cells) for cells in (256, 1024))
+    assert fine.contour.max() > 6 * fine.radius
+    # from long cells alone the ends of four are off by 0.014
+    assert coarse.contour.max() == pytest.approx(fine.contour.max(), abs=0.01 * fine.radius)
+    assert coarse.radius == pytest.approx(fine.radius, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "tip", [fp.Pyramid(3, np.pi / 9), Rounded(fp.Pyramid(3, np.pi / 9), 0.1)], ids=["sharp", "rounded"]
+)
+def test_needles_are_found_in_few_steps(tip: fp.Pyramid | Rounded, monkeypatch: pytest.MonkeyPatch) -> None:
+    convolutions, solve = [], closeup.solve_contact
+
+    def watched(*arguments: Any, **options: Any) -> Any:
+        state = solve(*arguments, **options)
+        convolutions.append(state.convolutions)
+        return state
+
+    monkeypatch.setattr(closeup, "solve_contact", watched)
+    kernel = compliance(_film(100.0))
+    for depth in (11.0, 13.0, 15.0):
+        traced(kernel, tip, bem.solve(kernel, tip, depths=depth, grid=256, tolerance=1e-6)[0], 360)
+    # where all cells that overlap are loaded at once up to 286
+    assert max(convolutions) < 150
