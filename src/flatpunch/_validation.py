@@ -55,6 +55,17 @@ def real_or_hint(name: str, value: Any, condition: str, hint: str) -> float:
         raise ValueError(f"{name} = {value!r} must be finite and {condition}. {hint}".rstrip()) from None
 
 
+def whole(name: str, value: Any, least: int, hint: str = "") -> int:
+    """Return `value` as a whole number, `least` or more."""
+    try:
+        number = real(name, value)
+    except ValueError:
+        number = math.nan
+    if not number >= least or number != int(number):
+        raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}. {hint}".rstrip())
+    return int(number)
+
+
 def poisson_ratio(name: str, value: Any) -> float:
     """Return `value` as a Poisson ratio, -1 < value <= 0.5."""
     number = real(name, value)

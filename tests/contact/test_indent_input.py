@@ -28,7 +28,7 @@ BAD_CONTROL = [
     ({"depth": 1e-7 + 0j}, TypeError, ["depth", "number"]),
     ({"depth": 1e-7, "method": "frist-order"}, ValueError, ["method = 'frist-order'", "'first-order'"]),
     ({"depth": 1e-7, "method": ["first-order"]}, ValueError, ["method", "'first-order'"]),
-    ({"depth": 1e-7, "angles": 0}, ValueError, ["angles = 0", "> 0"]),
+    ({"depth": 1e-7, "angles": 0}, ValueError, ["angles = 0", "whole number of at least 1"]),
     ({"depth": 1e-7, "angles": 12.5}, ValueError, ["angles = 12.5", "whole number"]),
     ({"depth": 1e-7, "angles": "many"}, TypeError, ["angles = 'many'"]),
     ({"depth": 1e-7, "anglse": 12}, TypeError, ["anglse = 12", "spelling"]),
@@ -42,6 +42,36 @@ def test_bad_control_is_refused(indenter, arguments, error, says):
         fp.indent(GEL, indenter, **arguments)
     for text in says:
         assert text in str(caught.value)
+
+
+BAD_SETTINGS = [
+    ("refined", {"rtol": 0}, ValueError, ["rtol = 0", "> 0"]),
+    ("refined", {"cells": "many"}, TypeError, ["cells = 'many'", "number"]),
+    ("refined", {"cells": 7}, ValueError, ["cells = 7", "at least 8", "per side"]),
+    ("refined", {"cells": 64.5}, ValueError, ["cells = 64.5", "whole number"]),
+    ("refined", {"cells": float("nan")}, ValueError, ["cells = nan", "whole number"]),
+    ("refined", {"cache": 3}, TypeError, ["cache = 3", "folder"]),
+    ("bem", {"grid": [64, 64]}, TypeError, ["grid = [64, 64]", "number"]),
+    ("bem", {"grid": 0}, ValueError, ["grid = 0", "at least 8", "or a Grid"]),
+    ("bem", {"limit": 2.5}, ValueError, ["limit = 2.5", "whole number", "iterations"]),
+    ("bem", {"limit": None}, TypeError, ["limit = None", "number"]),
+    ("bem", {"tolerance": 0}, ValueError, ["tolerance = 0", "> 0"]),
+    ("bem", {"tolerance": 2.5}, ValueError, ["tolerance = 2.5", "below 1", "1e-6"]),
+]
+
+
+@pytest.mark.parametrize(("method", "settings", "error", "says"), BAD_SETTINGS, ids=lambda x: str(x)[:40])
+def test_bad_settings_are_refused(method, settings, error, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for call in (
+        lambda: fp.indent(GEL, fp.Pyramid(4, 0.3), depth=1e-7, method=method, **settings),
+        lambda: fp.pressure(GEL, fp.Pyramid(4, 0.3), 0.0, 0.0, depth=1e-7, method=method, **settings),
+    ):
+        with pytest.raises(error) as caught:
+            call()
+        for text in says:
+            assert text in str(caught.value)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("indenter", [None, 3, "cone", fp.Paraboloid, BODY], ids=str)

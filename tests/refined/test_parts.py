@@ -128,3 +128,16 @@ def test_force_in_parts_has_an_estimate() -> None:
     assert np.isnan(contact.contour).all()
     assert contact.force_error.min() > 1e-4
     assert contact.force_error.max() < 4e-3
+
+
+def test_islands_beside_the_point_of_first_touch() -> None:
+    """Sixty thicknesses wide, of a star of few cells among them: the look at its core has nothing that is surely its own."""
+    film, tip = fp.Medium([fp.Layer(400e9, 0.22, 0.5e-6)], base=fp.HalfSpace(8e9, 0.35)), fp.Pyramid(3, 0.431096)
+    kernel, worn = compliance(film), fp.Rounded(tip, 80e-9)
+    coarse, fine = (
+        traced(kernel, worn, bem.solve(kernel, worn, depths=2.313232937e-5, grid=n, tolerance=1e-6)[0], 360)
+        for n in (256, 384)
+    )
+    assert np.isnan(coarse.contour).all()
+    assert coarse.radius == pytest.approx(fine.radius, rel=0.06)
+    assert coarse.area == pytest.approx(fine.area, rel=0.04)

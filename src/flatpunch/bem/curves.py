@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._progress import Report
-from flatpunch._validation import Array, Flags, values
+from flatpunch._validation import Array, Flags, values, whole
 from flatpunch.bem.extent import (
     ContactTouchesEdge,
     Extent,
@@ -21,7 +21,7 @@ from flatpunch.bem.extent import (
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import Grid, check_square
+from flatpunch.bem.grid import SMALLEST, Grid, check_square
 from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force
 from flatpunch.bem.memory import announced
 from flatpunch.bem.operator import to_numpy
@@ -113,8 +113,11 @@ def solve(
     """
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
+    limit = whole("limit", limit, 1, "It is the largest number of iterations on one grid.")
     if isinstance(grid, Grid):
         check_square(grid)
+    elif grid is not None:
+        grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.")
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
     steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]

@@ -18,7 +18,8 @@ from flatpunch._validation import Array, positive, real
 
 Mask = NDArray[np.bool_]
 
-_SMALLEST = 8
+SMALLEST = 8
+"""Fewest cells along an axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +51,8 @@ class Grid:
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             cells = getattr(self, name)
-            if int(cells) != cells or cells * (1 + mirrored) < _SMALLEST:
-                raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {_SMALLEST} cells.")
+            if int(cells) != cells or cells * (1 + mirrored) < SMALLEST:
+                raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {SMALLEST} cells.")
             object.__setattr__(self, name, int(cells))
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
         if self.stretch not in range(1, 100, 2):
@@ -88,7 +89,7 @@ class Grid:
         wx, wy = wx * (1 + margin), wy * (1 + margin)
         spacing = 2 * np.sqrt(wx * wy) / cells
         nx, ny = (max(_even(2 * w / spacing), _even(2 * w / ((1 + margin) * spacing) + 6)) for w in (wx, wy))
-        return cls(max(nx, _SMALLEST), max(ny, _SMALLEST), spacing, center)
+        return cls(max(nx, SMALLEST), max(ny, SMALLEST), spacing, center)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -127,7 +128,7 @@ class Grid:
         """Grid of cells twice as wide that covers this one, about the same centre; None when it would be too small."""
         whole = self.unfolded
         nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (whole.nx, whole.ny))
-        if min(nx, ny) < 2 * _SMALLEST:
+        if min(nx, ny) < 2 * SMALLEST:
             return None
         return Grid(nx, ny, 2 * self.spacing, self.center, stretch=self.stretch).folded(self.mirrored)
 

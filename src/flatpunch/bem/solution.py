@@ -146,7 +146,8 @@ def _reaches_end(heights: Array, contact: Mask) -> bool:
 
 def check_tolerance(tolerance: float, single: bool) -> None:
     """Refuse a tolerance that cannot be reached."""
-    positive("tolerance", tolerance)
+    if positive("tolerance", tolerance) >= 1:
+        raise ValueError(f"tolerance = {tolerance:g} must be below 1, as it is relative to the depth. Try 1e-6.")
     if single and tolerance < SINGLE_FLOOR:
         raise ValueError(
             f"tolerance = {tolerance:g} is out of reach of single precision. Use {SINGLE_FLOOR:g} or more, or double precision."

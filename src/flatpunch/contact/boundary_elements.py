@@ -63,7 +63,8 @@ def solve(
     """
     live = _live(control)
     targets = control.values[live]
-    tolerance = tolerance or (_SINGLE_TOLERANCE if single else _TOLERANCE)
+    if tolerance is None:
+        tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
     if fields and targets.size and not isinstance(grid, bem.Grid):
         grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single, limit=limit)[
             0

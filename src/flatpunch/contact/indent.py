@@ -12,7 +12,7 @@ import numpy as np
 
 from flatpunch._record import record
 from flatpunch._threads import one_blas_thread
-from flatpunch._validation import Array, positive, values
+from flatpunch._validation import Array, values, whole
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from
@@ -293,10 +293,7 @@ def _history(
 
 
 def _angles(angles: int) -> Array:
-    hint = "It is the number of polar angles of the outline."
-    count = positive("angles", angles, hint)
-    if count != int(count):
-        raise ValueError(f"angles = {angles!r} must be a whole number. {hint}")
+    count = whole("angles", angles, 1, "It is the number of polar angles of the outline.")
     return np.asarray(np.arange(count) * (2 * np.pi / count))
 
 

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from flatpunch._validation import Array, Flags, positive
+from flatpunch._validation import Array, Flags, positive, whole
+from flatpunch.bem.grid import SMALLEST
 from flatpunch.compliance import Kernel
 from flatpunch.contact import boundary_elements, first_order
 from flatpunch.contact.causes import cut_off, steepness
@@ -223,7 +225,7 @@ def solve(
         Whether the corrections of standard tips on one layer that come with the package may replace solutions; they hold
         the force to 0.02 %.
     """
-    rtol = positive("rtol", rtol)
+    rtol, cells, folder = _settings(rtol, cells, cache)
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     if not (control.values > 0).any():
@@ -235,7 +237,7 @@ def solve(
         curve = solve(kernel, indenter, Control("radius", np.where(still, 0.0, radius)), phi, **options)
         area = np.where(still, np.pi * radius**2, curve.area)
         return replace(curve, radius=np.where(still, radius, curve.radius), area=area)
-    expansion = RefinedExpansion(kernel, indenter, rtol, cells, _folder(cache), tables)
+    expansion = RefinedExpansion(kernel, indenter, rtol, cells, folder, tables)
     if expansion.table is None:
         expansion.correction.call_helpers(control.values.size)
     contact, refined = _contacts(kernel, indenter, expansion, control)
@@ -277,8 +279,12 @@ def _untouched(indenter: Indenter, control: Control) -> Flags:
     return (control.name == "radius") & (control.values > 0) & (control.values <= flat_radius(indenter))
 
 
-def _folder(cache: str | Path | None) -> str | None:
-    return None if cache is None else str(cache)
+def _settings(rtol: float, cells: int, cache: str | Path | None) -> tuple[float, int, str | None]:
+    """Tolerance, cells and folder, checked."""
+    if cache is not None and not isinstance(cache, str | PathLike):
+        raise TypeError(f"cache = {cache!r} must be a folder, as text or Path; None keeps nothing on disk.")
+    folder = None if cache is None else str(cache)
+    return positive("rtol", rtol), whole("cells", cells, SMALLEST, "It is the number of cells per side."), folder
 
 
 def pressure(
@@ -297,11 +303,12 @@ def pressure(
 
     Punches are superposed where contacts grow with the round ones; elsewhere it is that of a boundary element solution.
     """
+    rtol, cells, folder = _settings(rtol, cells, cache)
     if indenter.round:
         return first_order.pressure(kernel, indenter, control, r, phi)
     if _untouched(indenter, control).any():
         return np.zeros_like(r)
-    expansion = RefinedExpansion(kernel, indenter, positive("rtol", rtol), cells, _folder(cache), tables)
+    expansion = RefinedExpansion(kernel, indenter, rtol, cells, folder, tables)
     contact, refined = _contacts(kernel, indenter, expansion, control)
     depth = Control("depth", contact.depth)
     if refined is not None and (not refined.traced.all() or _astray(expansion, contact, refined)):

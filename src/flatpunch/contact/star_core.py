@@ -64,6 +64,9 @@ def refine_core(
     if not core.converged:
         return
     pressure = np.where(_on(islands, whole.grid, grid), 0.0, core.pressure) if islands.any() else core.pressure
+    if not pressure.any():
+        # islands so near that nothing is sure to be the star's
+        return
     closer, *_ = rim_along(grid, pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
     if one_of_three:
         rays = np.arange(contour.size) * (2 * np.pi / contour.size)
