@@ -29,6 +29,7 @@ def test_grid_coordinates():
     [
         ((4, 8, 1.0), r"Grid.nx = 4 must be a whole number of at least 8"),
         ((8, 8.5, 1.0), r"Grid.ny = 8.5"),
+        ((float("nan"), 8, 1.0), r"Grid.nx = nan must be a whole number of at least 8"),
         ((8, 8, -1.0), r"Grid.spacing = -1.0 must be finite and > 0"),
     ],
 )

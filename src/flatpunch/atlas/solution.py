@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from flatpunch._validation import Array, Flags, Indices, positive
+from flatpunch._validation import Array, Flags, Indices, positive, whole
 from flatpunch.atlas.parameter import check_beta
 from flatpunch.punch.basis import power_edge, power_moments, regular_part
 from flatpunch.punch.harmonics import half_space_power_edge
@@ -207,11 +207,10 @@ class Solution:
                 f"exponent = {exponent!r}: the table {self.family!r} holds responses "
                 + ("for n = 1 and 2." if self.intervals[0].orders.size else "of no indenter.")
             )
-        if order != int(order) or order < 1:
-            raise ValueError(f"order = {order!r} must be a whole number m > 0.")
+        order = whole("order", order, 1, "It is the harmonic m of the angle.")
         beta = np.atleast_1d(np.asarray(beta, dtype=float))
         flat, edge, slope = self.round(beta)
-        k, power = (values[:, 0] for values in self.edges(beta, np.array([int(order)]), exponent))
+        k, power = (values[:, 0] for values in self.edges(beta, np.array([order]), exponent))
         b, closed = power_moments(exponent, 0, flat.shape[1]), power_edge(exponent, 0)
         strength = 1 / np.pi + edge[:, 0]
         depth = (closed + edge @ b) / strength

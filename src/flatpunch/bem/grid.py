@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._validation import Array, positive, real
+from flatpunch._validation import Array, positive, real, whole
 
 Mask = NDArray[np.bool_]
 
@@ -50,10 +50,9 @@ class Grid:
 
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
-            cells = getattr(self, name)
-            if int(cells) != cells or cells * (1 + mirrored) < SMALLEST:
-                raise ValueError(f"Grid.{name} = {cells!r} must be a whole number of at least {SMALLEST} cells.")
-            object.__setattr__(self, name, int(cells))
+            least = -(-SMALLEST // (1 + mirrored))
+            cells = whole(f"Grid.{name}", getattr(self, name), least, "It is the number of cells along an axis.")
+            object.__setattr__(self, name, cells)
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
         if self.stretch not in range(1, 100, 2):
             raise ValueError(
