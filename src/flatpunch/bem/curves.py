@@ -22,7 +22,7 @@ from flatpunch.bem.extent import (
     typical_depth,
 )
 from flatpunch.bem.grid import SMALLEST, Grid, check_square
-from flatpunch.bem.levels import Effort, Levels, solve_depth, solve_force
+from flatpunch.bem.levels import Effort, Levels, Rough, solve_depth, solve_force
 from flatpunch.bem.memory import announced
 from flatpunch.bem.operator import to_numpy
 from flatpunch.bem.shape import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
@@ -211,9 +211,10 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                         Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, course.single), len(steps)
                     )
             start = state.pressure if state is not None and close and before is levels else None
+            rough = extent.rough if levels.xp is np and not isinstance(grid, Grid) else None
             growths = 0 if isinstance(grid, Grid) else _GROWTHS
             levels, state, effort = _solve_inside(
-                levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, **prescribed
+                levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, rough=rough, **prescribed
             )
             before = levels
             endless = indenter.reach == np.inf
@@ -263,11 +264,12 @@ def _solve(
     limit: int,
     start: Any,
     *,
+    rough: Rough | None,
     depth: float | None = None,
     force: float | None = None,
 ) -> tuple[State, Effort]:
     if depth is not None:
-        return solve_depth(levels, height, depth, tolerance, limit, start)
+        return solve_depth(levels, height, depth, tolerance, limit, start, rough=rough)
     assert force is not None
     guess = typical_depth(height, levels.grid, force / levels.kernel.modulus)
     return solve_force(levels, height, force, guess, tolerance, limit)
@@ -282,14 +284,15 @@ def _solve_inside(
     growths: int,
     *,
     hinted: bool = False,
+    rough: Rough | None = None,
     **prescribed: float,
 ) -> tuple[Levels, State, Effort]:
     """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times.
 
-    Where it was only `hinted` at, the contact is looked for first: growing would leave the cells as fine as they were.
+    Where it is known how the contact looks like on `rough` cells, it need not be solved on such. Where it was only `hinted` at, the contact is looked for first: growing would leave the cells as fine as they were.
     """
     for left in range(growths, -1, -1):
-        state, effort = _solve(levels, height, tolerance, limit, start, **prescribed)
+        state, effort = _solve(levels, height, tolerance, limit, start, rough=rough, **prescribed)
         contact = to_numpy(state.contact).astype(bool)
         if not touches_edge(contact):
             return levels, state, effort
@@ -299,6 +302,7 @@ def _solve_inside(
                 half_widths = grid.nx * grid.spacing / 2, grid.ny * grid.spacing / 2
                 found = find_extent(levels.kernel, height, Extent(half_widths, grid.center), **prescribed)
                 grid, hinted = found.grid(round(np.sqrt(levels.grid.nx * levels.grid.ny))), False
+                rough = found.rough
             levels, start = announced(replace(levels, grid=grid), 1), None
     raise _too_small(levels, height, **prescribed)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Levels, solve_depth, solve_force
+from flatpunch.bem.levels import Levels, Rough, solve_depth, solve_force
 from flatpunch.bem.shape import Height
 from flatpunch.compliance import Kernel
 
@@ -21,10 +22,11 @@ _SETTLED = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """Bounding box of a contact [m]."""
+    """Bounding box of a contact [m], and the contact on coarse cells where these have told it."""
 
     half_widths: tuple[float, float]
     center: tuple[float, float]
+    rough: Rough | None = field(default=None, repr=False, compare=False)
 
     def grid(self, cells: int) -> Grid:
         """Grid around it, with a free rim of a quarter of its half-widths."""
@@ -80,7 +82,8 @@ def find_extent(
     extent = first
     for _ in range(_ATTEMPTS):
         grid = extent.grid(_CELLS)
-        contact = _coarse_contact(kernel, height, grid, depth, force)
+        pressure = _coarse_pressure(kernel, height, grid, depth, force)
+        contact = pressure > 0
         if not contact.any():
             extent = Extent((extent.half_widths[0] / 8, extent.half_widths[1] / 8), extent.center)
             continue
@@ -91,7 +94,7 @@ def find_extent(
             continue
         before, extent = extent, _recentred(box, grid)
         if _filled(box, grid) or _settled(before, extent, grid.spacing):
-            return extent
+            return replace(extent, rough=Rough(grid, pressure))
     raise ContactTouchesEdge(
         f"No bounding box of the contact was found in {_ATTEMPTS} attempts; the last one was {extent.half_widths[0]:.3g} m x "
         f"{extent.half_widths[1]:.3g} m (half-widths). The indenter may have no bounded contact. Give a grid."
@@ -129,18 +132,18 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
     return Extent((widths[0], widths[1]), (center[0], center[1]))
 
 
-def _coarse_contact(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Mask:
+def _coarse_pressure(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Array:
     levels = Levels(kernel, grid)
     if depth is not None:
         if not (height(grid) < depth).any():
-            return np.zeros(grid.shape, dtype=bool)
+            return np.zeros(grid.shape)
         state, _ = solve_depth(levels, height, depth, _TOLERANCE, _LIMIT)
     else:
         assert force is not None
         state, _ = solve_force(
             levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, _LIMIT
         )
-    return np.asarray(state.contact)
+    return np.asarray(state.pressure)
 
 
 def typical_depth(height: Height, grid: Grid, compliance: float) -> float:

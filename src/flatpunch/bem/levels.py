@@ -10,7 +10,7 @@ Where the indenter is its own mirror image the contact is too, as it is unique, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -56,15 +56,15 @@ class Levels:
         Array namespace.
     single : bool
         Whether everything is done in single precision.
-    whole : Levels, optional
-        Levels of the grid that this one is a part of.
+    shared : ndarray, optional
+        Influence coefficients of a grid that this one is a part of [m/Pa].
     """
 
     kernel: Kernel
     grid: Grid
     xp: Any = np
     single: bool = False
-    whole: Levels | None = None
+    shared: Array | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def coarser(self) -> Levels | None:
@@ -73,7 +73,7 @@ class Levels:
         if min(whole.shape) < 2 * _NARROWEST or whole.nx * whole.ny < (2 * _COARSEST) ** 2:
             return None
         coarse = self.grid.coarser()
-        return None if coarse is None else replace(self, grid=coarse)
+        return None if coarse is None else replace(self, grid=coarse, shared=None)
 
     @cached_property
     def operator(self) -> Operator:
@@ -84,10 +84,10 @@ class Levels:
     @cached_property
     def coefficients(self) -> Array:
         """Influence coefficients [m/Pa]; those of a window are some of the whole grid's."""
-        if self.whole is None:
+        if self.shared is None:
             return coefficients_for(self.kernel, self.grid)
         my, mx = padded_shape(self.grid)
-        return self.whole.coefficients[: my // 2 + 1, : mx // 2 + 1]
+        return self.shared[: my // 2 + 1, : mx // 2 + 1]
 
     @cached_property
     def inner(self) -> Operator:
@@ -95,7 +95,7 @@ class Levels:
         return self.operator if self.single else self.operator.single()
 
     def window(self, pressure: Any) -> Window | None:
-        """The part of the grid around the contact of a pressure; None where that would save little."""
+        """The part of the grid around the contact of a pressure, which is kept; None where that would save little."""
         contact = to_numpy(pressure) > 0
         rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
         if rows.size == 0:
@@ -108,14 +108,27 @@ class Levels:
         size = (x1 - x0) * (1 + mirrored[0]), (y1 - y0) * (1 + mirrored[1])
         if (y1 - y0) * (x1 - x0) > _WORTHWHILE * contact.size or min(size) < _COARSEST:
             return None
-        part = replace(self, grid=self.grid.part(slice(y0, y1), slice(x0, x1)), whole=self)
-        return Window(part, slice(y0, y1), slice(x0, x1))
+        part = replace(self, grid=self.grid.part(slice(y0, y1), slice(x0, x1)), shared=self.coefficients)
+        self._windows[:] = [Window(part, slice(y0, y1), slice(x0, x1), self.grid)]
+        return self._windows[0]
+
+    @cached_property
+    def _windows(self) -> list[Window]:
+        return []
+
+    def around(self, contact: Any) -> tuple[Levels, Any]:
+        """The levels of the latest window and its part of a contact, if it holds all of it; else these and the contact."""
+        for window in self._windows:
+            inside = window.cut(contact)
+            if self.xp.count_nonzero(inside) == self.xp.count_nonzero(contact):
+                return window.levels, inside
+        return self, contact
 
     def folded_to(self, height: Callable[[Grid], Array]) -> tuple[Levels, Any]:
         """The levels folded along the axes about which the indenter is its own mirror image, with its `cells` there."""
         heights = height(self.grid) / self.grid.spacing
         folded = self.folded(mirror_axes(self, heights))
-        return folded, folded.operator.asarray(np.ascontiguousarray(folded.kept(heights)))
+        return folded, folded.asarray(np.ascontiguousarray(folded.kept(heights)))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
         """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are dear."""
@@ -146,7 +159,11 @@ class Levels:
 
     def cells(self, height: Callable[[Grid], Array]) -> Any:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
-        return self.operator.asarray(height(self.grid) / self.grid.spacing)
+        return self.asarray(height(self.grid) / self.grid.spacing)
+
+    def asarray(self, values: Any) -> Any:
+        """NumPy values as an array of the levels' namespace and precision."""
+        return self.xp.asarray(np.asarray(values), dtype=self.xp.float32 if self.single else self.xp.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +173,15 @@ class Window:
     levels: Levels
     rows: slice
     columns: slice
+    whole: Grid
 
     def cut(self, values: Any) -> Any:
         """The window's part of an array on the whole grid."""
         return values[self.rows, self.columns]
 
-    def embed(self, values: Any, like: Any) -> Any:
+    def embed(self, values: Any) -> Any:
         """An array on the whole grid that is zero outside the window."""
-        whole = self.levels.xp.zeros_like(like)
+        whole = self.levels.xp.zeros(self.whole.shape, dtype=values.dtype)
         whole[self.rows, self.columns] = values
         return whole
 
@@ -199,31 +217,61 @@ class Punch:
 
 
 def solve_depth(
-    levels: Levels, height: Callable[[Grid], Array], depth: float, tolerance: float, limit: int, start: Any = None
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    depth: float,
+    tolerance: float,
+    limit: int,
+    start: Any = None,
+    *,
+    rough: Rough | None = None,
 ) -> tuple[State, Effort]:
-    """Contact at a depth [m], from the coarsest level up; `start` replaces the coarser levels."""
+    """Contact at a depth [m], from the coarsest level up; `start` replaces the coarser levels, `rough` the coarsest of them."""
     folded, cells = levels.folded_to(height)
     if start is not None:
         start = folded.kept(start)
-    state, effort = _nested_depth(folded, height, cells, depth, tolerance, limit, start)
+    state, effort = _nested_depth(folded, height, cells, depth, tolerance, limit, start, rough)
     return folded.unfolded_state(state), effort
 
 
+@dataclass(frozen=True, slots=True)
+class Rough:
+    """Pressure [E*] of about the contact that is looked for, on a coarse grid."""
+
+    grid: Grid
+    pressure: Array
+
+
 def _nested_depth(
-    levels: Levels, height: Callable[[Grid], Array], cells: Any, depth: float, tolerance: float, limit: int, start: Any
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    cells: Any,
+    depth: float,
+    tolerance: float,
+    limit: int,
+    start: Any,
+    rough: Rough | None,
+    *,
+    finest: bool = True,
 ) -> tuple[State, Effort]:
     before: tuple[int, ...] = ()
     coarser, coarser_force = levels.coarser, float("nan")
     if start is None and coarser is not None:
-        looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
-        state, effort = _nested_depth(coarser, height, coarser.cells(height), depth, looser, limit, None)
-        before, start = effort.iterations, levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid))
-        coarser_force = state.force * coarser.unit
+        # of the finest level the next coarser one tells how large the error of its force is
+        if rough is not None and not finest and _cells(coarser.grid) <= _cells(rough.grid):
+            start = levels.asarray(prolong(rough.pressure, rough.grid, levels.grid))
+        else:
+            looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
+            state, effort = _nested_depth(
+                coarser, height, coarser.cells(height), depth, looser, limit, None, rough, finest=False
+            )
+            before, start = effort.iterations, levels.asarray(prolong(state.pressure, coarser.grid, levels.grid))
+            coarser_force = state.force * coarser.unit
     taken, direct = 0, True
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
-        taken, start, direct = part.iterations, window.embed(part.pressure, cells), part.direct
+        taken, start, direct = part.iterations, window.embed(part.pressure), part.direct
     state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
     return state, Effort((*before, taken + state.iterations), coarser_force=coarser_force)
 
@@ -239,9 +287,10 @@ def solve_force(
 
 def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
     """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
-    folded = levels.folded(mirror_axes(levels, to_numpy(contact).astype(float)))
-    operator = folded.inner if tolerance >= SINGLE_FLOOR else folded.operator
-    stiffness = punch_stiffness(operator, folded.kept(contact), tolerance)[1]
+    folded = levels.folded(mirror_axes(levels, to_numpy(contact)))
+    part, contact = folded.around(folded.kept(contact))
+    operator = part.inner if tolerance >= SINGLE_FLOOR else part.operator
+    stiffness = punch_stiffness(operator, contact, tolerance)[1]
     return stiffness * levels.kernel.modulus * levels.grid.spacing
 
 
@@ -261,7 +310,7 @@ def _nested_force(
     coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
     state, effort, punch = _nested_force(coarser, height, coarser.cells(height), force, guess, coarse_tolerance, limit)
     start, depth = (
-        levels.operator.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
+        levels.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
         state.depth * coarser.grid.spacing,
     )
     coarser_depth = depth
@@ -273,7 +322,7 @@ def _nested_force(
         part, taken, missing, punch = _newton(
             window.levels, window.cut(cells), force, depth, window.cut(start), punch, tolerance, limit
         )
-        start, depth = window.embed(part.pressure, cells), part.depth * levels.grid.spacing
+        start, depth = window.embed(part.pressure), part.depth * levels.grid.spacing
     state, more, missing, punch = _newton(
         levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
     )
@@ -305,7 +354,7 @@ def _newton(
     if punch is not None:
         stiffness = punch.stiffness
     if punch is not None and punch.foresees and follow:
-        share = levels.operator.asarray(punch.share(levels.grid))
+        share = levels.asarray(punch.share(levels.grid))
         aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
     for _ in range(_NEWTON_STEPS):
         wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
@@ -367,4 +416,7 @@ def mirror_axes(levels: Levels, values: Array) -> tuple[bool, bool]:
 
 def _even(values: Array, axis: int) -> bool:
     """Whether an array is its own mirror image along an axis."""
-    return bool(np.allclose(values, np.flip(values, axis), rtol=_EVEN, atol=_EVEN))
+    image = np.flip(values, axis)
+    if values.dtype == bool:
+        return np.array_equal(values, image)
+    return bool(np.allclose(values, image, rtol=_EVEN, atol=_EVEN))

@@ -18,8 +18,10 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.15
 """Cells that it is looked at with, the least half-width of the look, and up to where it is to be known: over the mean radius."""
+_SECTORS = (3, *range(5, 25))
+"""Numbers of arms with which a sector is less than the half or quarter that mirror images leave."""
 _SPARE = 0.1
-"""What is looked at beyond the point of first touch, over its half-width, where one sector stands for three."""
+"""What is looked at beyond the point of first touch, over its half-width, where one sector stands for all."""
 
 
 def refine_core(
@@ -54,12 +56,14 @@ def refine_core(
     half = int(max(_HALF_WIDTH * mean, _WITHIN * mean + ROOT * spacing) / fine)
     grid = Grid(2 * half, 2 * half, fine)
     mirrored = mirrored_about(indenter, np.pi / 2), mirrored_about(indenter, 0.0)
-    # of three arms one lies on the x axis: the others bound a sector on its other side
+    fold = rotational_symmetry(indenter)
+    # of an odd number of arms one lies on the x axis: two others bound a sector on its other side
     sector = np.pi * (contour[0] > contour[contour.size // 2])
-    one_of_three = mirrored[1] and rotational_symmetry(indenter) == 3
-    if one_of_three:
-        spare = int(_SPARE * half)
-        grid = Grid(half + spare, 2 * half, fine, (np.cos(sector) * (half - spare) * fine / 2, 0.0))
+    one_of_many = mirrored[1] and fold in _SECTORS
+    if one_of_many:
+        mirrored, spare = (False, True), int(_SPARE * half)
+        across = min(half, int(half * np.sin(np.pi / fold) + ROOT * spacing / fine) + 1)
+        grid = Grid(half + spare, 2 * across, fine, (np.cos(sector) * (half - spare) * fine / 2, 0.0))
     core = look_closer(kernel, indenter, depth, whole, grid, 0.0, mirrored=mirrored)
     if not core.converged:
         return
@@ -68,9 +72,9 @@ def refine_core(
         # islands so near that nothing is sure to be the star's
         return
     closer, *_ = rim_along(grid, pressure, contour.size, (1 + kernel.exponent) / 2, kernel.surface_length)
-    if one_of_three:
-        rays = np.arange(contour.size) * (2 * np.pi / contour.size)
-        images = sector - np.pi / 3 + np.mod(rays - sector + np.pi / 3, 2 * np.pi / 3)
+    if one_of_many:
+        rays, edge = np.arange(contour.size) * (2 * np.pi / contour.size), sector - np.pi / fold
+        images = edge + np.mod(rays - edge, 2 * np.pi / fold)
         closer = np.interp(images, rays, closer, period=2 * np.pi)
     inside = (closer < half * fine - ROOT * spacing) & (gaps[:, 0] < ROOT * spacing)
     contour[inside], gaps[inside] = closer[inside], 0.0
