@@ -47,6 +47,8 @@ _SLOPE_NOISE, _CORNER_SLOPE_NOISE = 0.25, 0.8
 _SHAPE_TOLERANCE, _CLOSE_TOLERANCE, _CLOSER_TOLERANCE = 5e-3, 8e-3, 1.5e-2
 """Interpolation error of the outline that is accepted, over its radius, between solutions that lie far apart, that are close, and
 that are closer: leaving one out of these tells up to five times too much."""
+_FAR_OFF = 0.1
+"""The same from which on gaps between solutions that lie far apart are quartered at once: fewer rounds, fewer waits for them."""
 _AFTER = 1 / 3
 """Where in the rest of a gap the rise after a kink is solved for too, as long as solutions are not closer."""
 _USUAL, _CLOSEST, _EACH = 2, 1 / 8, 3
@@ -330,11 +332,15 @@ class Correction:
         split = self._rough(tuple(nodes), rtol)
         if not split.any():
             return nodes, none
-        kinks = self._shape_curve(tuple(nodes)).kinks
+        shape = self._shape_curve(tuple(nodes))
+        kinks, kinked = shape.kinks, np.isfinite(shape.kinks)
         # and where the steep rise after a kink begins, as long as it is not well known
         beyond = kinks + _AFTER * (nodes[1:] - kinks)
-        wide = split & np.isfinite(kinks) & (gaps > _CLOSER)
-        return nodes, np.append(np.where(np.isfinite(kinks), kinks, middles)[split], beyond[wide])
+        wide = split & kinked & (gaps > _CLOSER)
+        # what is wrong by far is so in both halves
+        far = split & ~kinked & (gaps > _FAR_APART) & (shape.error > _FAR_OFF)
+        quarters = np.concatenate([(nodes[:-1] + middles)[far] / 2, (middles + nodes[1:])[far] / 2])
+        return nodes, np.concatenate([np.where(kinked, kinks, middles)[split], beyond[wide], quarters])
 
     def _gaps_to_halve(self, known: tuple[float, ...], rtol: float) -> Flags:
         """Whether gaps between solutions should be halved, shape (nodes - 1,)."""
