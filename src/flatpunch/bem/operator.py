@@ -10,7 +10,8 @@ real, go first if they are even, and rows follow in blocks.
 Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
 
 The approximate inverse divides by the symbol C(|k|) on the grid itself, without padding. It is positive by construction, unlike
-the transform of the truncated coefficients, whose lowest entries can be negative under stiff films.
+the transform of the truncated coefficients, whose lowest entries can be negative under stiff films. Conjugate gradients also
+want displacements continued smoothly beyond the contact (conjugate.py): `spread` is what they are averaged with.
 """
 
 from __future__ import annotations
@@ -73,6 +74,8 @@ class Operator:
         Transform of the coefficients on the padded grid of my x mx cells; real, one quarter.
     inverse : array, shape (qy, qx/2 + 1)
         1/C(|k|) on the periodic grid of the preconditioner.
+    smoothing : array, shape (qy, qx/2 + 1)
+        exp(-|k| h), h the side of a cell, on the same grid.
     padded, periodic : (int, int)
         Shapes (my, mx) and (qy, qx).
     xp : module
@@ -84,6 +87,7 @@ class Operator:
     grid: Grid
     spectrum: Any
     inverse: Any
+    smoothing: Any
     padded: tuple[int, int]
     periodic: tuple[int, int]
     xp: Any
@@ -97,18 +101,17 @@ class Operator:
 
     def precondition(self, gap: Any) -> Any:
         """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
-        ny, nx = self.grid.shape
-        if self.xp is np:
-            return self._precondition_numpy(gap)
-        fft = self.xp.fft
-        spectrum = fft.rfftn(gap, s=self.periodic, axes=(0, 1)) * self.inverse
-        return fft.irfftn(spectrum, s=self.periodic, axes=(0, 1))[:ny, :nx]
+        return self._periodic(gap, self.inverse)
+
+    def spread(self, values: Any) -> Any:
+        """Values averaged with weights 1/(r^2 + h^2)^(3/2), whose transform is `smoothing`; shape (ny, nx)."""
+        return self._periodic(values, self.smoothing)
 
     def single(self) -> Operator:
         """The same operator in single precision."""
         xp = self.xp
-        spectrum, inverse = (xp.astype(part, xp.float32) for part in (self.spectrum, self.inverse))
-        return replace(self, spectrum=spectrum, inverse=inverse)
+        names = ("spectrum", "inverse", "smoothing")
+        return replace(self, **{name: xp.astype(getattr(self, name), xp.float32) for name in names})
 
     def asarray(self, values: Any) -> Any:
         """NumPy values as an array of this operator's namespace and precision."""
@@ -168,15 +171,20 @@ class Operator:
             for first in blocks:
                 convolve(first, self.threads)
 
-    def _precondition_numpy(self, gap: Array) -> Array:
+    def _periodic(self, values: Any, factor: Any) -> Any:
+        """Values times a factor in the space of wavenumbers of the grid, without padding; shape (ny, nx)."""
         (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
+        if self.xp is not np:
+            fft = self.xp.fft
+            spectrum = fft.rfftn(values, s=self.periodic, axes=(0, 1)) * factor
+            return fft.irfftn(spectrum, s=self.periodic, axes=(0, 1))[:ny, :nx]
         along_x, along_y = self.grid.mirrored
-        wide = padded(gap, (qy // (1 + along_y), qx // (1 + along_x)))
+        wide = padded(values, (qy // (1 + along_y), qx // (1 + along_x)))
         if along_x == along_y:
-            u = _convolved(wide, (0, 1), self.inverse, threads, even=along_x)
+            u = _convolved(wide, (0, 1), factor, threads, even=along_x)
         else:
             even, other = ((1,), (0,)) if along_x else ((0,), (1,))
-            u = cosine_back(_convolved(cosine(wide, even, threads), other, self.inverse, threads), even, threads)
+            u = cosine_back(_convolved(cosine(wide, even, threads), other, factor, threads), even, threads)
         return np.asarray(u[:ny, :nx])
 
     def _apply_standard(self, pressure: Any) -> Any:
@@ -222,11 +230,16 @@ def build_operator(
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
     spectrum = even_transform(g, threads)
-    inverse = inverse_symbol(kernel, grid.spacing, periodic, grid.stretch) if solving else np.empty((0, 0))
-    inverse /= unit
+    inverse = smoothing = np.empty((0, 0))
+    if solving:
+        k = wavenumbers(grid.spacing, periodic, grid.stretch)
+        inverse, smoothing = (
+            whole_plane(half, periodic[0]) for half in (inverse_symbol(kernel, k), np.exp(-k * grid.spacing))
+        )
+        inverse /= unit
     if xp is not np:
-        spectrum, inverse = xp.asarray(spectrum), xp.asarray(inverse)
-    return Operator(grid, spectrum, inverse, (my, mx), periodic, xp, threads)
+        spectrum, inverse, smoothing = (xp.asarray(part) for part in (spectrum, inverse, smoothing))
+    return Operator(grid, spectrum, inverse, smoothing, (my, mx), periodic, xp, threads)
 
 
 def padded_shape(grid: Grid) -> tuple[int, int]:
@@ -244,15 +257,24 @@ def coefficients_for(kernel: Kernel, grid: Grid) -> Array:
     return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), grid.stretch)
 
 
-def inverse_symbol(kernel: Kernel, spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
-    """1/C(|k|) on the half plane of wavenumbers of a periodic grid; shape (ny, nx/2 + 1)."""
+def wavenumbers(spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
+    """|k| [1/m] in one quadrant of a periodic grid, shape (ny/2 + 1, nx/2 + 1)."""
     ny, nx = shape
     ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
     kx = 2 * np.pi * scipy.fft.rfftfreq(nx, stretch * spacing)
-    k = np.hypot(kx, ky[:, None])
+    return np.hypot(kx, ky[:, None])
+
+
+def whole_plane(quadrant: Array, ny: int) -> Array:
+    """What is even in ky, shape (ny/2 + 1, m), at all ny of them."""
+    return np.concatenate([quadrant, quadrant[(ny - 1) // 2 : 0 : -1]])
+
+
+def inverse_symbol(kernel: Kernel, k: Array) -> Array:
+    """1/C(|k|) in a quadrant of wavenumbers; in the place of zero half of the next one."""
+    k = np.array(k)
     k[0, 0] = 0.5 * max(k[0, 1], k[1, 0])
-    upper = 1 / compliance_values(kernel, k)
-    return np.concatenate([upper, upper[(ny - 1) // 2 : 0 : -1]])
+    return np.asarray(1 / compliance_values(kernel, k))
 
 
 def compliance_values(kernel: Kernel, k: Array) -> Array:

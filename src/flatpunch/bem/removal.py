@@ -16,6 +16,12 @@ from flatpunch.bem.operator import Operator
 _SLOW = 40
 """Inner iterations in one step from which on larger contacts than before are solved directly."""
 
+_MANY = 6
+"""Inner iterations in one step from which on the next ones continue displacements beyond the contact."""
+
+_FARTHER = 0.2
+"""What these reduce a gap by over what is asked of others: their steps are few, and contacts settle in fewer turns."""
+
 _LONGEST = 150
 """Most inner iterations in one step: what has not come to an end by then has met rounding, and starts anew from what it has."""
 
@@ -34,6 +40,8 @@ class Removal:
         Whether there is but one contact, on which one step is enough.
     directly : bool
         Whether the last step was a direct one.
+    continued : bool
+        Whether iterations continue displacements beyond the contact.
     """
 
     operator: Operator
@@ -41,6 +49,7 @@ class Removal:
     direct: bool = True
     once: bool = False
     directly: bool = False
+    continued: bool = False
     _influence: Influence | None = None
     _table: Array | None = None
     _slow: bool = False
@@ -55,8 +64,11 @@ class Removal:
                 self.directly = True
                 return change, 1
             self.direct = False
-        change, count = remove_gap(self.inner, contact, gap, drop, min(limit, _LONGEST))
+        most = min(limit, _LONGEST)
+        wanted = _FARTHER * drop if self.continued else drop
+        change, count = remove_gap(self.inner, contact, gap, wanted, most, continued=self.continued)
         self._slow |= count >= _SLOW
+        self.continued |= count >= _MANY
         return change, count
 
     def _directly(self, contact: Any, gap: Any) -> Any:
