@@ -18,8 +18,6 @@ from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
 
 _FINE, _HALF_WIDTH, _WITHIN = 0.0133, 1.3, 1.15
 """Cells that it is looked at with, the least half-width of the look, and up to where it is to be known: over the mean radius."""
-_SECTORS = (3, *range(5, 25))
-"""Numbers of arms with which a sector is less than the half or quarter that mirror images leave."""
 _SPARE = 0.1
 """What is looked at beyond the point of first touch, over its half-width, where one sector stands for all."""
 
@@ -57,9 +55,9 @@ def refine_core(
     grid = Grid(2 * half, 2 * half, fine)
     mirrored = mirrored_about(indenter, np.pi / 2), mirrored_about(indenter, 0.0)
     fold = rotational_symmetry(indenter)
-    # of an odd number of arms one lies on the x axis: two others bound a sector on its other side
+    # of an odd number of arms, which have no quarters, one lies on the x axis: two others bound a sector on its other side
     sector = np.pi * (contour[0] > contour[contour.size // 2])
-    one_of_many = mirrored[1] and fold in _SECTORS
+    one_of_many = mirrored[1] and fold % 2 == 1 and fold > 1
     if one_of_many:
         mirrored, spare = (False, True), int(_SPARE * half)
         across = min(half, int(half * np.sin(np.pi / fold) + ROOT * spacing / fine) + 1)
