@@ -47,9 +47,10 @@ def test_points_from_few_cells(medium: fp.Medium, sides: int, depth: float, reac
     assert coarse.radius == pytest.approx(fine.radius, rel=5e-3)
 
 
-def test_one_sector_of_a_core_stands_for_three(monkeypatch: pytest.MonkeyPatch) -> None:
-    tip, kernel = fp.Pyramid(3, 0.3), compliance(_film(50.0))
-    (solution,) = bem.solve(kernel, tip, depths=0.6, grid=192, tolerance=1e-6, angles=360)
+@pytest.mark.parametrize(("sides", "depth"), [(3, 0.6), (5, 2.5), (7, 2.5)])
+def test_one_sector_of_a_core_stands_for_all(sides: int, depth: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    tip, kernel = fp.Pyramid(sides, 0.3), compliance(_film(50.0))
+    (solution,) = bem.solve(kernel, tip, depths=depth, grid=192, tolerance=1e-6, angles=360)
     sector = traced(kernel, tip, solution, 360)
     monkeypatch.setattr(star_core, "rotational_symmetry", lambda indenter: 1)
     whole = traced(kernel, tip, solution, 360)

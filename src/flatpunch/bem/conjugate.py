@@ -1,20 +1,20 @@
 """Removing the gap on a given contact by preconditioned conjugate gradients, a linear problem.
 
-The pressure p on a contact that makes displacements u there has the energy u p/2, which is the least that u can have, however
-it is continued beyond the contact: A^-1 = min E' C^-1 E over continuations E, exactly. Zero is a poor one: on slender contacts and under
-stiff films, which then have to bend within a cell, it stores up to hundreds of times the least energy, and conjugate gradients
-take that many steps or their root. A weighted mean of u in the contact, with weights 1/(r^2 + h^2)^(3/2) that favour what is near,
-costs two convolutions on the grid itself and saves a third (half-spaces) to two thirds (stiff films) of the steps.
+The pressure p on a contact that makes displacements u there has the energy u p/2. It is the least that u can have, however it is
+continued beyond the contact: A^-1 = min E' C^-1 E over continuations E. Zero is fair on half-spaces and on layers that drain, and
+poor under stiff films, which then have to bend within a cell: it stores up to a hundred times the least energy. A mean of u in the
+contact with weights 1/(r^2 + h^2)^(3/2), which favour what is near, stores three to twelve times the least, and costs two
+convolutions on the grid itself.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from flatpunch.bem.operator import Operator
-
 
 _FADING = 0.01
 """Weight of zero in that mean, over the sum of all weights: far from the contact displacements fade away."""
@@ -54,12 +54,9 @@ def remove_gap(
     mask = xp.astype(contact, dtype)
     r = xp.astype(gap / scale, dtype)
     p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
-    weight = (1 - mask) / (xp.abs(operator.spread(mask)) + _FADING) if continued else None
+    precondition = preconditioner(operator, mask, continued=continued)
     for n in range(limit):
-        z = operator.precondition(r if weight is None else r + weight * operator.spread(r))
-        if weight is not None:
-            z = z + operator.spread(weight * z)
-        z *= mask
+        z = precondition(r)
         rz = dot(xp, r, z)
         t *= rz / rz_old
         t += z
@@ -75,6 +72,19 @@ def remove_gap(
         if largest(xp, r) <= drop:
             return p * scale, n + 1
     return p * scale, limit
+
+
+def preconditioner(operator: Operator, mask: Any, *, continued: bool) -> Callable[[Any], Any]:
+    """Pressure on a contact that about removes a gap there, E' C^-1 E; of the `mask` ones are the contact, all else is zero."""
+    if not continued:
+        return lambda gap: operator.precondition(gap) * mask
+    weight = (1 - mask) / (operator.xp.abs(operator.spread(mask)) + _FADING)
+
+    def precondition(gap: Any) -> Any:
+        pressure = operator.precondition(gap + weight * operator.spread(gap))
+        return (pressure + operator.spread(weight * pressure)) * mask
+
+    return precondition
 
 
 def dot(xp: Any, a: Any, b: Any) -> float:

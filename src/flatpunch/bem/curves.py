@@ -289,7 +289,8 @@ def _solve_inside(
 ) -> tuple[Levels, State, Effort]:
     """Solution that does not touch the grid's edge; the grid may grow along the axes that need it, so many times.
 
-    Where it is known how the contact looks like on `rough` cells, it need not be solved on such. Where it was only `hinted` at, the contact is looked for first: growing would leave the cells as fine as they were.
+    What is known of the contact on `rough` cells takes the place of the coarsest level. Where its box was only `hinted` at, it is
+    looked for first: growing would leave the cells as fine as they were.
     """
     for left in range(growths, -1, -1):
         state, effort = _solve(levels, height, tolerance, limit, start, rough=rough, **prescribed)

@@ -262,7 +262,7 @@ def wavenumbers(spacing: float, shape: tuple[int, int], stretch: int = 1) -> Arr
     ny, nx = shape
     ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
     kx = 2 * np.pi * scipy.fft.rfftfreq(nx, stretch * spacing)
-    return np.hypot(kx, ky[:, None])
+    return np.asarray(np.hypot(kx, ky[:, None]))
 
 
 def whole_plane(quadrant: Array, ny: int) -> Array:

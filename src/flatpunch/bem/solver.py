@@ -312,8 +312,7 @@ def punch_stiffness(
     xp, dtype = operator.xp, operator.spectrum.dtype
     one = xp.astype(contact, dtype)
     p, error, iterations = xp.zeros_like(one), 1.0, 0
-    # a flat surface is what is worst to end at the edge of the contact
-    gap, removal = -one, Removal(operator, operator.single(), once=True, continued=True)
+    gap, removal = -one, Removal(operator, operator.single(), once=True)
     while error > tolerance and iterations < limit:
         change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
         p = p + xp.astype(change, dtype)
