@@ -2,7 +2,7 @@
 
 The pressure p on a contact that makes displacements u there has the energy u p/2. It is the least that u can have, however it is
 continued beyond the contact: A^-1 = min E' C^-1 E over continuations E. Zero is fair on half-spaces and on layers that drain, and
-poor under stiff films, which then have to bend within a cell: it stores up to a hundred times the least energy. A mean of u in the
+poor under stiff films, which then have to bend within a cell: it stores a hundred times the least energy. A mean of u in the
 contact with weights 1/(r^2 + h^2)^(3/2), which favour what is near, stores three to twelve times the least, and costs two
 convolutions on the grid itself.
 """
