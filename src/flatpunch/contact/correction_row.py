@@ -15,7 +15,7 @@ from flatpunch.contact.expected_box import crowded, traced_whole
 from flatpunch.contact.ridges import Trace
 from flatpunch.indenters.profile import Indenter
 
-_TOLERANCE, _STIFFNESS_TOLERANCE = 1e-5, 3e-3
+_TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
 """Gap error of the solutions, and of the punches that tell dF/dd: it leaves 4e-4 of that, less than what the cells do."""
 
 _COARSE = 0.06
