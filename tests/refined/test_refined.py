@@ -156,3 +156,17 @@ def test_round_tips_are_exact() -> None:
     exact = fp.indent(INCOMPRESSIBLE, fp.Paraboloid(0.5), depth=depth, method="first-order")
     refined = fp.indent(INCOMPRESSIBLE, fp.Paraboloid(0.5), depth=depth, method="refined")
     np.testing.assert_array_equal(refined.force, exact.force)
+
+
+@pytest.mark.parametrize(
+    ("sides", "ratio", "cells"), [(5, 10.0, 192), (8, 4.0, 192), (4, 10.0, 256), (6, 0.1, 256), (7, 1.0, 256)]
+)
+def test_fewer_cells_where_many_needles_grow(sides: int, ratio: float, cells: int) -> None:
+    """Five edges and more on films stiffer than their base; `cells` says so for others."""
+    film = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    tip = fp.Pyramid(sides, 0.3)
+    usual, told = (fp.indent(film, tip, depth=0.3, method="refined", **options) for options in ({}, {"cells": cells}))
+    assert usual.force.values == told.force.values
+    other = fp.indent(film, tip, depth=0.3, method="refined", cells=448 - cells)
+    assert other.force.values != usual.force.values
+    assert other.force.values == pytest.approx(usual.force.values, rel=2e-4)
