@@ -7,6 +7,8 @@ import pytest
 
 from flatpunch import indenters, media
 from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve, solve_punch, trace_outline
+from flatpunch.bem.extent import Extent, find_extent
+from flatpunch.bem.shape import IndenterHeight
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
@@ -173,3 +175,18 @@ def test_a_known_box_is_taken_as_it_is(monkeypatch):
         assert not wider.contact[:, [0, -1]].any()
         assert wider.force == pytest.approx(found.force, rel=1e-3)
         assert wider.grid.nx * wider.grid.ny < 1.2 * 96**2
+
+
+@pytest.mark.parametrize("sides", [3, 4])
+def test_the_contact_that_told_the_box_takes_the_place_of_the_coarsest_level(sides):
+    """It has more cells than that level; the finest one still has its next coarser one, by which it tells its error."""
+    tip, options = indenters.Pyramid(sides, 0.3), {"depths": 1e-7, "grid": 256, "tolerance": 1e-8}
+    [searched] = solve(HALF_SPACE, tip, **options)
+    extent = find_extent(HALF_SPACE, IndenterHeight(tip), Extent((1e-6, 1e-6), (0.0, 0.0)), depth=1e-7)
+    [told] = solve(HALF_SPACE, tip, half_widths=extent.half_widths, centers=extent.center, search=False, **options)
+    assert len(searched.iterations) == len(told.iterations) - 1 == 3
+    # both have a gap error of 1e-8; boxes from other first looks are as wide to a twentieth, and so are their cells
+    assert searched.force == pytest.approx(told.force, rel=5e-5)
+    assert searched.coarser_force == pytest.approx(told.coarser_force, rel=2e-4)
+    [small] = solve(HALF_SPACE, tip, depths=1e-7, grid=64, tolerance=1e-8)
+    assert np.isfinite(small.coarser_force)

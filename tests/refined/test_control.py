@@ -180,3 +180,26 @@ def test_tips_far_smaller_than_the_layer_under_force() -> None:
         assert float(fp.indent(film(10.0000001), tip, force=value, **COARSE).depth[0]) == pytest.approx(
             expected, rel=1e-5
         )
+
+
+@pytest.mark.parametrize(("sides", "ratio", "deepest"), [(3, 100.0, 12.0), (4, 100.0, 12.0), (4, 80.0, 5.0)])
+def test_gaps_off_by_far_are_quartered(
+    sides: int, ratio: float, deepest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One round less, and hardly more solutions: both halves of such a gap would be halved next."""
+    rounds: list[int] = []
+    solutions = Correction.solutions
+
+    def counted(self: Correction, positions: np.ndarray, *, alone: bool = False) -> np.ndarray:
+        rounds.append(positions.size)
+        return solutions(self, positions, alone=alone)
+
+    monkeypatch.setattr(Correction, "solutions", counted)
+    tip, depth = fp.Pyramid(sides, 0.3), np.geomspace(0.02, deepest, 50)
+    fp.indent(film(ratio), tip, depth=depth, **COARSE)
+    quartered = rounds.copy()
+    rounds.clear()
+    monkeypatch.setattr("flatpunch.contact.correction._FAR_OFF", np.inf)
+    fp.indent(film(ratio * 1.000001), tip, depth=depth, **COARSE)
+    assert len(quartered) < len(rounds)
+    assert sum(quartered) <= sum(rounds) + 2
