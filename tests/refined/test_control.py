@@ -186,7 +186,7 @@ def test_tips_far_smaller_than_the_layer_under_force() -> None:
 def test_gaps_off_by_far_are_quartered(
     sides: int, ratio: float, deepest: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One round less, and hardly more solutions: both halves of such a gap would be halved next."""
+    """At once, as both halves of such a gap would be halved next: hardly more solutions in fewer rounds."""
     rounds: list[int] = []
     solutions = Correction.solutions
 
@@ -201,5 +201,9 @@ def test_gaps_off_by_far_are_quartered(
     rounds.clear()
     monkeypatch.setattr("flatpunch.contact.correction._FAR_OFF", np.inf)
     fp.indent(film(ratio * 1.000001), tip, depth=depth, **COARSE)
-    assert len(quartered) < len(rounds)
-    assert sum(quartered) <= sum(rounds) + 2
+    assert quartered[0] == rounds[0]
+    # a gap that is quartered has three solutions more, one that is halved has one
+    assert quartered[1] >= rounds[1] + 2
+    assert len(quartered) <= len(rounds)
+    # what solutions scatter on so few cells decides on some
+    assert sum(quartered) <= sum(rounds) + 5
