@@ -204,7 +204,8 @@ def half_space(n: int):
 
 def own_run(shape: str, n: int, threads: int, force_control: bool, whole: bool = False):
     """Wall and processor time, and pressure; `whole` keeps it from solving on a quarter of the grid, as peers do not either."""
-    from flatpunch.bem.levels import Levels, solve_depth, solve_force
+    from flatpunch.bem.levels import Levels
+    from flatpunch.bem.nested import solve_depth, solve_force
 
     kernel, grid = half_space(n)
     os.environ["OMP_NUM_THREADS"] = str(threads)

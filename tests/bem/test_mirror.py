@@ -6,7 +6,8 @@ import pytest
 from flatpunch import bem, indenters, media
 from flatpunch.bem import levels
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.levels import Levels, solve_depth, solve_force, solve_stiffness
+from flatpunch.bem.levels import Levels
+from flatpunch.bem.nested import solve_depth, solve_force, solve_stiffness
 from flatpunch.bem.operator import build_operator
 from flatpunch.compliance import compliance
 

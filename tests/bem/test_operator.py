@@ -9,7 +9,8 @@ import pytest
 from flatpunch import media
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.influence import influence_coefficients
-from flatpunch.bem.levels import Levels, solve_depth, solve_force
+from flatpunch.bem.levels import Levels
+from flatpunch.bem.nested import solve_depth, solve_force
 from flatpunch.bem.operator import BYTES_PER_CELL, build_operator, compliance_values
 from flatpunch.compliance import compliance
 

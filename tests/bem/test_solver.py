@@ -6,7 +6,8 @@ import pytest
 from flatpunch import indenters, media
 from flatpunch._validation import FlatpunchWarning
 from flatpunch.bem import Grid, solve
-from flatpunch.bem.levels import Levels, solve_depth, solve_force
+from flatpunch.bem.levels import Levels
+from flatpunch.bem.nested import solve_depth, solve_force
 from flatpunch.bem.operator import build_operator
 from flatpunch.compliance import compliance
 

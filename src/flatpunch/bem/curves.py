@@ -22,8 +22,9 @@ from flatpunch.bem.extent import (
     typical_depth,
 )
 from flatpunch.bem.grid import SMALLEST, Grid, check_square
-from flatpunch.bem.levels import Effort, Levels, Rough, solve_depth, solve_force
+from flatpunch.bem.levels import Levels
 from flatpunch.bem.memory import announced
+from flatpunch.bem.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.bem.operator import to_numpy
 from flatpunch.bem.shape import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
 from flatpunch.bem.solution import Solution, check_tolerance, solution_of
@@ -211,7 +212,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                         Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, course.single), len(steps)
                     )
             start = state.pressure if state is not None and close and before is levels else None
-            rough = extent.rough if levels.xp is np and not isinstance(grid, Grid) else None
+            rough = None if isinstance(grid, Grid) else extent.rough
             growths = 0 if isinstance(grid, Grid) else _GROWTHS
             levels, state, effort = _solve_inside(
                 levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, rough=rough, **prescribed

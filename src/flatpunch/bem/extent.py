@@ -8,7 +8,8 @@ import numpy as np
 
 from flatpunch._validation import Array
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Levels, Rough, solve_depth, solve_force
+from flatpunch.bem.levels import Levels
+from flatpunch.bem.nested import Rough, solve_depth, solve_force
 from flatpunch.bem.shape import Height
 from flatpunch.compliance import Kernel
 

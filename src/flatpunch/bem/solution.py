@@ -10,7 +10,8 @@ import numpy as np
 
 from flatpunch._validation import Array, FlatpunchWarning, positive
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Effort, Levels, solve_stiffness
+from flatpunch.bem.levels import Levels
+from flatpunch.bem.nested import Effort, solve_stiffness
 from flatpunch.bem.operator import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.shape import Height
