@@ -51,6 +51,22 @@ def test_a_rounded_edge_is_a_cylinder_while_the_needle_is_narrow() -> None:
     assert bent == pytest.approx(b, rel=4e-3)
 
 
+def test_a_tip_that_is_cut_off_is_a_wedge_beyond_its_flat() -> None:
+    """However near the flat the needle begins; on a flat of more than 100 cells no width is told."""
+    tip, b = fp.Truncated.across(fp.Pyramid(4, 0.3), 20.0), 0.3
+    corner, along = 20 * np.sqrt(2), np.geomspace(5.0, 300.0, 200)
+    profile = across(KERNEL, tip, tip.corners[0], along[[0, -1]], 0.05)
+    m = np.tan(0.3) / np.sqrt(2)
+    load, moment = (np.full(along.size, KERNEL.modulus * m / 2 * value / 0.05) for value in (b, b**3 / 6))
+    straight, bent = profile.half_widths(along, load, moment)
+    beyond, before = along > 1.15 * corner, along < (corner - 100 * 0.05) / 1.15
+    np.testing.assert_allclose(straight[beyond], b, rtol=2e-3)
+    np.testing.assert_allclose(bent[beyond], b, rtol=0.02)
+    assert before.any()
+    assert np.isnan(straight[before]).all()
+    assert np.isnan(bent[before]).all()
+
+
 @pytest.mark.parametrize("cells", [1.8, 3.4, 7.3])
 def test_few_cells_carry_a_wedge(cells: float) -> None:
     """The plane problem solved on cells of width 1 at given load: where the wedge's edge lies between them is found."""

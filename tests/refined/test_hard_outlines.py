@@ -77,3 +77,27 @@ def test_outline_between_solutions_of_another_range() -> None:
     assert float(found.contour_error) > 0.01
     assert float(found.force) == pytest.approx(solution.force, rel=1e-3)
     assert float(found.radius) == pytest.approx(truth.radius, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "sides", "inclination", "flat", "depth"),
+    [
+        (100, 3, 0.35, 0.2, 1.4),  # needles that begin on the flat and are up to a tenth as wide
+        (100, 3, 0.35, 0.2, 2.7),
+        (100, 4, 0.349, 0.044, 0.0233),  # hardly more than the flat
+        (20, 4, 0.35, 0.156, 0.074),
+        (2, 3, 0.7, 0.874, 0.142),
+        (50, 6, 0.52, 0.25, 2.6),
+        (50, 8, 0.175, 0.516, 0.253),  # corners too wide for their load to tell how wide
+    ],
+)
+def test_outline_of_a_tip_that_is_cut_off(ratio: float, sides: int, inclination: float, flat: float, depth: float) -> None:
+    tip = fp.Truncated.across(fp.Pyramid(sides, inclination), flat)
+    kernel = compliance(fp.Medium([fp.Layer(ratio, 0.3, thickness=1.0)], base=fp.HalfSpace(1.0, 0.3)))
+    coarse, fine = (
+        traced(kernel, tip, bem.solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6, angles=RAYS)[0], RAYS)
+        for grid in (256, 1024)
+    )
+    assert distance(coarse.contour, fine.contour) < 0.01 * fine.radius
+    assert coarse.radius == pytest.approx(fine.radius, rel=3e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=6e-3)

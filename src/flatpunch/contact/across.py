@@ -10,6 +10,8 @@ moment that belongs to it and n = dln G/dln b,
 
 It is known to a fraction of a cell, where counting cells is off by half of one along hundreds that are equally wide. A few
 cells have another moment than the pressure that they stand for; which one, wedges on such cells tell.
+
+Along the edge the profile may change: tips that are cut off are flat up to the corner of their flat, and wedges from there on.
 """
 
 from __future__ import annotations
@@ -36,6 +38,8 @@ _MOST = 48
 """Cells of a half-width up to which their moment differs from the pressure's (there by 3e-4)."""
 _LEAST, _LARGEST = 0.5, 2.0
 """What curvature may make of a half-width."""
+_NEXT = 1.15
+"""Ratio of neighbouring places along the edge at which its profile is taken where that changes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,9 +52,9 @@ class Across:
         E* at the surface [Pa].
     spacing : float
         Cells across [m].
-    ends : ndarray, shape (2,)
+    places : ndarray, shape (n,)
         Places along the edge [m] between which the profile changes evenly.
-    loads : ndarray, shape (2, widths)
+    loads : ndarray, shape (n, widths)
         ln G there, G in cells, at half-widths of 0.001 to 100 cells.
     widest : float
         Half-width up to which the surface is a half-plane's [m].
@@ -58,12 +62,12 @@ class Across:
 
     modulus: float
     spacing: float
-    ends: Array
+    places: Array
     loads: Array
     widest: float
 
     def half_widths(self, along: Array, load: Array, moment: Array) -> tuple[Array, Array]:
-        """Half-widths without curvature and with it [m], shape (n,) each.
+        """Half-widths without curvature and with it [m], shape (n,) each; NaN on a flat and where they exceed the table.
 
         Parameters
         ----------
@@ -75,35 +79,38 @@ class Across:
         """
         some = load > 0
         q, second = 2 * load[some] / self.modulus, 2 * moment[some] / (self.modulus * self.spacing**2)
-        share = (along[some] - self.ends[0]) / (self.ends[1] - self.ends[0])
-
-        def between(tables: list[Array]) -> Array:
-            first, last = (np.interp(np.log(q), ln_g, table) for ln_g, table in zip(self.loads, tables, strict=True))
-            return np.asarray(first + share * (last - first))
-
-        ln_b = np.log(_WIDTHS)
-        width = np.exp(between([ln_b, ln_b]))
-        power = between([np.gradient(ln_g, ln_b) for ln_g in self.loads])
-        straight = between([_moments(ln_g) for ln_g in self.loads])
+        gap = np.clip(np.searchsorted(self.places, along[some]) - 1, 0, self.places.size - 2)
+        share = (along[some] - self.places[gap]) / np.diff(self.places)[gap]
+        ln_q, ln_b = np.log(q), np.log(_WIDTHS)
+        # ln b, n and M_0/(q b^2), by those at the places on either side
+        sought = np.zeros((3, q.size))
+        for place, ln_g in enumerate(self.loads):
+            tables = ln_b, np.gradient(ln_g, ln_b), _moments(ln_g)
+            for beside, weight in ((gap == place, 1 - share), (gap == place - 1, share)):
+                if beside.any():
+                    found = [np.interp(ln_q[beside], ln_g, table, right=np.nan) for table in tables]
+                    sought[:, beside] += weight[beside] * found
+        width, power, straight = np.exp(sought[0]), sought[1], sought[2]
         bent = 1 + 4 * (second * _whole(width) / (q * width**2) - straight) / power
-        found = np.zeros((2, load.size))
-        found[:, some] = self.spacing * width * np.array([np.ones_like(bent), np.clip(bent, _LEAST, _LARGEST)])
-        return found[0], found[1]
+        half_widths = np.zeros((2, load.size))
+        half_widths[:, some] = self.spacing * width * np.array([np.ones_like(bent), np.clip(bent, _LEAST, _LARGEST)])
+        return half_widths[0], half_widths[1]
 
 
 def across(kernel: Kernel, indenter: Indenter, angle: float, ends: Array, spacing: float) -> Across:
     """Profile across an edge at a polar angle [rad] between two places along it [m], of a medium whose surface has a modulus."""
-    height = IndenterHeight(indenter)
+    height, angle = IndenterHeight(indenter), np.mod(angle, 2 * np.pi)
+    # beside the edges of pyramids it is a wedge, the same everywhere
+    count = 2 if indenter.exponent == 1 else 2 + int(np.log(ends[1] / ends[0]) / np.log(_NEXT))
+    places = np.geomspace(*ends, count)
     steps = np.exp([[-_STEP], [_STEP]]) * _WIDTHS
-    beside = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES))
-    on = height.at(ends, np.full(2, np.mod(angle, 2 * np.pi)))
-    loads = []
-    for end, edge in zip(ends, on, strict=True):
-        gap = height.at(np.hypot(end, beside), np.mod(angle + np.arctan2(beside, end), 2 * np.pi)) - edge
-        load = np.diff(gap @ _WEIGHTS, axis=0)[0] * np.pi / 4 / (2 * _STEP * spacing)
-        # far beside the edge there are others
-        loads.append(np.log(np.maximum.accumulate(np.maximum(load, np.finfo(float).tiny))))
-    return Across(kernel.modulus, spacing, ends, np.array(loads), _THIN * kernel.surface_length)
+    beside, along = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES)), places[:, None, None, None]
+    gap = height.at(np.hypot(along, beside), np.mod(angle + np.arctan2(beside, along), 2 * np.pi))
+    gap -= height.at(places, np.full(count, angle))[:, None, None, None]
+    load = np.diff(gap @ _WEIGHTS, axis=1)[:, 0] * np.pi / 4 / (2 * _STEP * spacing)
+    # far beside the edge there are others
+    loads = np.log(np.maximum.accumulate(np.maximum(load, np.finfo(float).tiny), axis=1))
+    return Across(kernel.modulus, spacing, places, loads, _THIN * kernel.surface_length)
 
 
 def _moments(ln_g: Array) -> Array:
