@@ -91,7 +91,9 @@ def test_outline_between_solutions_of_another_range() -> None:
         (50, 8, 0.175, 0.516, 0.253),  # corners too wide for their load to tell how wide
     ],
 )
-def test_outline_of_a_tip_that_is_cut_off(ratio: float, sides: int, inclination: float, flat: float, depth: float) -> None:
+def test_outline_of_a_tip_that_is_cut_off(
+    ratio: float, sides: int, inclination: float, flat: float, depth: float
+) -> None:
     tip = fp.Truncated.across(fp.Pyramid(sides, inclination), flat)
     kernel = compliance(fp.Medium([fp.Layer(ratio, 0.3, thickness=1.0)], base=fp.HalfSpace(1.0, 0.3)))
     coarse, fine = (

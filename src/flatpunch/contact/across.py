@@ -102,7 +102,7 @@ def across(kernel: Kernel, indenter: Indenter, angle: float, ends: Array, spacin
     height, angle = IndenterHeight(indenter), np.mod(angle, 2 * np.pi)
     # beside the edges of pyramids it is a wedge, the same everywhere
     count = 2 if indenter.exponent == 1 else 2 + int(np.log(ends[1] / ends[0]) / np.log(_NEXT))
-    places = np.geomspace(*ends, count)
+    places = np.geomspace(ends[0], ends[1], count)
     steps = np.exp([[-_STEP], [_STEP]]) * _WIDTHS
     beside, along = spacing * steps[..., None] * np.sin(np.pi / 4 * (1 + _NODES)), places[:, None, None, None]
     gap = height.at(np.hypot(along, beside), np.mod(angle + np.arctan2(beside, along), 2 * np.pi))
