@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from flatpunch._validation import Array
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, polar
 from flatpunch.bem.operator import build_operator, coefficients_for, padded_shape
 from flatpunch.bem.shape import IndenterHeight
 from flatpunch.bem.solver import solve_contact
@@ -105,7 +105,7 @@ def look_closer(
     # half of the cells around the contact, over which interpolation spreads it
     start[map_coordinates((own > 0).astype(float), places, order=1, mode="nearest") <= 0.5] = 0.0
     x, y = turned(inner.x[None, :], inner.y[:, None], angle)
-    height = IndenterHeight(indenter).at(np.hypot(x, y), np.mod(np.arctan2(y, x), 2 * np.pi))
+    height = IndenterHeight(indenter).at(*polar(x, y))
     coefficients = coefficients_for(kernel, inner)
     operator = build_operator(kernel, inner, coefficients=coefficients).single()
     state = solve_contact(

@@ -120,8 +120,7 @@ class Grid:
     @property
     def polar(self) -> tuple[Array, Array]:
         """Radii [m] and polar angles in [0, 2 pi) of the cell centres, shape (ny, nx)."""
-        x, y = self.x[None, :], self.y[:, None]
-        return np.hypot(x, y), np.mod(np.arctan2(y, x), 2 * np.pi)
+        return polar(self.x[None, :], self.y[:, None])
 
     def coarser(self) -> Grid | None:
         """Grid of cells twice as wide that covers this one, about the same centre; None when it would be too small."""
@@ -172,6 +171,12 @@ class Grid:
         centred = tuple(n % 2 == 0 and abs(c) <= near for n, c in zip((self.nx, self.ny), self.center, strict=True))
         return centred[0], centred[1]
 
+
+def polar(x: Array, y: Array) -> tuple[Array, Array]:
+    """Radii [m] and polar angles in [0, 2 pi) of points [m], broadcast together."""
+    angle = np.arctan2(y, x)
+    # a tenth of what the remainder takes
+    return np.hypot(x, y), np.asarray(angle + 2 * np.pi * (angle < 0))
 
 def check_square(grid: Grid) -> None:
     """Refuse cells that are longer than wide."""
