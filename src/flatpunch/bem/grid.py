@@ -178,6 +178,7 @@ def polar(x: Array, y: Array) -> tuple[Array, Array]:
     # a tenth of what the remainder takes
     return np.hypot(x, y), np.asarray(angle + 2 * np.pi * (angle < 0))
 
+
 def check_square(grid: Grid) -> None:
     """Refuse cells that are longer than wide."""
     if grid.stretch != 1:
