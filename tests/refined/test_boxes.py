@@ -72,9 +72,10 @@ def test_level_lines() -> None:
     cap, _, beyond = level_lines(Rounded(pyramid, 1.0), np.array([0.01, 1.0, 100.0]), PHI)
     assert np.ptp(cap) < 1e-9
     np.testing.assert_allclose(beyond, line, atol=5e-3)
-    # on the flat they are not known, and about it they reach no further than needles do
-    on, about, far = level_lines(fp.Truncated.across(pyramid, 1.0), np.array([0.3, 0.8, 100.0]), PHI)
+    # a flat is what it is at any depth; about it they reach no further than needles do
+    on, over, about, far = level_lines(fp.Truncated.across(pyramid, 1.0), np.array([0.3, 1.3, 1.5, 100.0]), PHI)
     assert (on == 0).all()
+    assert (over == 0).all()
     assert np.log(np.sqrt(2)) < np.ptp(about) < np.log(20)
     np.testing.assert_allclose(far, line, atol=1e-2)
 

@@ -23,9 +23,8 @@ _RIM, _CLOSE, _LOST = 2, 6, 9
 """Outermost cells that an outline must leave free, that cells in contact must, and how far a needle may go on beyond these."""
 _DRAWN_OUT, _WIDER = 1.25, 0.1
 """Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
-_ABOUT, _LOWEST = 1.5, 0.1
-"""Radius, over that of the round contact, about which lines that change with the height are taken, and the least height over its
-mean there that counts: a flat reaches far along the edges."""
+_ABOUT = 1.5
+"""Radius, over that of the round contact, about which lines that change with the height are taken."""
 
 
 def boxes_between(
@@ -116,10 +115,10 @@ def level_lines(indenter: Indenter, radius: Array, phi: Array) -> Array:
         return np.tile(line - line.mean(), (radius.size, 1))
     about = np.minimum(_ABOUT * radius, indenter.reach / 2)[:, None]
     heights, farther = (np.asarray(indenter.height(r, phi)) for r in (about, 2 * about))
-    mean = heights.mean(axis=1, keepdims=True)
-    # inside a flat the lines are not known
-    known = mean > 0
-    power = np.log2(np.divide(farther.mean(axis=1, keepdims=True), mean, out=np.full_like(mean, 2.0), where=known))
-    above = np.divide(heights, mean, out=np.ones_like(heights), where=known)
-    lines = -np.log(np.maximum(above, _LOWEST)) / np.maximum(power, 1.0)
+    # contacts that are a flat, or little more, do not follow them
+    free = (np.asarray(indenter.height(about / _ABOUT, phi)) > 0).all(axis=1)
+    lines = np.zeros_like(heights)
+    mean = heights[free].mean(axis=1, keepdims=True)
+    power = np.log2(farther[free].mean(axis=1, keepdims=True) / mean)
+    lines[free] = -np.log(heights[free] / mean) / np.maximum(power, 1.0)
     return np.asarray(lines - lines.mean(axis=1, keepdims=True))

@@ -303,11 +303,11 @@ def _side(patch: Patch, edge: Edge, start: float, left: bool, profile: Across | 
     q, known, counted, fewest = load / load.max(), np.zeros(x.size), width - EXCESS * h, _MEASURED
     terms = [*([np.sqrt(q)] if edge.rounded else []), q, q**2, q**3]
     if profile is not None:
-        told = profile.half_widths(x, load, pressure.T @ y**2)
-        flat = np.isnan(told[0])
-        of_load, of_moment = np.where(flat, counted, told)
+        by_law = profile.half_widths(x, load, pressure.T @ y**2)
+        flat = np.isnan(by_law[0])
+        of_load, of_moment = np.where(flat, counted, by_law)
         if of_load.max() < _BESIDE_LAW * profile.widest and (edge.told or not flat.any()):
-            # where tongues are narrow they obey it, and depart from it the more the wider they are
+            # where tongues are narrow they obey it, and depart from it the more the wider they are: corners of flats by too much
             known, terms = of_load, [of_load * q, of_load * q**2]
         if edge.told and of_load.max() < profile.widest:
             # where it spreads towards its root a needle is more than its profile across
