@@ -23,7 +23,7 @@ from flatpunch.contact.correction_cache import CorrectionCache
 from flatpunch.contact.correction_row import CHANGE, FORCE, GROWTH, OUTLINE, RADIUS, Case, solved_row
 from flatpunch.contact.depth_range import depth_range
 from flatpunch.contact.expansion import PathPoint, PerturbedContact
-from flatpunch.contact.expected_box import boxes_between, level_lines
+from flatpunch.contact.expected_box import boxes_between, level_line
 from flatpunch.contact.node_positions import Spacing
 from flatpunch.contact.node_spline import between_good
 from flatpunch.contact.round_series import RoundSeries
@@ -372,8 +372,7 @@ class Correction:
     def solutions(self, positions: Array, *, alone: bool = False) -> Array:
         """Rows of solutions at positions ln d, shape (n, 5 + angles); NaN for missing outlines."""
         outlines = {x: row[OUTLINE:] for x, row in self.known.items()}
-        radius = self.theory.at(positions).radius
-        boxes = boxes_between(positions, outlines, radius, level_lines(self.indenter, radius, self.phi), self.phi)
+        boxes = boxes_between(positions, outlines, self.theory.at(positions).radius, self._level_line, self.phi)
         places = [(*place, alone) for place in zip(np.exp(positions).tolist(), *boxes, strict=True)]
         found = shared_out(solved_row, self._case, places, helped=self.cells <= SHARED_CELLS)
         self.notes |= dict.fromkeys(note for _, notes in found for note in notes)
@@ -387,6 +386,10 @@ class Correction:
     @cached_property
     def _sectors(self) -> Indices:
         return sectors(self.indenter, self.phi)
+
+    @cached_property
+    def _level_line(self) -> Array:
+        return level_line(self.indenter, self.phi)
 
     @cached_property
     def _case(self) -> Case:

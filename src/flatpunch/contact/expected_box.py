@@ -23,12 +23,10 @@ _RIM, _CLOSE, _LOST = 2, 6, 9
 """Outermost cells that an outline must leave free, that cells in contact must, and how far a needle may go on beyond these."""
 _DRAWN_OUT, _WIDER = 1.25, 0.1
 """Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
-_ABOUT = 1.5
-"""Radius, over that of the round contact, about which lines that change with the height are taken."""
 
 
 def boxes_between(
-    positions: Array, known: Mapping[float, Array], round_radius: Array, level_lines: Array, phi: Array
+    positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
 ) -> tuple[Array, Array, Flags]:
     """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which are well known, shape (n,).
 
@@ -40,13 +38,13 @@ def boxes_between(
         Outlines ln a(phi) of the solutions at their ln d; NaN where there is none.
     round_radius : array, shape (n,)
         Radii of the round contacts [m].
-    level_lines : array, shape (n, angles)
-        Those of the tip about these circles, from `level_lines`.
+    level_line : array, shape (angles,)
+        From `level_line`.
     phi : array, shape (angles,)
         Polar angles [rad].
     """
     every = np.array(sorted(known))
-    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_lines + _WIDER * (level_lines != 0).any()
+    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_line + _WIDER * (level_line != 0).any()
     sure = np.zeros(positions.size, dtype=bool)
     for row, x in enumerate(positions):
         upper = int(np.searchsorted(every, x))
@@ -108,17 +106,9 @@ def crowded(grid: Grid, contact: Mask) -> dict[str, Any] | None:
     return {"half_widths": half_widths, "centers": np.array(box.center), "search": False}
 
 
-def level_lines(indenter: Indenter, radius: Array, phi: Array) -> Array:
-    """ln r on lines of equal height about circles of radii [m], shape (n,), less the mean of each; shape (n, angles)."""
-    if indenter.exponent is not None:
-        line = -np.log(indenter.height(np.ones_like(phi), phi)) / indenter.exponent
-        return np.tile(line - line.mean(), (radius.size, 1))
-    about = np.minimum(_ABOUT * radius, indenter.reach / 2)[:, None]
-    heights, farther = (np.asarray(indenter.height(r, phi)) for r in (about, 2 * about))
-    # contacts that are a flat, or little more, do not follow them
-    free = (np.asarray(indenter.height(about / _ABOUT, phi)) > 0).all(axis=1)
-    lines = np.zeros_like(heights)
-    mean = heights[free].mean(axis=1, keepdims=True)
-    power = np.log2(farther[free].mean(axis=1, keepdims=True) / mean)
-    lines[free] = -np.log(heights[free] / mean) / np.maximum(power, 1.0)
-    return np.asarray(lines - lines.mean(axis=1, keepdims=True))
+def level_line(indenter: Indenter, phi: Array) -> Array:
+    """ln r on a line of equal height, less its mean, shape (angles,); zero for tips whose lines differ in shape."""
+    if indenter.exponent is None:
+        return np.zeros_like(phi)
+    line = -np.log(indenter.height(np.ones_like(phi), phi)) / indenter.exponent
+    return np.asarray(line - line.mean())
