@@ -183,7 +183,7 @@ def peer_run(python: Path, name: str, shape: str, n: int, tolerance: float, thre
 
 def residual(shape: str, pressure: np.ndarray) -> float:
     """Largest deviation of the gap in contact, or penetration outside, over the depth; by the exact coefficients."""
-    from flatpunch.bem.operator import build_operator
+    from flatpunch.bem.operator.convolution import build_operator
 
     n = pressure.shape[0]
     u = build_operator(*half_space(n)).apply(pressure) * SIDE / n
@@ -204,8 +204,8 @@ def half_space(n: int):
 
 def own_run(shape: str, n: int, threads: int, force_control: bool, whole: bool = False):
     """Wall and processor time, and pressure; `whole` keeps it from solving on a quarter of the grid, as peers do not either."""
-    from flatpunch.bem.levels import Levels
-    from flatpunch.bem.nested import solve_depth, solve_force
+    from flatpunch.bem.solver.levels import Levels
+    from flatpunch.bem.solver.nested import solve_depth, solve_force
 
     kernel, grid = half_space(n)
     os.environ["OMP_NUM_THREADS"] = str(threads)

@@ -1,4 +1,4 @@
-"""Make src/flatpunch/contact/data/corrections.npz: corrections of standard tips on one layer on a rigid base.
+"""Make src/flatpunch/contact/refined/data/corrections.npz: corrections of standard tips on one layer on a rigid base.
 
 python scripts/make_corrections.py
 
@@ -13,13 +13,13 @@ import numpy as np
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import Correction
-from flatpunch.contact.correction_row import AREA, FORCE, OUTLINE, RADIUS
-from flatpunch.contact.expansion import power_expansion
-from flatpunch.contact.round_series import round_series
-from flatpunch.contact.tabulated import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, reference_outline, sector
+from flatpunch.contact.perturbation.power_law_series import power_expansion
+from flatpunch.contact.refined.one_solution import AREA, FORCE, OUTLINE, RADIUS
+from flatpunch.contact.refined.round_series import round_series
+from flatpunch.contact.refined.solutions import Correction
+from flatpunch.contact.refined.table import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, reference_outline, sector
 
-FILE = Path(__file__).parent.parent / "src/flatpunch/contact/data/corrections.npz"
+FILE = Path(__file__).parent.parent / "src/flatpunch/contact/refined/data/corrections.npz"
 CELLS = 512
 """Cells per side: ten in the thinnest layer under the widest contact of pyramids."""
 

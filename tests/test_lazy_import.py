@@ -27,12 +27,12 @@ def test_contact_loads_no_tables():
 
 def test_methods_are_loaded_when_asked_for():
     loaded = run("import sys, flatpunch as fp; fp.indent; print(*sorted(sys.modules))")
-    assert not {"flatpunch.bem", "flatpunch.contact.refined", "flatpunch.contact.adhesion"} & set(loaded)
+    assert not {"flatpunch.bem", "flatpunch.contact.refined.method", "flatpunch.contact.adhesion.method"} & set(loaded)
 
 
 def test_helpers_load_no_more_of_scipy_than_they_need():
     """They are waited for."""
-    loaded = run("import sys, flatpunch.contact.correction_row; print(*sorted(sys.modules))")
+    loaded = run("import sys, flatpunch.contact.refined.one_solution; print(*sorted(sys.modules))")
     assert not {"scipy.interpolate", "scipy.integrate", "scipy.optimize", "scipy.sparse"} & set(loaded)
 
 
@@ -44,12 +44,12 @@ import flatpunch as fp
 called = []
 fp.indent
 sys.modules["flatpunch.contact.indent"].call_helpers = lambda module, common, calls, meanwhile: called.append(
-    (module, calls, "flatpunch.contact.refined" in sys.modules, module in sys.modules))
+    (module, calls, "flatpunch.contact.refined.method" in sys.modules, module in sys.modules))
 for _ in range(2):
     fp.indent(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.3), depth=[1.0, 2.0], method="refined", cells=32)
 print(*called[0], len(called))
 """
-    assert run(code) == ["flatpunch.contact.correction_row", "2", "False", "False", "1"]
+    assert run(code) == ["flatpunch.contact.refined.one_solution", "2", "False", "False", "1"]
 
 
 @pytest.mark.parametrize(
@@ -94,5 +94,5 @@ def test_the_command_line_is_there_without_physics():
 
 @pytest.mark.parametrize("name", ["unloading", "oliver_pharr"])
 def test_functions_of_a_part_named_like_its_modules(name):
-    code = f"import sys, flatpunch.fit.{name}; print(type(sys.modules['flatpunch.fit'].{name}).__name__)"
+    code = f"import sys, flatpunch.fit.films.{name}; print(type(sys.modules['flatpunch.fit'].{name}).__name__)"
     assert run(code) == ["function"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from flatpunch.cli import app
+from flatpunch.cli.app import app
 from flatpunch.files import read_case
 
 ROOT = Path(__file__).resolve().parents[1]

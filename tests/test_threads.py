@@ -7,8 +7,8 @@ import pytest
 from threadpoolctl import ThreadpoolController
 
 import flatpunch as fp
-from flatpunch._threads import given_blas_threads, in_threads, one_blas_thread, threads
-from flatpunch.bem.threads import fitting_threads
+from flatpunch._support.threads import given_blas_threads, in_threads, one_blas_thread, threads
+from flatpunch.bem.resources import fitting_threads
 from flatpunch.compliance import compliance
 from flatpunch.punch.matrix import kernel_matrix
 

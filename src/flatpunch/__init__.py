@@ -4,6 +4,6 @@ Press an ever larger flat punch step by step and any contact has been built: the
 all that has to be known of that medium. Everything is in consistent units, SI recommended.
 """
 
-from flatpunch._lazy import names_of
+from flatpunch._support.lazy import names_of
 
 __getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi

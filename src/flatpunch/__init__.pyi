@@ -5,7 +5,7 @@ from . import bem as bem
 from . import files as files
 from . import indenters as indenters
 from . import media as media
-from ._validation import FlatpunchWarning
+from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
 from .contact import adhesion_loop, indent, pressure, pull_off

@@ -10,8 +10,8 @@ from fredholm import CASES, pull_off
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.adhesion_branch import stiffness_growth
-from flatpunch.contact.adhesion_case import adhesive_case
+from flatpunch.contact.adhesion.branch import stiffness_growth
+from flatpunch.contact.adhesion.case import adhesive_case
 
 DATA = Path(__file__).parent.parent / "data"
 
@@ -88,7 +88,7 @@ def test_stiffness_growth_is_the_derivative_of_the_stiffness(medium):
 @pytest.mark.parametrize("poisson", [0.3, 0.5])
 def test_slopes_and_energy_balance(thickness, poisson):
     # dE = F dd along the branch of equilibria: the adhesion enters through both sides
-    from flatpunch.contact.adhesion_cycle import contact_energy
+    from flatpunch.contact.adhesion.loop import contact_energy
 
     case = adhesive_case(compliance(layer(poisson, thickness=thickness)), fp.Paraboloid(10.0), 0.3)
     ends = np.log(case.stability.depth[0].start * np.array([1.0, 5.0]))

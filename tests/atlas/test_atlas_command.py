@@ -7,7 +7,8 @@ import pytest
 from test_build import FAMILY_FILE
 from typer.testing import CliRunner
 
-from flatpunch import atlas, cli
+from flatpunch import atlas
+from flatpunch.cli.app import app as cli
 
 
 def run(*arguments):

@@ -12,8 +12,8 @@ import flatpunch as fp
 from flatpunch import atlas
 from flatpunch.atlas import Parameter
 from flatpunch.atlas.point import panel_edges
-from flatpunch.atlas_cli import family_from, read_family
-from flatpunch.files.tables import CaseError
+from flatpunch.cli.atlas_family import family_from, read_family
+from flatpunch.files.tables.fields import CaseError
 
 FAMILY_FILE = """
 name = "gel-on-pdms"

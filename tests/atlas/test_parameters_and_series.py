@@ -10,7 +10,7 @@ from flatpunch.atlas import Parameter
 from flatpunch.atlas.parameter import lobatto, lobatto_transform
 from flatpunch.atlas.point import panel_edges
 from flatpunch.atlas.series import SparseSeries, evaluate
-from flatpunch.punch.panels import NODES, polynomials
+from flatpunch.numerics.chebyshev import NODES, polynomials
 
 SCALES = [
     Parameter("nu", "", 0.0, 0.5),

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from flatpunch import indenters, media
-from flatpunch.bem import removal, solve
-from flatpunch.bem.conjugate import preconditioner, remove_gap
+from flatpunch.bem import solve
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import build_operator
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.solver.active_set import gap_removal as removal
+from flatpunch.bem.solver.conjugate import preconditioner, remove_gap
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from flatpunch import indenters, media
-from flatpunch._validation import FlatpunchWarning
-from flatpunch.bem import Grid, direct, removal, solve, solver
-from flatpunch.bem.direct import affordable, influence, offsets
-from flatpunch.bem.operator import build_operator
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch.bem import Grid, solve
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.solver.active_set import active_set as solver
+from flatpunch.bem.solver.active_set import direct
+from flatpunch.bem.solver.active_set import gap_removal as removal
+from flatpunch.bem.solver.direct import affordable, influence, offsets
 from flatpunch.compliance import compliance
 
 FILM = compliance(media.Medium([media.Layer(50.0, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))

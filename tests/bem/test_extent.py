@@ -7,8 +7,8 @@ import pytest
 
 from flatpunch import indenters, media
 from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve, solve_punch, trace_outline
-from flatpunch.bem.extent import Extent, find_extent
-from flatpunch.bem.shape import IndenterHeight
+from flatpunch.bem.bounding_box import Extent, find_extent
+from flatpunch.bem.height import IndenterHeight
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
@@ -126,7 +126,7 @@ def test_needle_of_a_contact_gets_a_grid(depth):
 def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
     """The box is found on coarse cells; were it too small along one axis, the grid grows along that one alone."""
     from flatpunch.bem import curves
-    from flatpunch.bem.extent import Extent
+    from flatpunch.bem.bounding_box import Extent
 
     tip, small = indenters.EllipticParaboloid(0.5, 2.0), Extent((1.2e-2, 2.2e-2), (0.0, 0.0))
     right = solve(HALF_SPACE, tip, depths=1e-3, grid=96)[0]

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch._validation import FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning
 from flatpunch.compliance import compliance
 from flatpunch.reference import elliptic
 
@@ -130,7 +130,7 @@ def test_memory_is_said_before_the_work(caplog):
 
 
 def test_close_steps_share_grid_and_operator(monkeypatch):
-    from flatpunch.bem import levels
+    from flatpunch.bem.solver.active_set import levels
 
     built = []
     original = levels.build_operator

@@ -7,9 +7,9 @@ from scipy.special import ellipe, ellipk, j0, j1
 
 from flatpunch import media
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.influence import influence_coefficients, love_coefficients, near_averages, near_rule
-from flatpunch.bem.operator import build_operator
-from flatpunch.bem.radial import remainder_table
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.operator.influence import influence_coefficients, love_coefficients, near_averages, near_rule
+from flatpunch.bem.operator.radial import remainder_table
 from flatpunch.compliance import Kernel, compliance
 
 RIGID = media.RigidBase()

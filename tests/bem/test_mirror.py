@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from flatpunch import bem, indenters, media
-from flatpunch.bem import levels
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.levels import Levels
-from flatpunch.bem.nested import solve_depth, solve_force, solve_stiffness
-from flatpunch.bem.operator import build_operator
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.solver.active_set import levels
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import solve_depth, solve_force, solve_stiffness
 from flatpunch.compliance import compliance
 
 FILM = compliance(media.Medium([media.Layer(50.0, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))

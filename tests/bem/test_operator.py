@@ -8,10 +8,10 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.influence import influence_coefficients
-from flatpunch.bem.levels import Levels
-from flatpunch.bem.nested import solve_depth, solve_force
-from flatpunch.bem.operator import BYTES_PER_CELL, build_operator, compliance_values
+from flatpunch.bem.operator.convolution import BYTES_PER_CELL, build_operator, compliance_values
+from flatpunch.bem.operator.influence import influence_coefficients
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import solve_depth, solve_force
 from flatpunch.compliance import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flatpunch import indenters, media
-from flatpunch._validation import FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning
 from flatpunch.bem import Grid, solve, solve_punch
 from flatpunch.compliance import compliance
 from flatpunch.punch import flat_punch

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from flatpunch import indenters, media
-from flatpunch._validation import FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning
 from flatpunch.bem import Grid, solve
-from flatpunch.bem.levels import Levels
-from flatpunch.bem.nested import solve_depth, solve_force
-from flatpunch.bem.operator import build_operator
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import solve_depth, solve_force
 from flatpunch.compliance import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))

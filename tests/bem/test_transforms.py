@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from flatpunch import media
-from flatpunch.bem import transforms
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import build_operator
+from flatpunch.bem.operator.convolution import build_operator, transforms
 from flatpunch.compliance import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))
@@ -98,7 +97,7 @@ def test_both_libraries_convolve_alike(
 ) -> None:
     pytest.importorskip("ducc0", reason="the extra `fast` is not installed")
     # blocks side by side, however many cores there are
-    monkeypatch.setattr("flatpunch.bem.operator._MANY", 1)
+    monkeypatch.setattr("flatpunch.bem.operator.convolution._MANY", 1)
     grid = Grid(70, 90, 0.05, mirrored=mirrored)
     pressure = lines(grid.shape)
     fast = replace(build_operator(SOFT, grid), threads=threads)

@@ -17,7 +17,7 @@ import numpy as np
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control
-from flatpunch.contact.mean import mean_contact
+from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters import Ellipsoid, Rounded, Superellipse, Truncated
 from flatpunch.media import GradedLayer, LinearModulus, TwoBodies
 

@@ -23,9 +23,9 @@ from cases import Case, cases
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import correction
-from flatpunch.contact.expected_box import outgrown
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.boundary_elements.expected_box import outgrown
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.refined.solutions import correction
 
 HERE = Path(__file__).parent
 ANGLES = 72

@@ -12,7 +12,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch import cli
+from flatpunch.cli.app import app as cli
 from flatpunch.files import load, shipped_cases
 
 CASE = """
@@ -160,7 +160,7 @@ def test_unreachable_target_is_readable(case):
     assert "Traceback" not in done.output
 
 
-@pytest.mark.parametrize("where", ["flatpunch.indent", "flatpunch.files.save", "flatpunch.plots.figure"])
+@pytest.mark.parametrize("where", ["flatpunch.indent", "flatpunch.files.save", "flatpunch.plots.result.figure"])
 def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
@@ -171,7 +171,7 @@ def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
     assert done.exit_code == 130
     assert done.stderr.strip() == "Interrupted. No file was left half-written."
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gel.nc", "gel.toml"]
-    assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.figure")
+    assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.result.figure")
 
 
 def test_a_real_interrupt(case, tmp_path):

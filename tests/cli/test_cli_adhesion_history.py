@@ -5,7 +5,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch import cli
+from flatpunch.cli.app import app as cli
 from flatpunch.files import load, read_case, shipped_cases
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.across import across
+from flatpunch.contact.boundary_elements.outlines.needle_width import across
 from flatpunch.indenters import Rounded
 
 KERNEL = compliance(fp.HalfSpace(1.0, 0.3))

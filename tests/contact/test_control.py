@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
-from flatpunch.contact.axisymmetric import PowerProfile, RoundContact, round_contact
-from flatpunch.contact.control import Quantity, radius_for
+from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.contact.round.radius_search import Quantity, radius_for
+from flatpunch.contact.round.round_contact import RoundContact, round_contact
 
 BODIES = {
     "half-space": fp.HalfSpace(1.0, 0.3),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import j0
 
-from flatpunch.contact.log_table import LogTable
+from flatpunch.numerics.log_table import LogTable
 
 KINK = 0.31
 

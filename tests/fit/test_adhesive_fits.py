@@ -7,7 +7,7 @@ from synthetic import synthetic
 
 from flatpunch.contact import pull_off
 from flatpunch.fit import Curve, CurveError, Sample, fit
-from flatpunch.fit.adhesive_model import AdhesiveModel
+from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.pictures import fit_figure
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase

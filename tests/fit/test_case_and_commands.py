@@ -7,7 +7,7 @@ import pytest
 from synthetic import synthetic
 from typer.testing import CliRunner
 
-from flatpunch.cli import app
+from flatpunch.cli.app import app
 from flatpunch.files import CaseError, load
 from flatpunch.fit import Curve, fit
 from flatpunch.fit.batch import fit_batch

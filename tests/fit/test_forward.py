@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flatpunch.fit import ForwardModel, parameter_names
-from flatpunch.fit.scaling import scaling
-from flatpunch.fit.table import Table
+from flatpunch.fit.elastic.table import Table
+from flatpunch.fit.parameters.scaling import scaling
 from flatpunch.indenters import Cone, Cylinder, EllipticParaboloid, Paraboloid, Pyramid, RadialProfile, Sphere
 from flatpunch.media import GradedLayer, HalfSpace, Layer, LinearModulus, Medium, RigidBase
 

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from flatpunch.fit import Curve, CurveError, Tip, fit_film, oliver_pharr, published, tenth_rule
-from flatpunch.fit.correction import correct, half_space_model
-from flatpunch.fit.hard_films import normalised_stiffness
-from flatpunch.fit.oliver_pharr import DIAMOND
+from flatpunch.fit import Curve, CurveError, Tip, fit_film, tenth_rule
+from flatpunch.fit.films import oliver_pharr
+from flatpunch.fit.films.film import normalised_stiffness
+from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fit.half_space import published
+from flatpunch.fit.half_space.correction import correct, half_space_model
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 

@@ -14,7 +14,7 @@ import pytest
 from synthetic import synthetic
 from typer.testing import CliRunner
 
-from flatpunch.cli import app
+from flatpunch.cli.app import app
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, fit, read_curve
 from flatpunch.fit.batch import fit_batch
@@ -192,7 +192,7 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
         (folder / f"c{i:04}.csv").symlink_to(EXAMPLES / "thin_gel.csv")
     command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
     with subprocess.Popen(
-        [sys.executable, "-m", "flatpunch.cli", *command],
+        [sys.executable, "-m", "flatpunch.cli.app", *command],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flatpunch.fit import ForwardModel, fit, read_curve
-from flatpunch.fit.nanite_model import write_nanite_model
+from flatpunch.fit.half_space.nanite_model import write_nanite_model
 from flatpunch.indenters import Cone, EllipticParaboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
-from flatpunch.fit.hard_films import normalised_stiffness
-from flatpunch.fit.oliver_pharr import DIAMOND
+from flatpunch.fit.films.film import normalised_stiffness
+from flatpunch.fit.films.oliver_pharr import DIAMOND
 from flatpunch.media import HalfSpace, Layer, Medium
 
 

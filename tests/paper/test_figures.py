@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flatpunch.cli import app
+from flatpunch.cli.app import app
 from flatpunch.paper import plan as plans
 from flatpunch.paper import points, reproduce, wanted_figures
 from flatpunch.reference import elliptic

@@ -11,7 +11,7 @@ import points_for_tests as functions
 import pytest
 
 from flatpunch import Layer
-from flatpunch._whole_file import write_whole
+from flatpunch._support.whole_file import write_whole
 from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points
 from flatpunch.parallel.store import Memory
 from flatpunch.parallel.work import Item, Waiting

@@ -14,7 +14,7 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import correction
+from flatpunch.contact.refined.solutions import correction
 from flatpunch.parallel import team
 from flatpunch.parallel.team import call_helpers, shared_out
 
@@ -25,7 +25,7 @@ HERE = os.getpid()
 def two_cores(monkeypatch):
     """Helpers as on a machine of two cores, however many there are, and none left behind."""
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    monkeypatch.setattr("flatpunch._threads.cores", lambda: 2)
+    monkeypatch.setattr("flatpunch._support.threads.cores", lambda: 2)
     team._team.dismiss()
     yield
     team._team.dismiss()
@@ -94,7 +94,7 @@ def test_none_on_one_core(monkeypatch):
 
 def test_no_more_than_their_number_however_many_cores(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "64")
-    monkeypatch.setattr("flatpunch._threads.cores", lambda: 64)
+    monkeypatch.setattr("flatpunch._support.threads.cores", lambda: 64)
     call_helpers(calls.__name__, HERE, 40)
     assert len(team._team._helpers) == team._MOST
 
@@ -203,7 +203,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.parallel import team
-import flatpunch._threads
+import flatpunch._support.threads
 flatpunch._threads.cores = lambda: 2
 film = fp.Medium([fp.Layer(4.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 result = fp.indent(film, fp.Pyramid(4, 0.35), depth=np.geomspace(0.05, 2.0, 50), method="refined", cells=64)

@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.general_expansion import GeneralExpansion
+from flatpunch.contact.perturbation.general_series import GeneralExpansion
 from flatpunch.indenters import Rounded, Truncated
 
 TIPS = {

@@ -9,9 +9,10 @@ from bodies import HALF_SPACE, INCOMPRESSIBLE, MEDIA, STIFF_FILM
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.compliance.power_law import stiffness_factor
-from flatpunch.contact.axisymmetric import PowerProfile, round_contact
-from flatpunch.contact.control import radius_for
-from flatpunch.contact.perturbation import SWING, X2, X3, X4, PowerPerturbation
+from flatpunch.contact.perturbation.power_law_terms import SWING, X2, X3, X4, PowerPerturbation
+from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.contact.round.radius_search import radius_for
+from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.media import PowerLawHalfSpace
 from flatpunch.punch.harmonics import solve_edges
 from flatpunch.reference.elliptic import elliptic_paraboloid

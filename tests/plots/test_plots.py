@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch import plots
-from flatpunch.bem.shape import overlap_half_widths
+from flatpunch.bem.height import overlap_half_widths
+from flatpunch.plots import result as plots
 
 GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1.2e-6)], base=fp.RigidBase())
 TIP = fp.Pyramid(sides=4, inclination=0.9)

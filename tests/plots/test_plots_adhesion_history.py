@@ -7,7 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch import plots, plots_adhesion, plots_history
+from flatpunch.plots import adhesion as plots_adhesion
+from flatpunch.plots import history as plots_history
+from flatpunch.plots import result as plots
 
 GEL = fp.Medium([fp.Layer(young=3e3, poisson=0.48, thickness=1e-6)], base=fp.RigidBase())
 BALL = fp.Sphere(5e-6)

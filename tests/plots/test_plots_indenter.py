@@ -5,7 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch import plots, plots_indenter
+from flatpunch.plots import indenter as plots_indenter
+from flatpunch.plots import result as plots
 
 X = np.linspace(-1e-6, 1e-6, 41)
 TIPS = [

@@ -8,11 +8,11 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction_row import OUTLINE, Case, solved_row
-from flatpunch.contact.expected_box import boxes_around, boxes_between, level_line, outgrown
-from flatpunch.contact.ridges import traced
-from flatpunch.contact.round_series import round_series
-from flatpunch.contact.theory_forms import TheoryAt
+from flatpunch.contact.boundary_elements.expected_box import boxes_around, boxes_between, level_line, outgrown
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.refined.one_solution import OUTLINE, Case, solved_row
+from flatpunch.contact.refined.reference import TheoryAt
+from flatpunch.contact.refined.round_series import round_series
 from flatpunch.indenters import Rounded
 from flatpunch.indenters.profile import Indenter
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.contact.correction import Correction
-from flatpunch.contact.depth_range import depth_range
+from flatpunch.contact.refined.depth_range import depth_range
+from flatpunch.contact.refined.solutions import Correction
 from flatpunch.indenters import Rounded, Truncated
-from flatpunch.indenters.flat_ends import flat_radius
+from flatpunch.indenters.geometry.flat_end import flat_radius
 
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 FILM_50 = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
@@ -199,7 +199,7 @@ def test_gaps_off_by_far_are_quartered(
     fp.indent(film(ratio), tip, depth=depth, **COARSE)
     quartered = rounds.copy()
     rounds.clear()
-    monkeypatch.setattr("flatpunch.contact.correction._FAR_OFF", np.inf)
+    monkeypatch.setattr("flatpunch.contact.refined.solutions._FAR_OFF", np.inf)
     fp.indent(film(ratio * 1.000001), tip, depth=depth, **COARSE)
     assert quartered[0] == rounds[0]
     # a gap that is quartered has three solutions more, one that is halved has one

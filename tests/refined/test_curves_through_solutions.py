@@ -10,13 +10,17 @@ from threadpoolctl import threadpool_info
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.bem.threads import fitting_threads
+from flatpunch.bem.resources import fitting_threads
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import correction
 from flatpunch.contact.curve import Control
-from flatpunch.contact.mean import mean_profile
-from flatpunch.contact.node_positions import Spacing
-from flatpunch.contact.node_spline import (
+from flatpunch.contact.perturbation.second_order import expansion_of
+from flatpunch.contact.perturbation.series_method import controlled
+from flatpunch.contact.refined.force_curve import ForceCurve, ForcePart
+from flatpunch.contact.refined.method import RefinedExpansion
+from flatpunch.contact.refined.reference import BASE, NOTHING
+from flatpunch.contact.refined.solutions import correction
+from flatpunch.contact.refined.spacing import Spacing
+from flatpunch.contact.refined.splines import (
     continued,
     curve_through,
     leading,
@@ -26,11 +30,7 @@ from flatpunch.contact.node_spline import (
     runs_of,
     settled_slopes,
 )
-from flatpunch.contact.perturbed import controlled
-from flatpunch.contact.refined import RefinedExpansion
-from flatpunch.contact.second_order import expansion_of
-from flatpunch.contact.solution_curves import ForceCurve, ForcePart
-from flatpunch.contact.theory_forms import BASE, NOTHING
+from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.indenters import Rounded, Truncated
 
 NODES = np.array([-2.0, -1.3, -0.7, 0.1, 0.8, 1.5])
@@ -46,7 +46,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         depths.extend(np.atleast_1d(options["depths"]).tolist())
         return solve(*args, **options)
 
-    monkeypatch.setattr("flatpunch.contact.correction_row.bem.solve", counted)
+    monkeypatch.setattr("flatpunch.contact.refined.one_solution.bem.solve", counted)
     return depths
 
 

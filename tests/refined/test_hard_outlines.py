@@ -10,8 +10,8 @@ from outlines import distance
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import correction
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.refined.solutions import correction
 
 RAYS = 2520
 """On which all edges of tips of up to ten sides lie."""

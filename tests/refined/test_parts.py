@@ -8,8 +8,8 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.parts import EXCESS, ray_and_area, star_of
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines.parts import EXCESS, ray_and_area, star_of
 
 THREE, FOUR = fp.Pyramid(3, 0.35), fp.Pyramid(4, 0.35)
 

@@ -10,12 +10,13 @@ from outlines import distance
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.bem import closeup
 from flatpunch.compliance import compliance
-from flatpunch.contact import ridges, star_core
-from flatpunch.contact.ridges import Trace, traced
+from flatpunch.contact.boundary_elements.outlines import core as star_core
+from flatpunch.contact.boundary_elements.outlines import needle as ridges
+from flatpunch.contact.boundary_elements.outlines import zoom as closeup
+from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
 from flatpunch.indenters import Rounded, Superellipse, Tilted
-from flatpunch.indenters.symmetry import mirrored_about, rotational_symmetry
+from flatpunch.indenters.geometry.symmetry import mirrored_about, rotational_symmetry
 
 
 def _film(ratio: float) -> fp.Medium:

@@ -10,8 +10,8 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.correction import correction
-from flatpunch.contact.ridges import traced
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.refined.solutions import correction
 from flatpunch.indenters import Rounded
 from flatpunch.media import PowerLawHalfSpace
 

@@ -7,13 +7,12 @@ import pytest
 from outlines import distance
 
 import flatpunch as fp
-from flatpunch.contact.correction import correction
-from flatpunch.contact.kinks import sizes_through
-from flatpunch.contact.node_spline import curve_through
-from flatpunch.contact.progress import outlines_through
-from flatpunch.contact.shape_curve import ShapeCurve, shape_curve
+from flatpunch.contact.refined.kinks import sizes_through
+from flatpunch.contact.refined.shape_curve import ShapeCurve, outlines_through, shape_curve
+from flatpunch.contact.refined.solutions import correction
+from flatpunch.contact.refined.splines import curve_through
 from flatpunch.indenters import Cone, Pyramid
-from flatpunch.indenters.edges import place_of, sectors, wedges_of
+from flatpunch.indenters.geometry.edges import place_of, sectors, wedges_of
 
 PHI = 2 * np.pi * np.arange(360) / 360
 ONE = np.zeros(4, dtype=np.intp)

@@ -11,8 +11,8 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact import default_method
-from flatpunch.contact.ridges import traced
-from flatpunch.contact.tabulated import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.refined.table import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
 from flatpunch.media import TwoBodies
 
 CASES = [
@@ -123,7 +123,7 @@ def test_turned_ellipse_has_the_turned_outline() -> None:
 
 
 def test_table_is_small() -> None:
-    assert len((files("flatpunch.contact") / "data" / "corrections.npz").read_bytes()) < 500_000
+    assert len((files("flatpunch.contact.refined") / "data" / "corrections.npz").read_bytes()) < 500_000
 
 
 def test_thousand_depths_cost_no_boundary_elements(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import build_operator
-from flatpunch.bem.solver import solve_contact
+from flatpunch.bem.operator.convolution import build_operator
+from flatpunch.bem.solver.active_set import solve_contact
 from flatpunch.compliance import compliance
 
 CELLS, STEPS = 64, 48

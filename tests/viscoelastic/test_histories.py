@@ -33,7 +33,7 @@ def test_elastic_at_fast_and_slow_rates(medium, duration, share):
 @pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])
 def test_springs_agree_with_ting(law):
     from flatpunch.compliance import compliance
-    from flatpunch.contact import first_order
+    from flatpunch.contact.perturbation import first_order
     from flatpunch.contact.viscoelastic.elastic import elastic_curve
     from flatpunch.contact.viscoelastic.series import exponential_series
     from flatpunch.contact.viscoelastic.springs import Springs

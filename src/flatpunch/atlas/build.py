@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._progress import Report
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.atlas.family import Family
 from flatpunch.atlas.parameter import lobatto, lobatto_transform

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, positive, values
+from flatpunch._support.checks import Array, positive, values
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import PowerLawHalfSpace
 from flatpunch.punch.power_law import power_law_punch

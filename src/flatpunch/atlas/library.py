@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
 from flatpunch.atlas.solution import Solution

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from flatpunch._validation import Array, values
+from flatpunch._support.checks import Array, values
 
 Scale = Literal["linear", "log", "upper"]
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.numerics.chebyshev import nodal_transform, nodes
 from flatpunch.punch.basis import power_edge
 from flatpunch.punch.family import check_resolution
 from flatpunch.punch.harmonics import harmonic_size, solve_edges
 from flatpunch.punch.matrix import solve_round, sufficient_terms
-from flatpunch.punch.panels import nodal_transform, nodes
 
 EXPONENTS = (1, 2)
 """Indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids."""

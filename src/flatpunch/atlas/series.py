@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
-from flatpunch.punch.panels import NODES, polynomials
+from flatpunch._support.checks import Array, Indices
+from flatpunch.numerics.chebyshev import NODES, polynomials
 
 
 @dataclass(frozen=True, eq=False)

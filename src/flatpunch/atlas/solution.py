@@ -9,12 +9,12 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from flatpunch._validation import Array, Flags, Indices, positive, whole
+from flatpunch._support.checks import Array, Flags, Indices, positive, whole
 from flatpunch.atlas.parameter import check_beta
+from flatpunch.numerics.chebyshev import NODES, polynomials
 from flatpunch.punch.basis import power_edge, power_moments, regular_part
 from flatpunch.punch.harmonics import half_space_power_edge
 from flatpunch.punch.krein import round_functionals
-from flatpunch.punch.panels import NODES, polynomials
 
 _ORDER_SPLINE = 5
 

@@ -13,8 +13,8 @@ from typing import Any, cast
 import h5netcdf
 import numpy as np
 
-from flatpunch._validation import Array, Indices
-from flatpunch._whole_file import write_whole
+from flatpunch._support.checks import Array, Indices
+from flatpunch._support.whole_file import write_whole
 from flatpunch.atlas.parameter import Parameter, Scale
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from flatpunch._validation import Array, Flags, Indices, positive
+from flatpunch._support.checks import Array, Flags, Indices, positive
 from flatpunch.atlas.parameter import Parameter, check_beta
 from flatpunch.atlas.series import SparseSeries, evaluate
 from flatpunch.atlas.solution import Interval, Solution

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._progress import Report
-from flatpunch._validation import Array, values
+from flatpunch._support.checks import Array, values
+from flatpunch._support.progress import Report
 from flatpunch.atlas.build import with_bound
 from flatpunch.atlas.family import Family
 from flatpunch.atlas.table import Table

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._progress import Report
-from flatpunch._validation import Array, Flags, values, whole
-from flatpunch.bem.extent import (
+from flatpunch._support.checks import Array, Flags, values, whole
+from flatpunch._support.progress import Report
+from flatpunch.bem.bounding_box import (
     ContactTouchesEdge,
     Extent,
     find_extent,
@@ -22,14 +22,13 @@ from flatpunch.bem.extent import (
     typical_depth,
 )
 from flatpunch.bem.grid import SMALLEST, Grid, check_square
-from flatpunch.bem.levels import Levels
-from flatpunch.bem.memory import announced
-from flatpunch.bem.nested import Effort, Rough, solve_depth, solve_force
-from flatpunch.bem.operator import to_numpy
-from flatpunch.bem.shape import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
+from flatpunch.bem.height import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
+from flatpunch.bem.operator.convolution import to_numpy
+from flatpunch.bem.resources import announced, fitting_threads
 from flatpunch.bem.solution import Solution, check_tolerance, solution_of
-from flatpunch.bem.solver import State
-from flatpunch.bem.threads import fitting_threads
+from flatpunch.bem.solver.active_set import State
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import shared_out

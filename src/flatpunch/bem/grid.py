@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._validation import Array, positive, real, whole
+from flatpunch._support.checks import Array, positive, real, whole
 
 Mask = NDArray[np.bool_]
 

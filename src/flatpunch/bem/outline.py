@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.bem.grid import Grid, Mask, check_square
 
 _DEPTHS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])

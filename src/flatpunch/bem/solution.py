@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, FlatpunchWarning, positive
+from flatpunch._support.checks import Array, FlatpunchWarning, positive
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.levels import Levels
-from flatpunch.bem.nested import Effort, solve_stiffness
-from flatpunch.bem.operator import SINGLE_FLOOR, to_numpy
+from flatpunch.bem.height import Height
+from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
-from flatpunch.bem.shape import Height
-from flatpunch.bem.solver import State
+from flatpunch.bem.solver.active_set import State
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import Effort, solve_stiffness
 
 _STIFFNESS_TOLERANCE = 1e-5
 

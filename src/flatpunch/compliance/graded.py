@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.compliance.layered import SATURATION, carry_through, half_space_flexibility
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 

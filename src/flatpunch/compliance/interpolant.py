@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.compliance.layered import SATURATION
 
 Numbers = NDArray[Any]

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array, values
+from flatpunch._support.checks import Array, values
 from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response

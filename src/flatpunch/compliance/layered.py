@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.media import HalfSpace, Layer, Medium
 
 SATURATION = 25.0

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._validation import Array, Flags, values
+from flatpunch._support.checks import Array, Flags, values
 from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._record import record
-from flatpunch._threads import one_blas_thread
-from flatpunch._validation import Array, values, whole
+from flatpunch._support.checks import Array, values, whole
+from flatpunch._support.record import record
+from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 METHODS = {
-    "first-order": "first_order",
-    "second-order": "second_order",
-    "fourth-order": "fourth_order",
-    "refined": "refined",
-    "bem": "boundary_elements",
+    "first-order": "perturbation.first_order",
+    "second-order": "perturbation.second_order",
+    "fourth-order": "perturbation.fourth_order",
+    "refined": "refined.method",
+    "bem": "boundary_elements.method",
 }
 """Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact), loaded when first asked for."""
 
@@ -78,7 +78,7 @@ def indent(
     angles : int
         Number of polar angles of the outline, evenly spaced from 0.
     work_of_adhesion : float, optional
-        [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion`.
+        [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion.method`.
     range_of_action : float, optional
         Gap up to which adhesion acts [m]: adds a note where JKR theory does not hold for it.
     time : array, shape (n,), optional
@@ -108,7 +108,7 @@ def indent(
         return _history(medium, indenter, given, time, relaxation, method or _best(indenter), angles, options)
     if work_of_adhesion is not None:
         solver, method = adhesive_method(method or "second-order", indenter), method or "second-order"
-        control = _module("adhesion").adhesive_control(depth=depth, force=force, radius=radius)
+        control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
         result = _dataset(curve, phi, medium, indenter, control, method)
@@ -161,7 +161,7 @@ def pressure(
         solver, kernel, method = _solver(method, medium, indenter, control)
         _known(options, _module(METHODS[method]).pressure, method)
     else:
-        control = _module("adhesion").adhesive_control(depth=depth, force=force, radius=radius)
+        control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
         solver, kernel = adhesive_method(method or "second-order", indenter), compliance(medium)
         options = {**options, "work": work_of_adhesion}
     if control.values.size != 1:
@@ -230,7 +230,7 @@ def _method(method: str, indenter: Indenter) -> Any:
         )
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
-    return _module("flat_end" if isinstance(indenter, Cylinder) else METHODS[method])
+    return _module("round.cylinder" if isinstance(indenter, Cylinder) else METHODS[method])
 
 
 def _module(name: str) -> Any:
@@ -246,7 +246,7 @@ def _load_beside(medium: Any, indenter: Indenter, control: Control) -> None:
     if f"flatpunch.contact.{METHODS['refined']}" not in sys.modules:
         shared = medium, indenter
         later = "xarray", "scipy.interpolate"
-        call_helpers("flatpunch.contact.correction_row", shared, control.values.size, meanwhile=later)
+        call_helpers("flatpunch.contact.refined.one_solution", shared, control.values.size, meanwhile=later)
 
 
 def adhesive_method(method: str, indenter: Indenter) -> Any:
@@ -259,7 +259,7 @@ def adhesive_method(method: str, indenter: Indenter) -> Any:
             f"method = {method!r} does not know adhesion of non-round tips; it is solved to second order: choose "
             "method='second-order'."
         )
-    return _module("adhesion")
+    return _module("adhesion.method")
 
 
 def _history(

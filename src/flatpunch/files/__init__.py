@@ -4,7 +4,7 @@ from flatpunch.files.cases import Case, read_case
 from flatpunch.files.describe import describe, describe_sample, shipped_cases
 from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.results import ResultError, load, save
-from flatpunch.files.tables import CaseError
+from flatpunch.files.tables.fields import CaseError
 
 __all__ = [
     "Case",

@@ -9,15 +9,15 @@ from typing import Any
 
 from pydantic import Field
 
-from flatpunch._validation import Array, positive
+from flatpunch._support.checks import Array, positive
 from flatpunch.contact import METHODS, default_method
 from flatpunch.contact.indent import adhesive_method
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.files.indenter_tables import IndenterTable
-from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.relaxation_tables import RelaxationTable
-from flatpunch.files.steps import ControlTable, HistoryTable
-from flatpunch.files.tables import CaseError, Count, Length, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.tables.relaxation import RelaxationTable
+from flatpunch.files.tables.steps import ControlTable, HistoryTable
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from flatpunch._validation import Array, positive
+from flatpunch._support.checks import Array, positive
 from flatpunch.files import units
 from flatpunch.indenters import HeightMap
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flatpunch import _whole_file
+from flatpunch._support import whole_file as _whole_file
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "

@@ -1,19 +1,20 @@
 from .batch import Batch, fit_batch
 from .case import FitCase, read_fit_case
-from .correction import Correction, correct
-from .curve import Curve, CurveError
+from .elastic.model import ForwardModel
+from .films.film import FilmResult, fit_film, tenth_rule
+from .films.oliver_pharr import Tip, oliver_pharr
+from .films.unloading import Unloading, unloading, unloadings
+from .films.workbook import read_nanoindentation, tip_in_workbook
 from .fitting import fit, fit_ranges
-from .forward import ForwardModel
-from .hard_films import FilmResult, fit_film, tenth_rule
-from .likelihood import Profile
-from .nanoindentation import read_nanoindentation, tip_in_workbook
-from .oliver_pharr import Tip, oliver_pharr
-from .readers import read_curve
-from .result import Estimate, FitResult
-from .sample import Sample
-from .scaling import parameter_names
-from .settings import Free, Settings
-from .unloading import Unloading, unloading, unloadings
+from .half_space.correction import Correction, correct
+from .measured.curve import Curve, CurveError
+from .measured.readers import read_curve
+from .parameters.sample import Sample
+from .parameters.scaling import parameter_names
+from .parameters.settings import Free, Settings
+from .report.estimate import Estimate
+from .report.likelihood import Profile
+from .report.result import FitResult
 
 __all__ = [
     "Batch",

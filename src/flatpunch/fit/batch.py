@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flatpunch._threads import cores
+from flatpunch._support.threads import cores
 from flatpunch._version import __version__
 from flatpunch.files.results import whole_file
-from flatpunch.fit.curve import Curve, CurveError
 from flatpunch.fit.fitting import fit_model, model_of
-from flatpunch.fit.readers import AFM, EXCEL, TEXT, curves_in, read_curve
-from flatpunch.fit.report import unit_of
-from flatpunch.fit.sample import Sample
-from flatpunch.fit.settings import Free, Settings, as_free
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16

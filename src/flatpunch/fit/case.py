@@ -17,18 +17,18 @@ from pydantic import Field
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files import units as si
 from flatpunch.files.cases import case_text, parsed
-from flatpunch.files.indenter_tables import IndenterTable
-from flatpunch.files.media_tables import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.relaxation_tables import RelaxationTable
-from flatpunch.files.steps import ControlTable, HistoryTable
-from flatpunch.files.tables import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, validated
-from flatpunch.fit.adhesive_model import adhesive_method
-from flatpunch.fit.columns import STIFFNESS
+from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.tables.relaxation import RelaxationTable
+from flatpunch.files.tables.steps import ControlTable, HistoryTable
+from flatpunch.fit.adhesion.model import adhesive_method
+from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import check_free
-from flatpunch.fit.forward import method_for
-from flatpunch.fit.report import quantity, unit_of
-from flatpunch.fit.sample import Sample
-from flatpunch.fit.settings import Free, Settings
+from flatpunch.fit.measured.columns import STIFFNESS
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.report.quantities import quantity, unit_of
 
 _DIMENSIONS = {
     "young": si.PRESSURE,

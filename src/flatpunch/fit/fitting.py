@@ -9,23 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._threads import one_blas_thread
-from flatpunch._validation import Array, real
-from flatpunch.fit.adhesive_model import AdhesiveModel
-from flatpunch.fit.adhesive_setup import adhesive_setup
-from flatpunch.fit.curve import Curve, CurveError
-from flatpunch.fit.forward import ForwardModel
-from flatpunch.fit.history_model import HistoryModel
-from flatpunch.fit.history_setup import history_setup
-from flatpunch.fit.minimum import SETTLED, SOON, Minimum, covariance, minimise
-from flatpunch.fit.physics_notes import limits_of_theory
-from flatpunch.fit.report import judged, quantity, unit_of
-from flatpunch.fit.result import Estimate, FitResult
-from flatpunch.fit.robust import noise_variance, reweighted
-from flatpunch.fit.sample import Sample
-from flatpunch.fit.scaling import external, internal, plain_limits, slope
-from flatpunch.fit.settings import Free, Settings, as_free
-from flatpunch.fit.setup import Setup, elastic_setup
+from flatpunch._support.checks import Array, real
+from flatpunch._support.threads import one_blas_thread
+from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.adhesion.setup import adhesive_setup
+from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.elastic.setup import elastic_setup
+from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, covariance, minimise
+from flatpunch.fit.least_squares.robust import noise_variance, reweighted
+from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import external, internal, plain_limits, slope
+from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.report.estimate import Estimate
+from flatpunch.fit.report.findings import judged
+from flatpunch.fit.report.physics_notes import limits_of_theory
+from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.result import FitResult
+from flatpunch.fit.viscoelastic.model import HistoryModel
+from flatpunch.fit.viscoelastic.setup import history_setup
 
 _ASTRAY = 3.0
 """Force ranges by which a fit may miss a point before it counts as none."""
@@ -172,7 +175,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     objective, count = setup.objective, len(setup.objective.names)
     polished = None
     if settings.engine == "lmfit" and count:
-        from flatpunch.fit.lmfit_engine import polish
+        from flatpunch.fit.least_squares.lmfit_engine import polish
 
         polished, found = polish(objective, found, setup.lower, setup.upper, settings.loss)
     if isinstance(model, AdhesiveModel) or settings.engine == "lmfit":

@@ -10,15 +10,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatpunch.files.units import readable
-from flatpunch.fit.history_model import HistoryModel
-from flatpunch.fit.report import quantity, unit_of
-from flatpunch.fit.scaling import plain_limits
+from flatpunch.fit.parameters.scaling import plain_limits
+from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.viscoelastic.model import HistoryModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from flatpunch.fit.batch import Batch
-    from flatpunch.fit.result import FitResult
+    from flatpunch.fit.report.result import FitResult
 
 _DATA, _FIT, _GREY = "#8fa9bf", "#1f4e79", "#8c8c8c"
 _LONGEST = 32

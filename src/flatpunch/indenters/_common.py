@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, real
+from flatpunch._support.checks import Array, real
 
 FULL_TURN = 2 * math.pi
 

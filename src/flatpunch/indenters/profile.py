@@ -28,7 +28,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 
 
 @runtime_checkable

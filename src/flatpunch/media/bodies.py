@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from flatpunch._validation import poisson_ratio, positive
+from flatpunch._support.checks import poisson_ratio, positive
 from flatpunch.media.graded import GradedLayer
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."

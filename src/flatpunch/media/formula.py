@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 
 LONGEST = 500
 """Largest number of characters in a formula."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, positive
+from flatpunch._support.checks import Array, positive
 from flatpunch.media.laws import Constant, DepthTable, Law
 
 _SAMPLES = 2049

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from flatpunch._validation import Array, positive, real, values
+from flatpunch._support.checks import Array, positive, real, values
 
 Law = Callable[[Array], Array]
 """Depths z [m], shape (n,) -> values, shape (n,)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatpunch._validation import poisson_ratio, positive, real
+from flatpunch._support.checks import poisson_ratio, positive, real
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._validation import Array, non_negative, positive, real, values
+from flatpunch._support.checks import Array, non_negative, positive, real, values
 
 ComplexArray = NDArray[np.complex128]
 

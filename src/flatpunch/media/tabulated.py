@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.media.bodies import HalfSpace, Medium
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.two_bodies import TwoBodies

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flatpunch._threads import one_blas_thread
+from flatpunch._support.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from flatpunch._progress import Report as Progress
+    from flatpunch._support.progress import Report as Progress
     from flatpunch.paper.report import Report
 
 __all__ = ["FIGURES", "reproduce", "wanted_figures"]

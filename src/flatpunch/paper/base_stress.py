@@ -21,10 +21,10 @@ import numpy as np
 import scipy.fft
 from scipy.special import j0
 
-from flatpunch._quadrature import gauss
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.contact import pressure
 from flatpunch.indenters import Paraboloid
+from flatpunch.numerics.gauss import gauss
 from flatpunch.paper.cases import medium
 
 _END = 45.0

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.contact import indent
 from flatpunch.paper.cases import Body, Shape, indenter, medium
 from flatpunch.paper.plan import Plan, half_space_depth, half_space_force

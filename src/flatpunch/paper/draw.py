@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.paper.cases import TITLES
 from flatpunch.paper.data import FAST, NAMES, Curves, Map, Outlines
 from flatpunch.paper.style import BEM, FIRST, SECOND, THICKNESS_COLOURS, sheet

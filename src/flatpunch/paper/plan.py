@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.contact import indent
 from flatpunch.paper.cases import LAYERS, Body, Shape, indenter, medium
 from flatpunch.paper.points import Point

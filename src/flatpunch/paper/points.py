@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch import bem
-from flatpunch._progress import Report
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch._support.progress import Report
 from flatpunch.paper import base_stress
 from flatpunch.paper.cases import Body, Shape, indenter, kernel
 from flatpunch.parallel import Folder, point_keys, solve_points

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch._support.whole_file import write_whole
 from flatpunch._version import __version__
-from flatpunch._whole_file import write_whole
 from flatpunch.paper import base_stress, draw, statements, style
 from flatpunch.paper.cases import LAYERS, TITLES, Body
 from flatpunch.paper.data import FAST, METHODS, NAMES, Curves, Map, curves, eccentricity_map, outlines

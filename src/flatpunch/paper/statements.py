@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.contact import indent
 from flatpunch.paper import base_stress
 from flatpunch.paper.cases import LAYERS, TITLES, Body, Shape, indenter, medium

@@ -11,7 +11,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flatpunch._whole_file import write_whole
+from flatpunch._support.whole_file import write_whole
 
 THICKNESS_COLOURS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#d9b400")
 FIRST, SECOND, BEM = "#c1121f", "#1f4e79", "#4d4d4d"

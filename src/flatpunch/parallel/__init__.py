@@ -4,7 +4,7 @@
 counts, a point that fails becomes a record with its reason, and a second run solves only what is missing. No mechanics here.
 """
 
-from flatpunch._threads import cores
+from flatpunch._support.threads import cores
 from flatpunch.parallel.engine import Solved, point_keys, solve_points
 from flatpunch.parallel.keys import content_key
 from flatpunch.parallel.store import Folder

@@ -6,8 +6,8 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from flatpunch._progress import Report, reporting
-from flatpunch._threads import cores
+from flatpunch._support.progress import Report, reporting
+from flatpunch._support.threads import cores
 from flatpunch._version import __version__
 from flatpunch.parallel import interruption
 from flatpunch.parallel.keys import content_key

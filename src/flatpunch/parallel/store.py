@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from flatpunch._whole_file import UNFINISHED, write_whole
+from flatpunch._support.whole_file import UNFINISHED, write_whole
 from flatpunch.parallel.work import Outcome
 
 _HOUR = 3600.0

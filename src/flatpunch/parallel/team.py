@@ -20,7 +20,7 @@ from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from flatpunch._threads import allowed_threads
+from flatpunch._support.threads import allowed_threads
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.processes import fresh, no_main, of_main
 from flatpunch.parallel.threads import one_thread

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.linalg.lapack import dtrtri
 from scipy.special import beta as beta_function
 
-from flatpunch._quadrature import gauss
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch.numerics.gauss import gauss
 
 
 def half_space_diagonal(m: int, terms: int) -> Array:

@@ -10,11 +10,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
+from flatpunch.numerics.chebyshev import tail
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.matrix import LARGEST, Answers, effective_beta, solve_round, sufficient_terms
-from flatpunch.punch.panels import Panel, Panels, polynomials_on, tail
+from flatpunch.punch.panels import Panel, Panels, polynomials_on
 from flatpunch.punch.power_law import power_law_punch
 
 _POWER_LAW_NODES = 64

@@ -47,8 +47,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._threads import in_threads
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
 from flatpunch.punch.basis import half_space_diagonal, inverse_factors

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import edge_signs, half_space_diagonal, inverse_factors, power_moments
 from flatpunch.punch.graded import graded_harmonics

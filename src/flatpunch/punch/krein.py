@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.punch.basis import edge_signs
 
 

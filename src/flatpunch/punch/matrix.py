@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._threads import in_threads
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
+from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import half_space_diagonal
+from flatpunch.punch.basis import (
+    half_space_diagonal,
+)
 from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
 from flatpunch.punch.wavenumbers import BesselTable, bessel_table
 
@@ -160,3 +162,8 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
     solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=float)
     return Answers(solution[..., 0], solution[..., 1], solution[..., 2])
+
+
+def edge_strength(answers: Answers) -> Array:
+    """Edge coefficient e of the flat punches, unit disc; 1/pi on a half-space; shape (n,)."""
+    return np.asarray(1 / np.pi + answers.edge[:, 0])

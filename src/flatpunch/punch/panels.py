@@ -9,17 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
-from flatpunch._validation import Array, Flags, Indices
+from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance import Kernel
+from flatpunch.numerics.chebyshev import NODES, _derivative, nodal_transform, nodes, polynomials, tail
 from flatpunch.punch.matrix import effective_beta
-
-NODES = 24
-"""Chebyshev nodes per panel of half a decade: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
 
 _TOLERANCE = 1e-10
 _GRADED_TOLERANCE = 1e-9
@@ -37,12 +34,6 @@ _ENDS = np.array([0.1, 4.0, 12.0])
 
 Sampler = Callable[[Array], Array]
 """Radii beta, shape (n,), ascending or not -> values, shape (n, outputs)."""
-
-
-def tail(series: Array) -> float:
-    """Largest of the last three coefficients over the largest of all."""
-    size = np.abs(series).max()
-    return float(np.abs(series[-3:]).max() / size) if size > 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,46 +155,3 @@ def polynomials_on(parts: list[tuple[Panel, Indices]], logs: Array) -> Array:
     for panel, inside in parts:
         x[inside] = panel.unit(logs[inside])
     return polynomials(x, max((panel.nodes for panel, _ in parts), default=1) - 1)
-
-
-def nodes(low: float, high: float, count: int = NODES) -> Array:
-    """Radii beta at the Chebyshev nodes of an interval of log(beta), shape (count,)."""
-    return np.asarray(np.exp((low + high) / 2 + (high - low) / 2 * _unit_nodes(count)))
-
-
-def nodal_transform(count: int = NODES) -> Array:
-    """Matrix from values at the nodes to Chebyshev coefficients."""
-    transform = chebyshev.chebvander(_unit_nodes(count), count - 1).T * 2 / count
-    transform[0] /= 2
-    return np.asarray(transform)
-
-
-def log_derivative(beta: Array) -> Array:
-    """Matrix from values at the nodes `beta` of a panel to derivatives by log(beta) there, shape (nodes, nodes)."""
-    t = _unit_nodes(beta.size)
-    stretch = (t[0] - t[-1]) / np.log(beta[0] / beta[-1])
-    coefficients = chebyshev.chebder(nodal_transform(t.size)) * stretch
-    return np.asarray(chebyshev.chebvander(t, t.size - 2) @ coefficients)
-
-
-def polynomials(x: Array, degree: int = NODES - 1) -> Array:
-    """Chebyshev polynomials T_0(x) ... T_degree(x), shape (degree + 1, *x.shape)."""
-    values = np.empty((degree + 1, *x.shape))
-    values[0] = 1.0
-    if degree:
-        values[1] = x
-    twice = 2 * x
-    for n in range(2, degree + 1):
-        np.multiply(twice, values[n - 1], out=values[n])
-        values[n] -= values[n - 2]
-    return values
-
-
-@lru_cache
-def _derivative(count: int) -> Array:
-    """Matrix from Chebyshev coefficients to those of the derivative, shape (count - 1, count)."""
-    return np.asarray(chebyshev.chebder(np.eye(count)))
-
-
-def _unit_nodes(count: int) -> Array:
-    return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count))

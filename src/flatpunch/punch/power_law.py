@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import beta as beta_function
 from scipy.special import eval_jacobi, gamma, gammaln, roots_jacobi
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.power_law import stiffness_factor
 from flatpunch.media import PowerLawHalfSpace

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from scipy.special import beta as beta_function
 
-from flatpunch._threads import one_blas_thread
-from flatpunch._validation import Array, FlatpunchWarning, positive, values
+from flatpunch._support.checks import Array, FlatpunchWarning, positive, values
+from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
 from flatpunch.punch.basis import power_moments, regular_part

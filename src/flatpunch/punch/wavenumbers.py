@@ -12,8 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._quadrature import gauss
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
+from flatpunch.numerics.gauss import gauss
 
 NODES = 20
 """Gauss nodes per panel. On a panel (x, 4x) a pole at 0 leaves 3^-40; stiff films over sliding or soft layers have sharper

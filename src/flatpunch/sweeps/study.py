@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flatpunch._progress import Report
-from flatpunch._validation import FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import indent
 from flatpunch.files import Case, CaseError

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control
 from flatpunch.indenters import Cylinder

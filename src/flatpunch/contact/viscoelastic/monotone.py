@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices
+from flatpunch._support.checks import Array, Indices
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, convolve, moments
 from flatpunch.media.relaxation import Relaxation

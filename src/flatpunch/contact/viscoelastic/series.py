@@ -13,7 +13,7 @@ from math import gamma
 
 import numpy as np
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
 FINE = 0.38

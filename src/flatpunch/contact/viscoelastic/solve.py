@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._validation import Array, Indices, values
+from flatpunch._support.checks import Array, Indices, values
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg.blas import dger
 
-from flatpunch._validation import Array
+from flatpunch._support.checks import Array
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, mean_decay
 

@@ -1,5 +1,0 @@
-"""The command `flatpunch atlas`, and families of media described by files."""
-
-from flatpunch._lazy import names_of
-
-__getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi

@@ -1,0 +1,157 @@
+"""Where the contact will be: its bounding box, found on a coarse grid that is moved, grown and shrunk until it fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.height import Height
+from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
+from flatpunch.compliance import Kernel
+
+_CELLS = 48
+_ATTEMPTS = 60
+_TOLERANCE = 1e-3
+_LIMIT = 200
+
+_SETTLED = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """Bounding box of a contact [m], and the contact on coarse cells where these have told it."""
+
+    half_widths: tuple[float, float]
+    center: tuple[float, float]
+    rough: Rough | None = field(default=None, repr=False, compare=False)
+
+    def grid(self, cells: int) -> Grid:
+        """Grid around it, with a free rim of a quarter of its half-widths."""
+        return Grid.around(self.half_widths, cells, center=self.center)
+
+    def fits(self, grid: Grid) -> bool:
+        """Whether `grid` holds it with a rim of at least a tenth, and it fills at least six tenths of that grid."""
+        for width, centre, cells, middle in zip(
+            self.half_widths, self.center, (grid.nx, grid.ny), grid.center, strict=True
+        ):
+            half = cells * grid.spacing / 2
+            if abs(centre - middle) + 1.1 * width > half or width < 0.6 * half:
+                return False
+        return True
+
+
+class ContactTouchesEdge(ValueError):
+    """The contact does not fit on the grid; the message says how large the grid must be."""
+
+
+def bounding_box(grid: Grid, contact: Mask) -> Extent:
+    """Bounding box of the cells in contact."""
+    rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
+    h = grid.spacing
+    x, y = grid.x[columns], grid.y[rows]
+    return Extent(
+        ((x[-1] - x[0] + h) / 2, (y[-1] - y[0] + h) / 2),
+        (float(x[-1] + x[0]) / 2, float(y[-1] + y[0]) / 2),
+    )
+
+
+def touches_edge(contact: Mask, rings: int = 1) -> bool:
+    """Whether a cell of the outermost rings is in contact."""
+    return bool(np.count_nonzero(contact) > np.count_nonzero(contact[rings:-rings, rings:-rings]))
+
+
+def find_extent(
+    kernel: Kernel, height: Height, first: Extent, *, depth: float | None = None, force: float | None = None
+) -> Extent:
+    """Bounding box of the contact, to about a twentieth of its size.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    height : callable
+        Grid -> gap at first touch [m].
+    first : Extent
+        Where to look first; any order of magnitude will do.
+    depth, force : float
+        One of them: what is prescribed [m], [N].
+    """
+    extent = first
+    for _ in range(_ATTEMPTS):
+        grid = extent.grid(_CELLS)
+        pressure = _coarse_pressure(kernel, height, grid, depth, force)
+        contact = pressure > 0
+        if not contact.any():
+            extent = Extent((extent.half_widths[0] / 8, extent.half_widths[1] / 8), extent.center)
+            continue
+        box = bounding_box(grid, contact)
+        if touches_edge(contact):
+            wx, wy = (cells * grid.spacing / 2 * 1.5 for cells in (grid.nx, grid.ny))
+            extent = Extent((wx, wy), extent.center)
+            continue
+        before, extent = extent, _recentred(box, grid)
+        if _filled(box, grid) or _settled(before, extent, grid.spacing):
+            return replace(extent, rough=Rough(grid, pressure))
+    raise ContactTouchesEdge(
+        f"No bounding box of the contact was found in {_ATTEMPTS} attempts; the last one was {extent.half_widths[0]:.3g} m x "
+        f"{extent.half_widths[1]:.3g} m (half-widths). The indenter may have no bounded contact. Give a grid."
+    )
+
+
+def grown(grid: Grid, contact: Mask) -> Grid:
+    """The grid with half as many cells again along each axis whose ends the contact touches."""
+    beside = bool(contact[:, 0].any() or contact[:, -1].any())
+    above = bool(contact[0].any() or contact[-1].any())
+    nx, ny = (n + 2 * (n // 4) + 2 if touched else n for n, touched in ((grid.nx, beside), (grid.ny, above)))
+    return Grid(nx, ny, grid.spacing, grid.center)
+
+
+def _filled(box: Extent, grid: Grid) -> bool:
+    """Whether the box takes nearly half of the grid both ways, so that it is known well enough."""
+    return all(
+        2 * width > 0.45 * cells * grid.spacing
+        for width, cells in zip(box.half_widths, (grid.nx, grid.ny), strict=True)
+    )
+
+
+def _settled(before: Extent, now: Extent, spacing: float) -> bool:
+    """Whether looking closer has stopped to change the box by more than cells do: needles never fill a grid across."""
+    return all(
+        abs(w - v) < max(_SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True)
+    )
+
+
+def _recentred(box: Extent, grid: Grid) -> Extent:
+    """The box, with its centre taken as the origin when it is there to within a cell."""
+    center = tuple(0.0 if abs(c) <= grid.spacing else c for c in box.center)
+    shifted = [abs(c) for c in box.center]
+    widths = tuple(w + (s if c == 0.0 else 0.0) for w, s, c in zip(box.half_widths, shifted, center, strict=True))
+    return Extent((widths[0], widths[1]), (center[0], center[1]))
+
+
+def _coarse_pressure(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Array:
+    levels = Levels(kernel, grid)
+    if depth is not None:
+        if not (height(grid) < depth).any():
+            return np.zeros(grid.shape)
+        state, _ = solve_depth(levels, height, depth, _TOLERANCE, _LIMIT)
+    else:
+        assert force is not None
+        state, _ = solve_force(
+            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, _LIMIT
+        )
+    return np.asarray(state.pressure)
+
+
+def typical_depth(height: Height, grid: Grid, compliance: float) -> float:
+    """A depth [m] of the order at which the contact covers a part of the grid; `compliance` is F/E* [m^2]."""
+    heights = height(grid)
+    finite = heights[np.isfinite(heights)]
+    if finite.size == 0:
+        raise ValueError("The indenter has no surface on this grid. Centre the grid on the indenter, or enlarge it.")
+    median = float(np.median(finite))
+    return median if median > 0 else compliance / (grid.spacing * min(grid.shape))

@@ -1,0 +1,87 @@
+"""Boundary element solution of a flat-ended punch of any planform."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.bem.grid import Grid, Mask, check_square
+from flatpunch.bem.height import PunchHeight
+from flatpunch.bem.operator.convolution import to_numpy
+from flatpunch.bem.outline import trace_outline
+from flatpunch.bem.resources import announced
+from flatpunch.bem.solution import Solution, check_tolerance, not_converged, warned
+from flatpunch.bem.solver.active_set import punch_stiffness
+from flatpunch.bem.solver.levels import Levels, mirror_axes
+from flatpunch.compliance import Kernel
+
+
+def solve_punch(
+    kernel: Kernel,
+    planform: Callable[[Array, Array], Mask] | Mask,
+    grid: Grid,
+    *,
+    depth: float = 1.0,
+    tolerance: float = 1e-8,
+    limit: int = 1000,
+    angles: int = 360,
+    single: bool = False,
+    xp: Any = np,
+) -> Solution:
+    """Flat-ended punch of any planform, pressed in to `depth`, adhering where it would lift off.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    planform : callable or ndarray of bool, shape (ny, nx)
+        (x, y) [m] -> whether inside; or the cells themselves.
+    grid : Grid
+        Cells; may end at the planform's edge.
+    depth : float
+        Depth [m]; everything is proportional to it.
+    tolerance : float
+        Largest deviation of the displacement from the depth under the punch, relative to depth.
+    limit : int
+        Largest number of iterations.
+    angles : int
+        Number of polar angles of the outline.
+    single : bool
+        Single precision throughout.
+    xp : module
+        Array namespace to work in.
+
+    Returns
+    -------
+    Solution
+        With `stiffness` = force/depth. The pressure may be negative inside under films stiffer than their base. Cells at the
+        edge carry a singular pressure, so the force converges like the first power of the spacing.
+    """
+    positive("depth", depth)
+    check_tolerance(tolerance, single)
+    check_square(grid)
+    if callable(planform):
+        mask = np.isfinite(PunchHeight(planform)(grid))
+    else:
+        mask = np.asarray(planform, dtype=bool)
+        if mask.shape != grid.shape:
+            raise ValueError(
+                f"planform has shape {mask.shape}, the grid has {grid.shape} (rows along y). They must agree."
+            )
+    if not mask.any():
+        raise ValueError("planform holds no cell of the grid. Its coordinates are in metres, as the grid's.")
+    levels = announced(Levels(kernel, grid, xp, single), 1)
+    part = levels.folded(mirror_axes(levels, mask.astype(float)))
+    p, total, error, iterations = punch_stiffness(part.operator, xp.asarray(part.kept(mask)), tolerance, limit)
+    u = part.grid.unfold(to_numpy(part.operator.apply(p)).astype(float)) * depth
+    p_si = part.grid.unfold(to_numpy(p).astype(float)) * (kernel.modulus * depth / grid.spacing)
+    k = total * kernel.modulus * grid.spacing
+    converged = error <= tolerance
+    notes = () if converged else (not_converged(error, 0.0, 0.0, tolerance, (iterations,)),)
+    outline = trace_outline(grid, mask.astype(float), angles=angles, sharp=True)
+    return Solution(
+        grid, p_si, u, mask, depth, k * depth, outline, k, error, 0.0, (iterations,), converged, warned(notes)
+    )

@@ -1,0 +1,1 @@
+"""From cell pressures to displacements: influence coefficients and convolution by FFT."""

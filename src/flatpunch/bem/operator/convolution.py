@@ -1,0 +1,301 @@
+"""Displacement of the surface from the pressure on a grid, u = G * p in free space, and an approximate inverse.
+
+The convolution is done by FFT on the doubled grid, so that nothing is periodic. Only half of that grid's rows carry
+pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
+blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
+transform is real and a quarter of it is kept (a cosine transform). On a folded grid the pressure is even as well, and cosine
+transforms of half the length take the place of Fourier transforms along the axes that are folded: then columns, while they are
+real, go first if they are even, and rows follow in blocks.
+
+Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
+
+The approximate inverse divides by the symbol C(|k|) on the grid itself, without padding. It is positive by construction, unlike
+the transform of the truncated coefficients, whose lowest entries can be negative under stiff films. Conjugate gradients also
+want displacements continued smoothly beyond the contact (conjugate.py): `spread` is what they are averaged with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+from flatpunch._support.checks import Array
+from flatpunch._support.threads import allowed_threads
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.operator.influence import influence_coefficients
+from flatpunch.bem.operator.transforms import (
+    Axes,
+    complex_fourier,
+    complex_fourier_back,
+    cosine,
+    cosine_back,
+    even_transform,
+    fourier,
+    fourier_back,
+    padded,
+)
+from flatpunch.compliance import Kernel
+
+BYTES_PER_CELL = 200
+"""Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
+
+_BLOCK, _SMALLEST_BLOCK = 64, 2**15
+"""Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
+
+_STEP, _TABULATED = 1 / 64, 256
+"""Step in ln k of the compliances that approximate inverses read, and at how many a medium is asked at a time."""
+
+SINGLE_FLOOR = 1e-5
+"""Smallest relative error that single precision is asked for."""
+
+THREADED = 500**2
+"""Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
+
+_MANY = 400**2
+"""Numbers in the transformed rows from which on threads take whole blocks of columns each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """Free-space convolution with the influence coefficients of a medium, on one grid.
+
+    Attributes
+    ----------
+    grid : Grid
+        The grid.
+    spectrum : array, shape (my/2 + 1, mx/2 + 1)
+        Transform of the coefficients on the padded grid of my x mx cells; real, one quarter.
+    inverse : array, shape (qy, qx/2 + 1)
+        1/C(|k|) on the periodic grid of the preconditioner.
+    smoothing : array, shape (qy, qx/2 + 1)
+        exp(-|k| h), h the side of a cell, on the same grid.
+    padded, periodic : (int, int)
+        Shapes (my, mx) and (qy, qx).
+    xp : module
+        Array namespace of the work; NumPy unless another was asked for.
+    threads : int
+        Threads of the transforms (NumPy only).
+    """
+
+    grid: Grid
+    spectrum: Any
+    inverse: Any
+    smoothing: Any
+    padded: tuple[int, int]
+    periodic: tuple[int, int]
+    xp: Any
+    threads: int
+
+    def apply(self, pressure: Any) -> Any:
+        """Displacement [cells] of a pressure [E*], shape (..., ny, nx)."""
+        if self.xp is np:
+            return self._apply_numpy(pressure)
+        return self._apply_standard(pressure)
+
+    def precondition(self, gap: Any) -> Any:
+        """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
+        return self._periodic(gap, self.inverse)
+
+    def spread(self, values: Any) -> Any:
+        """Values averaged with weights 1/(r^2 + h^2)^(3/2), whose transform is `smoothing`; shape (ny, nx)."""
+        return self._periodic(values, self.smoothing)
+
+    def single(self) -> Operator:
+        """The same operator in single precision."""
+        xp = self.xp
+        names = ("spectrum", "inverse", "smoothing")
+        return replace(self, **{name: xp.astype(getattr(self, name), xp.float32) for name in names})
+
+    def asarray(self, values: Any) -> Any:
+        """NumPy values as an array of this operator's namespace and precision."""
+        return self.xp.asarray(np.asarray(values), dtype=self.spectrum.dtype)
+
+    def _apply_numpy(self, pressure: Array) -> Array:
+        return self._columns_first(pressure) if self.grid.mirrored[1] else self._rows_first(pressure)
+
+    def _columns_first(self, pressure: Array) -> Array:
+        """Columns that are even are transformed while they are real, and then rows in blocks."""
+        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
+        even = self.grid.mirrored[0]
+        columns = cosine(padded(pressure, (my // 2, nx)), (-2,), threads)
+        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
+
+        def convolve(first: int, inside: int) -> None:
+            rows = slice(first, min(first + count, my // 2))
+            block = padded(columns[..., rows, :], (rows.stop - first, mx // (1 + even)))
+            columns[..., rows, :] = _convolved(block, (-1,), self.spectrum[rows], inside, even=even)[..., :nx]
+
+        self._in_blocks(convolve, range(0, my // 2, count), columns.size)
+        return np.asarray(cosine_back(columns, (-2,), threads)[..., :ny, :])
+
+    def _rows_first(self, pressure: Array) -> Array:
+        """Only the rows that carry pressure are transformed, and then columns in blocks."""
+        (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
+        even = self.grid.mirrored[0]
+        wide = padded(pressure, (ny, mx // (1 + even)))
+        rows = cosine(wide, (-1,), threads) if even else fourier(wide, (-1,), threads)
+        count = max(_BLOCK, _SMALLEST_BLOCK // my)
+
+        def convolve(first: int, inside: int) -> None:
+            columns = slice(first, min(first + count, rows.shape[-1]))
+            block, factor = padded(rows[..., columns], (my, columns.stop - first)), self.spectrum[:, columns]
+            if even:
+                block = _convolved(block, (-2,), factor, inside)
+            else:
+                block = complex_fourier(block, -2, inside)
+                block[..., : factor.shape[0], :] *= factor
+                block[..., factor.shape[0] :, :] *= factor[my - factor.shape[0] : 0 : -1]
+                block = complex_fourier_back(block, -2, inside)
+            rows[..., columns] = block[..., :ny, :]
+
+        self._in_blocks(convolve, range(0, rows.shape[-1], count), rows.size)
+        u = cosine_back(rows, (-1,), threads) if even else fourier_back(rows, mx, (-1,), threads)
+        return np.asarray(u[..., :nx])
+
+    def _in_blocks(self, convolve: Callable[[int, int], None], blocks: range, size: int) -> None:
+        """Convolve blocks that begin at these places; with threads side by side, where there is much to do.
+
+        Then also what is not a transform has several threads.
+        """
+        if self.threads > 1 and size > _MANY:
+            with ThreadPoolExecutor(self.threads) as pool:
+                list(pool.map(convolve, blocks, repeat(1)))
+        else:
+            for first in blocks:
+                convolve(first, self.threads)
+
+    def _periodic(self, values: Any, factor: Any) -> Any:
+        """Values times a factor in the space of wavenumbers of the grid, without padding; shape (ny, nx)."""
+        (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
+        if self.xp is not np:
+            fft = self.xp.fft
+            spectrum = fft.rfftn(values, s=self.periodic, axes=(0, 1)) * factor
+            return fft.irfftn(spectrum, s=self.periodic, axes=(0, 1))[:ny, :nx]
+        along_x, along_y = self.grid.mirrored
+        wide = padded(values, (qy // (1 + along_y), qx // (1 + along_x)))
+        if along_x == along_y:
+            u = _convolved(wide, (0, 1), factor, threads, even=along_x)
+        else:
+            even, other = ((1,), (0,)) if along_x else ((0,), (1,))
+            u = cosine_back(_convolved(cosine(wide, even, threads), other, factor, threads), even, threads)
+        return np.asarray(u[:ny, :nx])
+
+    def _apply_standard(self, pressure: Any) -> Any:
+        (my, mx), (ny, nx), xp = self.padded, self.grid.shape, self.xp
+        half = self.spectrum
+        rows = xp.fft.fft(xp.fft.rfft(pressure, n=mx, axis=1), n=my, axis=0)
+        full = xp.concat([half, xp.flip(half[1 : my - half.shape[0] + 1, :], axis=0)], axis=0)
+        u = xp.fft.ifft(rows * full, axis=0)[:ny, :]
+        return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
+
+
+def _convolved(block: Any, axes: Axes, factor: Array, threads: int, *, even: bool = False) -> Any:
+    """Real values convolved along axes: their transforms, cosine ones if they are `even`, times a factor that may be larger."""
+    spectrum = cosine(block, axes, threads) if even else fourier(block, axes, threads)
+    spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
+    return (
+        cosine_back(spectrum, axes, threads) if even else fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
+    )
+
+
+def build_operator(
+    kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Array | None = None, solving: bool = True
+) -> Operator:
+    """Transform of the influence coefficients and of the approximate inverse on a grid.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    grid : Grid
+        The grid; folded ones only with NumPy, the standard has no cosine transforms.
+    xp : module
+        Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
+    coefficients : ndarray, optional
+        Those of `coefficients_for`, where they are known already.
+    solving : bool
+        Whether the operator is to solve with: else it has no approximate inverse.
+    """
+    ny, nx = grid.shape
+    threads = allowed_threads() if nx * ny >= THREADED else 1
+    my, mx = padded_shape(grid)
+    periodic = (my // 2, mx // 2)
+    unit = kernel.modulus / grid.spacing
+    g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
+    spectrum = even_transform(g, threads)
+    inverse = smoothing = np.empty((0, 0))
+    if solving:
+        k = wavenumbers(grid.spacing, periodic, grid.stretch)
+        inverse, smoothing = (
+            whole_plane(half, periodic[0]) for half in (inverse_symbol(kernel, k), np.exp(-k * grid.spacing))
+        )
+        inverse /= unit
+    if xp is not np:
+        spectrum, inverse, smoothing = (xp.asarray(part) for part in (spectrum, inverse, smoothing))
+    return Operator(grid, spectrum, inverse, smoothing, (my, mx), periodic, xp, threads)
+
+
+def padded_shape(grid: Grid) -> tuple[int, int]:
+    """Cells (my, mx) of the doubled grid; on folded grids transforms are as long as the part that is kept."""
+    my, mx = (
+        2 * (1 + half) * scipy.fft.next_fast_len(n, real=True)
+        for n, half in zip(grid.shape, reversed(grid.mirrored), strict=True)
+    )
+    return my, mx
+
+
+def coefficients_for(kernel: Kernel, grid: Grid) -> Array:
+    """Influence coefficients [m/Pa] at all offsets on the doubled grid, shape (my/2 + 1, mx/2 + 1)."""
+    my, mx = padded_shape(grid)
+    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), grid.stretch)
+
+
+def wavenumbers(spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
+    """|k| [1/m] in one quadrant of a periodic grid, shape (ny/2 + 1, nx/2 + 1)."""
+    ny, nx = shape
+    ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
+    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, stretch * spacing)
+    return np.asarray(np.hypot(kx, ky[:, None]))
+
+
+def whole_plane(quadrant: Array, ny: int) -> Array:
+    """What is even in ky, shape (ny/2 + 1, m), at all ny of them."""
+    return np.concatenate([quadrant, quadrant[(ny - 1) // 2 : 0 : -1]])
+
+
+def inverse_symbol(kernel: Kernel, k: Array) -> Array:
+    """1/C(|k|) in a quadrant of wavenumbers; in the place of zero half of the next one."""
+    k = np.array(k)
+    k[0, 0] = 0.5 * max(k[0, 1], k[1, 0])
+    return np.asarray(1 / compliance_values(kernel, k))
+
+
+def compliance_values(kernel: Kernel, k: Array) -> Array:
+    """C(k) at many wavenumbers, linear in ln k between those of a grid that all operators of a medium share."""
+    x = np.log(k) / _STEP
+    first, last = int(x.min()) // _TABULATED - 1, int(x.max()) // _TABULATED + 1
+    values = np.concatenate([_compliance_block(kernel, block) for block in range(first, last + 1)])
+    return np.asarray(np.exp(np.interp(x - first * _TABULATED, np.arange(values.size), values)))
+
+
+@lru_cache(maxsize=64)
+def _compliance_block(kernel: Kernel, block: int) -> Array:
+    """ln C at ln k = n step."""
+    n = np.arange(block * _TABULATED, (block + 1) * _TABULATED)
+    return np.log(np.asarray(kernel(np.exp(n * _STEP))))
+
+
+def to_numpy(values: Any) -> Array:
+    """Array of any library as a NumPy array in main memory."""
+    if hasattr(values, "get"):
+        values = values.get()
+    elif hasattr(values, "cpu"):
+        values = values.cpu()
+    return np.asarray(values)

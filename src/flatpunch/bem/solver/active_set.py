@@ -1,0 +1,325 @@
+"""Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
+
+Two loops. The outer one guesses the contact (cells that carry pressure or overlap the indenter), the inner one removes
+the gap error on it by conjugate gradients, preconditioned as operator.py says; then pressures that came out
+negative are dropped and the guess is made anew. The inner loop is a linear problem and stops at a fraction of the error it
+began with: conjugacy survives the many small changes of the contact that stop the classical one-loop method (Polonsky &
+Keer 1999) under stiff films, and since it yields a correction only, single precision suffices there whatever the tolerance.
+The outer loop works in the operator's own precision, and the residual it reports is that of the pressure it returns. Its
+full steps are those of a semismooth Newton method, which could cycle; when the error stops falling, only steps that lower
+the energy sum p (u/2 + f - d) are taken, and there is one as long as any error is left. Contacts of few cells are solved
+directly (removal.py says when).
+
+Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are those of the whole contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch.bem.operator.convolution import Operator
+from flatpunch.bem.solver.conjugate import dot, largest
+from flatpunch.bem.solver.gap_removal import Removal
+
+DROP = 0.03
+"""Reduction asked of the inner loop: best or equal over half-spaces, soft layers and films up to 1000 times stiffer."""
+
+_PATIENCE = 10
+"""Outer steps without progress after which only steps that lower the energy are taken."""
+
+_HESITATING, _MINOR = 2, 0.5
+"""Outer steps without progress after which cells that overlap by less than so much of the gap error stay unloaded: closing
+the gap moves them as far, and along needles loading them all throws the solution back again and again."""
+
+_HALVINGS = 12
+"""Most halvings of a step: under films 50 times stiffer pyramids need more than 6 when all steps are such."""
+
+_FARTHEST = 0.1
+"""Largest change of depth in one step towards a force, relative."""
+
+_ASTRAY = 10.0
+"""Gap error over the least so far that shows a change of depth to have led astray."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A solution as far as it got.
+
+    Attributes
+    ----------
+    pressure, displacement : array, shape (ny, nx)
+        Pressure [E*] and the displacement it causes [cells].
+    contact : array of bool, shape (ny, nx)
+        Where the pressure is positive.
+    depth, force : float
+        Depth [cells], force [E* cells^2].
+    gap_error : float
+        Largest |gap| in contact over the depth.
+    penetration : float
+        Largest penetration outside contact over the depth.
+    iterations, convolutions : int
+        Inner iterations, and free-space convolutions in all.
+    converged : bool
+        Whether both errors are within the tolerance.
+    direct : bool
+        Whether the last steps were direct ones.
+    """
+
+    pressure: Any
+    displacement: Any
+    contact: Any
+    depth: float
+    force: float
+    gap_error: float
+    penetration: float
+    iterations: int
+    convolutions: int
+    converged: bool
+    direct: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """A force to be reached by changing the depth on the way.
+
+    What closing the gap will add to the force is known beforehand: by reciprocity it is the gap weighted by the pressure
+    of a flat punch under the same contact, for which one from coarser cells will do.
+
+    Attributes
+    ----------
+    force : float
+        Force [E* cells^2].
+    stiffness : float
+        dF/dd to a few per cent [E* cells].
+    punch : array, shape (ny, nx)
+        Pressure under that punch per depth [E*/cell], whose force is `stiffness`.
+    """
+
+    force: float
+    stiffness: float
+    punch: Any
+
+
+@dataclass(slots=True)
+class _Trial:
+    """A pressure with its displacement at one depth."""
+
+    pressure: Any
+    displacement: Any
+    gap: Any
+    gap_error: float
+    penetration: float
+
+
+def solve_contact(
+    operator: Operator,
+    height: Any,
+    depth: float,
+    *,
+    start: Any = None,
+    inner: Operator | None = None,
+    trusted: bool = False,
+    direct: bool = True,
+    drop: float = DROP,
+    aim: Aim | None = None,
+    tolerance: float = 1e-8,
+    limit: int = 1000,
+) -> State:
+    """Contact of one indenter at one depth, or near it where a force is aimed at.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure.
+    height : array, shape (ny, nx)
+        Gap at first touch [cells]; infinite where the indenter has no surface.
+    depth : float
+        Indentation depth [cells], > 0.
+    start : array, shape (ny, nx), optional
+        Pressure to begin with.
+    inner : Operator, optional
+        The operator in single precision; by default made here.
+    trusted : bool
+        Whether the contact of `start` is better known than its load: then cells that overlap join after the first step only.
+    direct : bool
+        Whether contacts of few cells may be solved directly: not worth it where a window was solved without and little is left.
+    drop : float
+        Reduction asked of the inner loop.
+    aim : Aim, optional
+        Force to be met; the depth then follows. Where that does not go well `depth` is kept, and the force is not met.
+    tolerance : float
+        Largest gap error in contact and largest penetration outside, relative to depth.
+    limit : int
+        Largest number of inner iterations.
+    """
+    xp = operator.xp
+    inner = operator.single() if inner is None else inner
+    iterations, convolutions, best, waited = 0, 1, np.inf, 0
+    zero = xp.zeros_like(height)
+    # a start from coarser cells may reach beyond the end of the indenter
+    now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
+    removal = Removal(operator, inner, direct)
+    first_depth, least = depth, np.inf
+    while True:
+        if aim is not None:
+            least = min(least, now.gap_error)
+            if now.gap_error > _ASTRAY * least or waited >= _PATIENCE:
+                # stiff films answer to the rim of the contact, of which coarse cells know too little
+                aim, depth = None, first_depth
+            else:
+                depth += min(max(_foreseen(operator, aim, now), -_FARTHEST * depth), _FARTHEST * depth)
+            now = _judged(xp, height, depth, now.pressure, now.displacement)
+        error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(operator, aim, now)
+        if iterations >= limit or max(error, missing) <= tolerance:
+            break
+        best, waited = (error, 0) if error < best else (best, waited + 1)
+        careful, contact = waited >= _PATIENCE, now.pressure > 0
+        if not careful or now.penetration > now.gap_error:
+            minor = _MINOR * now.gap_error * depth if waited >= _HESITATING else 0.0
+            overlapping = ~contact & (now.gap < -minor)
+            # a start may know its contact better than its load, and by a load too small far more overlaps than will touch
+            touching = xp.count_nonzero(contact)
+            if iterations or not touching or not (trusted or touching < xp.count_nonzero(overlapping)):
+                contact = contact | overlapping
+        gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
+        change, count = removal(contact, gap, max(drop, 0.3 * tolerance / error), limit - iterations)
+        now, tried = _advance(operator, height, depth, now, change, careful)
+        iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
+    return State(
+        pressure=now.pressure,
+        displacement=now.displacement,
+        contact=now.pressure > 0,
+        depth=depth,
+        force=_force(operator, now.pressure),
+        gap_error=now.gap_error,
+        penetration=now.penetration,
+        iterations=iterations,
+        convolutions=convolutions,
+        converged=error <= tolerance,
+        direct=removal.directly,
+    )
+
+
+def _advance(
+    operator: Operator, height: Any, depth: float, now: _Trial, change: Any, careful: bool
+) -> tuple[_Trial, int]:
+    """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
+    xp = operator.xp
+    change = xp.astype(change, now.pressure.dtype)
+    if not careful:
+        return _trial(operator, height, depth, _pressing(xp, now.pressure + change)), 1
+    energy = _energy(xp, now)
+    # differences of energy are only known to the rounding of its sum
+    rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
+    for tried in range(_HALVINGS):
+        later = _trial(operator, height, depth, _pressing(xp, now.pressure + 0.5**tried * change))
+        better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
+        lower = _energy(xp, later) - energy
+        if lower < -rounding or (lower <= rounding and better):
+            return later, tried + 1
+    return _descended(operator, height, depth, now, change), _HALVINGS + 1
+
+
+def _descended(operator: Operator, height: Any, depth: float, now: _Trial, change: Any) -> _Trial:
+    """A step that is sure to lower the energy, as projecting part of a Newton step is not.
+
+    In cells that overlap the pressure may grow without bound, so that they are loaded by what overlaps, as much as lowers the
+    energy most. Where cells in contact are worse, `change` is of those alone and taken until the first of them is unloaded.
+    """
+    xp = operator.xp
+    zero = xp.zeros_like(now.gap)
+    if now.penetration > now.gap_error:
+        change = -xp.where((now.pressure == 0) & (now.gap < 0), now.gap, zero)
+        length = dot(xp, change, change) / dot(xp, change, operator.apply(change))
+    else:
+        falling = change < 0
+        steepness = xp.where(falling, -change, xp.ones_like(zero))
+        length = min(1.0, float(xp.min(xp.where(falling, now.pressure / steepness, xp.full_like(zero, xp.inf)))))
+    return _trial(operator, height, depth, _pressing(xp, now.pressure + length * change))
+
+
+def _foreseen(operator: Operator, aim: Aim, now: _Trial) -> float:
+    """Change of depth [cells] after which the force, once the gap is closed, is the one aimed at."""
+    xp = operator.xp
+    contact = (now.pressure > 0) | (now.gap < 0)
+    adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies
+    return (aim.force - _force(operator, now.pressure) - adds) / aim.stiffness
+
+
+def _missing(operator: Operator, aim: Aim, now: _Trial) -> float:
+    return abs(1 - _force(operator, now.pressure) / aim.force)
+
+
+def _force(operator: Operator, pressure: Any) -> float:
+    """Force of a pressure, all copies of its cells counted."""
+    return float(operator.xp.sum(pressure)) * operator.grid.copies
+
+
+def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
+    return _judged(operator.xp, height, depth, pressure, operator.apply(pressure))
+
+
+def _judged(xp: Any, height: Any, depth: float, pressure: Any, u: Any) -> _Trial:
+    gap = u + (height - depth)
+    loaded = pressure > 0
+    zero = xp.zeros_like(gap)
+    gap_error = largest(xp, xp.where(loaded, gap, zero)) / depth
+    penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / depth)
+    return _Trial(pressure, u, gap, gap_error, penetration)
+
+
+def _energy(xp: Any, trial: _Trial) -> float:
+    """Sum of p (u/2 + f - d), which is p (gap - u/2) where the indenter has a surface."""
+    inside = xp.where(trial.pressure > 0, trial.gap, xp.zeros_like(trial.gap))
+    return dot(xp, trial.pressure, inside - 0.5 * trial.displacement)
+
+
+def _pressing(xp: Any, pressure: Any) -> Any:
+    """A pressure without what pulls."""
+    return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
+
+
+def punch_stiffness(
+    operator: Operator, contact: Any, tolerance: float = 1e-2, limit: int = 400
+) -> tuple[Any, float, float, int]:
+    """Flat punch of the planform `contact` pressed in by one cell.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure.
+    contact : array of bool, shape (ny, nx)
+        Planform.
+    tolerance : float
+        Largest deviation of the displacement from 1 on the planform.
+    limit : int
+        Largest number of iterations.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        Pressure per depth [E*/cell].
+    stiffness : float
+        Its force, dF/dd [E* cells].
+    error : float
+        Deviation reached.
+    iterations : int
+        Iterations taken.
+    """
+    xp, dtype = operator.xp, operator.spectrum.dtype
+    one = xp.astype(contact, dtype)
+    p, error, iterations = xp.zeros_like(one), 1.0, 0
+    gap, removal = -one, Removal(operator, operator.single(), once=True)
+    while error > tolerance and iterations < limit:
+        change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        p = p + xp.astype(change, dtype)
+        gap = operator.apply(p) * one - one
+        latest = float(xp.max(xp.abs(gap)))
+        iterations += max(count, 1)
+        if latest >= error and count == 0:
+            break
+        error = latest
+    return p, _force(operator, p), error, iterations

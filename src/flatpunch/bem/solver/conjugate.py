@@ -1,0 +1,97 @@
+"""Removing the gap on a given contact by preconditioned conjugate gradients, a linear problem.
+
+The pressure p on a contact that makes displacements u there has the energy u p/2. It is the least that u can have, however it is
+continued beyond the contact: A^-1 = min E' C^-1 E over continuations E. Zero is fair on half-spaces and on layers that drain, and
+poor under stiff films, which then have to bend within a cell: it stores a hundred times the least energy. A mean of u in the
+contact with weights 1/(r^2 + h^2)^(3/2), which favour what is near, stores three to twelve times the least, and costs two
+convolutions on the grid itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flatpunch.bem.operator.convolution import Operator
+
+_FADING = 0.01
+"""Weight of zero in that mean, over the sum of all weights: far from the contact displacements fade away."""
+
+
+def remove_gap(
+    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, *, continued: bool = False
+) -> tuple[Any, int]:
+    """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure, of any precision.
+    contact : array of bool, shape (ny, nx)
+        Cells that take part.
+    gap : array, shape (ny, nx)
+        Gap to be closed [cells]; zero outside `contact`.
+    drop : float
+        Wanted reduction of the largest gap.
+    limit : int
+        Largest number of iterations.
+    continued : bool
+        Whether displacements are continued beyond the contact; else they are zero there.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        Change of pressure [E*], in the operator's precision.
+    iterations : int
+        Iterations taken: fewer than it needs where rounding or the limit end them.
+    """
+    xp, dtype = operator.xp, operator.spectrum.dtype
+    scale = largest(xp, gap)
+    if scale == 0.0:
+        return xp.astype(gap, dtype), 0
+    mask = xp.astype(contact, dtype)
+    r = xp.astype(gap / scale, dtype)
+    p, t, rz_old = xp.zeros_like(r), xp.zeros_like(r), np.inf
+    precondition = preconditioner(operator, mask, continued=continued)
+    for n in range(limit):
+        z = precondition(r)
+        rz = dot(xp, r, z)
+        t *= rz / rz_old
+        t += z
+        q = operator.apply(t)
+        curvature = dot(xp, t, q)
+        if not (rz > 0 and curvature > 0):
+            return p * scale, n
+        step = rz / curvature
+        p -= step * t
+        q *= step * mask
+        r -= q
+        rz_old = rz
+        if largest(xp, r) <= drop:
+            return p * scale, n + 1
+    return p * scale, limit
+
+
+def preconditioner(operator: Operator, mask: Any, *, continued: bool) -> Callable[[Any], Any]:
+    """Pressure on a contact that about removes a gap there, E' C^-1 E; of the `mask` ones are the contact, all else is zero."""
+    if not continued:
+        return lambda gap: operator.precondition(gap) * mask
+    weight = (1 - mask) / (operator.xp.abs(operator.spread(mask)) + _FADING)
+
+    def precondition(gap: Any) -> Any:
+        pressure = operator.precondition(gap + weight * operator.spread(gap))
+        return (pressure + operator.spread(weight * pressure)) * mask
+
+    return precondition
+
+
+def dot(xp: Any, a: Any, b: Any) -> float:
+    """Sum of a b over the grid."""
+    return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))
+
+
+def largest(xp: Any, a: Any) -> float:
+    """Largest |a| over the grid, without an array of all of them."""
+    return max(float(xp.max(a)), -float(xp.min(a)))

@@ -1,0 +1,248 @@
+"""Contacts on nested grids: solve on coarse cells first, carry the pressure to finer ones, and finish where it was asked for.
+
+The fine grid then only corrects the rim of the contact, and at given force starts with a depth and a stiffness that are
+nearly right: F(d) = F_wanted is solved by Newton's method with the stiffness dF/dd of a flat punch under the present
+contact, which the next coarser grid knows well enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.bem.grid import Grid
+from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
+from flatpunch.bem.solver.active_set import Aim, State, punch_stiffness, solve_contact
+from flatpunch.bem.solver.levels import Levels, mirror_axes
+from flatpunch.bem.solver.prolongation import prolong, sampled
+
+_COARSE_TOLERANCE, _LOOSER = 1e-4, 10
+"""Tolerance of coarser grids at most, and over that of the next finer one: their forces are told as well."""
+_NEWTON_STEPS = 40
+
+_PUNCH_CELLS = 144**2
+"""Cells from which on the punch that tells how the force answers to the depth is the one of coarser cells."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and what coarser cells say.
+
+    The latter is the force [N] on cells twice as wide at the same depth; NaN where these were not solved.
+    """
+
+    iterations: tuple[int, ...]
+    force_error: float = 0.0
+    coarser_force: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Punch:
+    """Flat punch under a contact: its pressure on a grid up to a factor, and its stiffness dF/dd [N/m] to a few per cent.
+
+    `foresees` turns false when the force it foretold on some grid was not the one that came.
+    """
+
+    grid: Grid
+    pressure: Array
+    stiffness: float
+    foresees: bool = True
+
+    def share(self, grid: Grid) -> Array:
+        """Share of its force that each cell of a grid carries."""
+        pressure = sampled(self.pressure, self.grid, grid)
+        return np.asarray(pressure / (grid.copies * pressure.sum()))
+
+
+def solve_depth(
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    depth: float,
+    tolerance: float,
+    limit: int,
+    start: Any = None,
+    *,
+    rough: Rough | None = None,
+) -> tuple[State, Effort]:
+    """Contact at a depth [m], from the coarsest level up; `start` replaces the coarser levels, `rough` the coarsest of them."""
+    folded, cells = levels.folded_to(height)
+    if start is not None:
+        start = folded.kept(start)
+    state, effort = _nested_depth(folded, height, cells, depth, tolerance, limit, start, rough)
+    return folded.unfolded_state(state), effort
+
+
+@dataclass(frozen=True, slots=True)
+class Rough:
+    """Pressure [E*] of about the contact that is looked for, on a coarse grid."""
+
+    grid: Grid
+    pressure: Array
+
+
+def _nested_depth(
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    cells: Any,
+    depth: float,
+    tolerance: float,
+    limit: int,
+    start: Any,
+    rough: Rough | None,
+    *,
+    finest: bool = True,
+) -> tuple[State, Effort]:
+    before: tuple[int, ...] = ()
+    coarser, coarser_force = levels.coarser, float("nan")
+    if start is None and coarser is not None:
+        # of the finest level the next coarser one tells how large the error of its force is
+        if rough is not None and not finest and _cells(coarser.grid) <= _cells(rough.grid):
+            start = levels.asarray(prolong(rough.pressure, rough.grid, levels.grid))
+        else:
+            looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
+            state, effort = _nested_depth(
+                coarser, height, coarser.cells(height), depth, looser, limit, None, rough, finest=False
+            )
+            before, start = effort.iterations, levels.asarray(prolong(state.pressure, coarser.grid, levels.grid))
+            coarser_force = state.force * coarser.unit
+    taken, direct = 0, True
+    window = None if start is None else levels.window(start)
+    if window is not None:
+        part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
+        taken, start, direct = part.iterations, window.embed(part.pressure), part.direct
+    state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
+    return state, Effort((*before, taken + state.iterations), coarser_force=coarser_force)
+
+
+def solve_force(
+    levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
+) -> tuple[State, Effort]:
+    """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
+    folded, cells = levels.folded_to(height)
+    state, effort, _ = _nested_force(folded, height, cells, force, guess, tolerance, limit)
+    return folded.unfolded_state(state), effort
+
+
+def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
+    """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
+    folded = levels.folded(mirror_axes(levels, to_numpy(contact)))
+    part, contact = folded.around(folded.kept(contact))
+    operator = part.inner if tolerance >= SINGLE_FLOOR else part.operator
+    stiffness = punch_stiffness(operator, contact, tolerance)[1]
+    return stiffness * levels.kernel.modulus * levels.grid.spacing
+
+
+def _nested_force(
+    levels: Levels,
+    height: Callable[[Grid], Array],
+    cells: Any,
+    force: float,
+    guess: float,
+    tolerance: float,
+    limit: int,
+) -> tuple[State, Effort, Punch | None]:
+    coarser = levels.coarser
+    if coarser is None:
+        state, taken, missing, _ = _newton(levels, cells, force, guess, None, None, tolerance, limit)
+        return state, Effort((taken,), missing), None
+    coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
+    state, effort, punch = _nested_force(coarser, height, coarser.cells(height), force, guess, coarse_tolerance, limit)
+    start, depth = (
+        levels.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
+        state.depth * coarser.grid.spacing,
+    )
+    coarser_depth = depth
+    if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
+        punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
+    taken = 0
+    window = levels.window(start)
+    if window is not None:
+        part, taken, missing, punch = _newton(
+            window.levels, window.cut(cells), force, depth, window.cut(start), punch, tolerance, limit
+        )
+        start, depth = window.embed(part.pressure), part.depth * levels.grid.spacing
+    state, more, missing, punch = _newton(
+        levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
+    )
+    # the other depth for the same force stands for another force at the same depth
+    changed = state.depth * levels.grid.spacing - coarser_depth
+    coarser_force = force + punch.stiffness * changed if punch is not None else float("nan")
+    return state, Effort((*effort.iterations, taken + more), missing, coarser_force), punch
+
+
+def _newton(
+    levels: Levels,
+    cells: Any,
+    force: float,
+    depth: float,
+    start: Any,
+    punch: Punch | None,
+    tolerance: float,
+    limit: int,
+    *,
+    follow: bool = True,
+) -> tuple[State, int, float, Punch | None]:
+    """Contact at a force on one grid, with iterations, the relative error of force and what is left to say of the punch.
+
+    Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
+    near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
+    """
+    spacing, modulus, unit = levels.grid.spacing, levels.kernel.modulus, levels.unit
+    iterations, missing, stiffness, aim = 0, 1.0, 0.0, None
+    if punch is not None:
+        stiffness = punch.stiffness
+    if punch is not None and punch.foresees and follow:
+        share = levels.asarray(punch.share(levels.grid))
+        aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
+    for _ in range(_NEWTON_STEPS):
+        wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
+        state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
+        iterations, start = iterations + state.iterations, state.pressure
+        if punch is not None and aim is not None and state.depth == depth / spacing:
+            punch = replace(punch, foresees=False)
+        depth = state.depth * spacing
+        missing = 1 - state.force * unit / force
+        if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
+            break
+        if punch is None:
+            stiffness = _punch(levels, state).stiffness
+        aim, depth = None, max(depth + missing * force / stiffness, depth / 4)
+    return state, iterations, abs(missing), punch
+
+
+def _solve(
+    levels: Levels,
+    cells: Any,
+    depth: float,
+    start: Any,
+    tolerance: float,
+    limit: int,
+    aim: Aim | None = None,
+    *,
+    direct: bool = True,
+) -> State:
+    return solve_contact(
+        levels.operator,
+        cells,
+        depth / levels.grid.spacing,
+        start=start,
+        inner=levels.inner,
+        direct=direct,
+        aim=aim,
+        tolerance=tolerance,
+        limit=limit,
+    )
+
+
+def _punch(levels: Levels, state: State) -> Punch:
+    pressure, stiffness, _, _ = punch_stiffness(levels.inner, state.contact)
+    return Punch(levels.grid, to_numpy(pressure).astype(float), stiffness * levels.kernel.modulus * levels.grid.spacing)
+
+
+def _cells(grid: Grid) -> int:
+    """Number of cells, copies included."""
+    return grid.nx * grid.ny * grid.copies

@@ -1,0 +1,231 @@
+"""Command line: solve a case file, check one, or run the cases that come with the package.
+
+Bad input ends with status 2 and one readable message, an interrupt (Ctrl-C) with status 130; neither leaves a half-written
+file. Heavy imports happen inside the commands, so that `--help` and mistakes in the command itself are answered at once.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from flatpunch.cli.atlas import atlas_app
+from flatpunch.cli.fit import add_commands
+from flatpunch.cli.paper import paper
+from flatpunch.cli.sweep import add_commands as add_sweep
+from flatpunch.cli.terminal import friendly, progress, say, say_written
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from flatpunch.files import Case
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="Press rigid indenters into layered and graded elastic bodies.\n\n"
+    "A case file (TOML) describes the layers from the surface down, what lies below them, the indenter, and the depths, "
+    'forces or radii to solve for. All quantities carry units: [bold]young = "5 kPa"[/bold].\n\n'
+    "Start with [bold]flatpunch demo[/bold]: it solves the cases that come with the package and leaves their files behind "
+    "for you to change.",
+)
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
+_ROWS = 10
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from flatpunch._version import __version__
+
+        typer.echo(f"flatpunch {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def flatpunch(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Take the options that come before a command."""
+
+
+@app.command()
+def solve(
+    case: CaseFile,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Result as CSV, besides the output.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+) -> None:
+    """Solve a case: print the curve, and write it if asked to.
+
+    [bold]flatpunch solve gel.toml -o gel.nc --csv gel.csv --plot gel.png[/bold]
+
+    Read the result with [bold]flatpunch.load("gel.nc")[/bold] or any NetCDF reader; the CSV opens in a spreadsheet.
+    """
+    with friendly():
+        _check_targets(output, csv, plot)
+        from flatpunch.files import read_case
+
+        loaded = read_case(case)
+        _solve(loaded, [path for path in (output, csv) if path], plot)
+
+
+@app.command()
+def check(case: CaseFile) -> None:
+    """Read a case file and say what would be solved or fitted, without doing it.
+
+    Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
+    write instead.
+    """
+    with friendly():
+        from flatpunch.files import describe, read_case
+        from flatpunch.fit.case import describe_fit, is_fit_case, read_fit_case
+
+        lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
+        for line in lines:
+            say(line)
+
+
+app.command()(paper)
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results and pictures.")] = Path(
+        "demo-results"
+    ),
+) -> None:
+    """Solve the cases that come with the package.
+
+    Writes, for each of them, the case file itself, the result as NetCDF and CSV, and a picture. Case files that are
+    there already are kept, and solved as you changed them.
+    """
+    with friendly():
+        from flatpunch.files import read_case, shipped_cases
+
+        output.mkdir(parents=True, exist_ok=True)
+        for source in shipped_cases():
+            case = output / source.name
+            _copy(source, case)
+            _solve(read_case(case), [case.with_suffix(".nc"), case.with_suffix(".csv")], case.with_suffix(".png"))
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Put a shipped case into the user's folder, unless a changed one is there."""
+    text = source.read_text(encoding="utf-8")
+    if not target.exists():
+        target.write_text(text, encoding="utf-8")
+    elif target.read_text(encoding="utf-8") != text:
+        typer.echo(f"{target} differs from the shipped case; it is kept and solved as it is.", err=True)
+
+
+def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
+    """Solve one case, write what was asked for, print the curve."""
+    import flatpunch as fp
+    from flatpunch._support.progress import listening
+    from flatpunch.files import save
+
+    written = []
+    with (
+        progress(case.title or "Solving", 1 + len(outputs) + (plot is not None)) as step,
+        warnings.catch_warnings(record=True) as caught,
+    ):
+        warnings.simplefilter("always", fp.FlatpunchWarning)
+        step("solving")
+        with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
+            result = fp.indent(case.medium, case.indenter, **case.arguments)
+        leaving = [] if case.work_of_adhesion is None else _pull_off(case, case.work_of_adhesion)
+        for path in outputs:
+            step(f"writing {path.name}")
+            written.append(save(result, path))
+        if plot is not None:
+            from flatpunch.plots import result as plots
+
+            step(f"drawing {plot.name}")
+            written.append(plots.save_figure(plots.figure(result, case.medium, case.indenter, title=case.title), plot))
+    _print_curve(case, result)
+    out = Console()
+    for line in leaving:
+        out.print(line, markup=False, highlight=False)
+    for line in dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)]):
+        out.print(f"Note: {line}", style="yellow", markup=False, highlight=False)
+    say_written(written)
+    out.print()
+
+
+def _pull_off(case: Case, work: float) -> list[str]:
+    """Say where the contact is lost."""
+    import flatpunch as fp
+    from flatpunch.files.units import text
+
+    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.range_of_action)
+    lines = [
+        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
+        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
+    ]
+    if lost.tabor is not None:
+        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
+    return lines
+
+
+def _print_curve(case: Case, result: xr.Dataset) -> None:
+    """Print about ten evenly chosen steps as a table; every column in the unit that suits its largest value."""
+    import numpy as np
+    from rich.table import Table
+
+    from flatpunch.files.units import readable
+
+    steps = result.sizes["step"]
+    chosen = np.unique(np.linspace(0, steps - 1, min(_ROWS, steps)).round().astype(int))
+    columns = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
+    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
+    columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
+    table = Table(
+        title=case.title, caption=f"{len(chosen)} of {steps} steps, method {case.method}", title_justify="left"
+    )
+    shown = []
+    for name, unit in columns.items():
+        values = result[name].values
+        finite = np.abs(values[np.isfinite(values)])
+        factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
+        table.add_column(f"{name}\n{prefixed}".replace("^2", "²"), justify="right")
+        shown.append([f"{values[i] * factor:.4g}" for i in chosen])
+    valid = result["valid"].values
+    if not valid.all():
+        table.add_column("theory\nholds")
+        shown.append(["yes" if valid[i] else "no" for i in chosen])
+    for row in zip(*shown, strict=True):
+        table.add_row(*row)
+    Console().print(table)
+
+
+def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
+    """Refuse endings and folders that cannot work before anything is solved."""
+    from flatpunch._support.whole_file import check_target
+
+    check_target("--output", output, (".nc", ".csv"))
+    check_target("--csv", csv, (".csv",))
+    check_target("--plot", plot, (".png", ".pdf", ".svg"))
+
+
+add_commands(app)
+add_sweep(app)
+app.add_typer(atlas_app(), name="atlas")
+
+
+def main() -> None:
+    """Entry point of the command `flatpunch`."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        typer.echo("\nInterrupted. No file was left half-written.", err=True)
+        sys.exit(130)

@@ -1,0 +1,227 @@
+"""Commands `flatpunch fit`, `flatpunch correct` and `flatpunch nanite-model`.
+
+The command line adds them with `add_commands`. Heavy imports happen inside the commands.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from flatpunch._support.whole_file import check_target
+from flatpunch.cli.terminal import friendly, progress, say, say_written
+
+if TYPE_CHECKING:
+    from flatpunch.fit.case import FitCase
+
+CurveFile = Annotated[
+    Path, typer.Argument(metavar="CURVE", help="Measured curve, force map, or a folder of them.", show_default=False)
+]
+FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file of the fit.", show_default=False)]
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands on the command line."""
+
+    @app.command()
+    def fit(
+        curve: CurveFile,
+        case: FitCaseFile,
+        output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
+        plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        drift: Annotated[
+            Path | None, typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's.")
+        ] = None,
+        profile: Annotated[
+            bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
+        ] = False,
+        workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
+    ) -> None:
+        """Fit a case to a measured curve, or to every curve in a folder.
+
+        In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
+        start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
+        [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
+
+        [bold]flatpunch fit curve.csv gel.toml --plot fit.png[/bold]
+        """
+        with friendly():
+            check_target("--output", output, (".csv", ".nc"))
+            check_target("--plot", plot, (".png", ".pdf", ".svg"))
+            check_target("--drift", drift, (".png", ".pdf", ".svg"))
+            from flatpunch.fit.case import read_fit_case
+
+            loaded = read_fit_case(case)
+            if curve.is_dir() or _many(curve, loaded):
+                if drift is not None or profile:
+                    raise ValueError("--drift and --profile go with a single curve.")
+                _fit_folder(curve, loaded, output, plot, workers)
+            else:
+                _fit_one(curve, loaded, output, plot, drift, profile)
+
+    @app.command()
+    def correct(
+        case: FitCaseFile,
+        reported: Annotated[str, typer.Option(help="Young's modulus that was reported, '8 kPa'.")],
+        depth: Annotated[str, typer.Option(help="Depth of that fit, '300 nm'.")],
+        model: Annotated[str | None, typer.Option(help="hertz, sneddon, flat, bilodeau or rico.")] = None,
+        poisson: Annotated[float | None, typer.Option(help="Poisson ratio that was assumed there.")] = None,
+        over: Annotated[
+            Literal["curve", "depth"],
+            typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth."),
+        ] = "curve",
+    ) -> None:
+        """From a reported half-space modulus to the true modulus of the layer.
+
+        The case file describes layers, base and indenter; the modulus of its top layer does not matter. Beside the answer stand
+        those of published corrections.
+
+        [bold]flatpunch correct gel.toml --reported "8 kPa" --depth "300 nm"[/bold]
+        """
+        with friendly():
+            _correct(case, reported, depth, model, poisson, over)
+
+    @app.command("nanite-model")
+    def nanite_model(
+        case: FitCaseFile,
+        output: Annotated[Path, typer.Option("--output", "-o", help="Python module to write, model_thin_gel.py.")],
+    ) -> None:
+        """Write a case as a model file for nanite and PyJibe.
+
+        Load it there as a user-defined model; flatpunch must be installed in that environment.
+
+        [bold]flatpunch nanite-model gel.toml -o model_thin_gel.py[/bold]
+        """
+        with friendly():
+            check_target("--output", output, (".py",))
+            from flatpunch.fit.case import read_fit_case
+            from flatpunch.fit.half_space.nanite_model import write_nanite_model
+
+            loaded = read_fit_case(case)
+            method = loaded.settings.method
+            say_written([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
+
+
+def _many(path: Path, case: FitCase) -> bool:
+    """Whether a file holds more than one curve."""
+    from flatpunch.fit.measured.readers import curves_in
+
+    return curves_in(path, **case.reading) > 1
+
+
+def _fit_one(
+    path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool
+) -> None:
+    from flatpunch.fit.batch import Batch
+    from flatpunch.fit.fitting import fit
+    from flatpunch.fit.measured.readers import read_curve
+    from flatpunch.fit.report.quantities import quantity, unit_of
+
+    curve = read_curve(path, **case.reading)
+    result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
+    say(result.summary())
+    if profile:
+        for name in result.objective.model.free:
+            found = result.profile(name)
+            unit = unit_of(name)
+            say(f"  {name:<20} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+    written = []
+    if output is not None:
+        if output.suffix.lower() == ".csv":
+            written.append(Batch((result.row(),)).save(output))
+        else:
+            from flatpunch.files.results import save
+
+            written.append(save(result.dataset(), output))
+    if plot is not None:
+        from flatpunch.fit.pictures import fit_figure
+        from flatpunch.plots.result import save_figure
+
+        written.append(save_figure(fit_figure(result), plot))
+    if drift is not None:
+        written.append(_drift(curve, case, drift))
+    say_written(written)
+
+
+def _drift(curve: Any, case: FitCase, path: Path) -> Path:
+    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio."""
+    from flatpunch.fit.fitting import fit_ranges
+    from flatpunch.fit.pictures import drift_figure
+    from flatpunch.media import HalfSpace
+    from flatpunch.plots.result import save_figure
+
+    name = "layers[0].young"
+    if name not in case.free:
+        raise ValueError(f"--drift shows {name}, which is not fitted in this case.")
+    top = case.medium.layers[0]
+    settings = case.arguments
+    layered = fit_ranges(curve, case.medium, case.indenter, case.free, **settings)
+    bulk = fit_ranges(curve, HalfSpace(top.young, top.poisson), case.indenter, ["base.young"], **settings)
+    return save_figure(drift_figure(layered, name, bulk, "base.young"), path)
+
+
+def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None) -> None:
+    from dataclasses import replace
+
+    import numpy as np
+
+    from flatpunch.fit.batch import Batch, files_in, fit_rows, listed
+    from flatpunch.fit.report.quantities import quantity, unit_of
+
+    items = listed(files_in(folder) if folder.is_dir() else [folder], case.reading)
+    settings = replace(case.settings, engine="normal-equations")
+    rows: list[Any] = []
+    try:
+        with progress("Fitting", len(items)) as step:
+            for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers):
+                rows.extend(done)
+                step(f"{len(rows)} of {len(items)}", len(done))
+    except KeyboardInterrupt:
+        # what has been fitted was work; the table says how much of it there is
+        if output is not None and rows:
+            Batch(tuple(rows)).save(output)
+            say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")
+        raise
+    batch = Batch(tuple(rows))
+    good = len(batch.rows) - len(batch.failed)
+    say(f"{good} of {len(batch.rows)} curves fitted")
+    for name in case.free:
+        values = np.asarray(batch.column(name), dtype=float)
+        values = values[np.isfinite(values)]
+        if values.size:
+            low, middle, high = (quantity(float(v), unit_of(name)) for v in np.percentile(values, [16, 50, 84]))
+            say(f"  {name:<20} median {middle}, middle two thirds {low} .. {high}")
+    for row in batch.failed:
+        say(f"  {row['reason']}")
+    written = [batch.save(output)] if output is not None else []
+    if plot is not None and case.free:
+        from flatpunch.fit.pictures import map_figure
+        from flatpunch.plots.result import save_figure
+
+        written.append(save_figure(map_figure(batch, next(iter(case.free))), plot))
+    say_written(written)
+    if not good:
+        raise ValueError("no curve could be fitted.")
+
+
+def _correct(
+    case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: Literal["curve", "depth"]
+) -> None:
+    from flatpunch.files import units
+    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fit.half_space.correction import correct
+
+    loaded = read_fit_case(case)
+    found = correct(
+        units.named_si("--reported", reported, units.PRESSURE),
+        loaded.medium,
+        loaded.indenter,
+        units.named_si("--depth", depth, units.LENGTH),
+        model=model,
+        reported_poisson=poisson,
+        over=over,
+        method=loaded.settings.method,
+    )
+    say(found.summary())

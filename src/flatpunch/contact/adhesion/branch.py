@@ -1,0 +1,159 @@
+"""The equilibrium branch of a round adhesive contact (JKR), exact for every medium (T11.1), (T11.2).
+
+A contact of radius a that is pulled back by D from the contact without adhesion (d_n, F_n) releases the energy
+(1/2) D^2 K'(a)/(2 pi a) per area. It is in equilibrium where this equals the work of adhesion w:
+
+    D = sqrt(4 pi a w/K'),      d = d_n - D,      F = F_n - K D
+
+With s = dln K'/dln a the derivatives along the branch are
+
+    dd/dln a = a d_n' - D (1 - s)/2,      dF/dln a = K dd/dln a - a K' D.
+
+The contact is stable under a prescribed depth where the first is positive, under a prescribed force where the second is. K'
+is Krein's identity, 2 pi^2 E* e^2 with e the edge strength of the flat punch; where the modulus varies at the surface itself
+e converges slowly and K' is taken from K instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.round.mean_profile import Evaluate
+from flatpunch.contact.round.round_contact import RoundContact
+from flatpunch.punch.family import punch_family
+from flatpunch.punch.matrix import edge_strength
+
+STEP = 0.03
+"""Step in ln a of the ten-point central differences: their error, about 11! step^10/2772, is then 1e-11 of functions that vary
+over one unit of ln a; the noise of the punch family, 1e-12, is raised to 1e-10."""
+_FIRST = np.array([5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260])
+_SECOND = np.array([5 / 3, -5 / 21, 5 / 126, -5 / 1008, 1 / 3150])
+
+
+@dataclass(frozen=True, slots=True)
+class AdhesiveContact:
+    """Adhesive contacts in equilibrium, arrays of shape (n,).
+
+    Attributes
+    ----------
+    radius, depth, force : ndarray
+        a [m], d [m], F [N].
+    retraction : ndarray
+        D [m], by which the punch of radius a is pulled back from the contact without adhesion.
+    depth_slope, force_slope : ndarray
+        dd/dln a [m] and dF/dln a [N].
+    plain : RoundContact
+        The contact without adhesion of the same radius.
+    """
+
+    radius: Array
+    depth: Array
+    force: Array
+    retraction: Array
+    depth_slope: Array
+    force_slope: Array
+    plain: RoundContact
+
+    @property
+    def stiffness(self) -> Array:
+        """dF/dd along the branch [N/m]; negative between the two instabilities, infinite at that of the depth."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.force_slope / self.depth_slope)
+
+
+class Equilibria(Protocol):
+    """All equilibria of one medium, one indenter and one work of adhesion, over a radius."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """Compliance of the medium."""
+
+    @property
+    def work(self) -> float:
+        """Work of adhesion [J/m^2]."""
+
+    def evaluate(self, radius: Array) -> RoundContact:
+        """Contact without adhesion, shape (n,)."""
+
+    def at(self, radius: Array) -> AdhesiveContact:
+        """Equilibria at radii > 0, shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """All equilibria of one medium, one round profile and one work of adhesion.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    pressed : callable
+        Radii, shape (n,) -> RoundContact without adhesion.
+    work : float
+        Work of adhesion w [J/m^2].
+    """
+
+    kernel: Kernel
+    pressed: Evaluate
+    work: float
+
+    def evaluate(self, radius: Array) -> RoundContact:
+        """Contacts without adhesion."""
+        return self.pressed(radius)
+
+    def at(self, radius: Array) -> AdhesiveContact:
+        """Equilibria at radii a > 0, shape (n,)."""
+        plain = self.pressed(radius)
+        growth, s = stiffness_growth(self.kernel, plain)
+        # notation: growth = a K', s = dln K'/dln a
+        back = radius * np.sqrt(4 * np.pi * self.work / growth)
+        depth_slope = plain.depth_slope - back * (1 - s) / 2
+        return AdhesiveContact(
+            radius=radius,
+            depth=plain.depth - back,
+            force=plain.force - plain.stiffness * back,
+            retraction=back,
+            depth_slope=depth_slope,
+            force_slope=plain.stiffness * depth_slope - growth * back,
+            plain=plain,
+        )
+
+
+def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Array]:
+    """Growth of the punch stiffness with the radius.
+
+    Returns
+    -------
+    growth : ndarray, shape (n,)
+        a K'(a) [N/m].
+    s : ndarray, shape (n,)
+        dln K'/dln a [-].
+    """
+    a, stiffness = contact.radius, contact.stiffness
+    if kernel.homogeneous or kernel.exponent:
+        # K ~ a^(1 + k) on a power-law half-space
+        return (1 + kernel.exponent) * stiffness, np.full_like(a, kernel.exponent)
+    family = punch_family(kernel)
+    steps = STEP * np.arange(1, 6)
+    beta = a / kernel.length * np.exp(np.concatenate([-steps[::-1], [0.0], steps]))[:, None]
+    answers = family.at(beta.ravel())
+    if kernel.tail == 0.0:
+        strength = edge_strength(answers).reshape(beta.shape)
+        first, _ = central_derivatives(np.log(np.abs(strength)))
+        return 2 * np.pi**2 * kernel.modulus * a * strength[5] ** 2, 2 * first
+    first, second = central_derivatives(np.log(answers.flat[:, 0].reshape(beta.shape)))
+    power = 1 + first
+    return stiffness * power, first + second / power
+
+
+def central_derivatives(samples: Array) -> tuple[Array, Array]:
+    """First and second derivative in ln a of samples at -5 .. 5 steps, shape (11, n)."""
+    lower, middle, upper = samples[4::-1], samples[5], samples[6:]
+    first = _FIRST @ (upper - lower) / STEP
+    second = _SECOND @ (upper + lower - 2 * middle) / STEP**2
+    return np.asarray(first), np.asarray(second)

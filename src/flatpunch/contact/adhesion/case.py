@@ -1,0 +1,76 @@
+"""One medium, one indenter and one work of adhesion: what every adhesive answer starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.compliance import Kernel
+from flatpunch.contact.adhesion.branch import Branch, Equilibria
+from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from flatpunch.contact.adhesion.stability import Stability, stability
+from flatpunch.contact.round.mean_profile import mean_profile
+from flatpunch.contact.round.profile import Moments, RoundProfile
+from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+
+
+@dataclass(frozen=True, slots=True)
+class FlatFace:
+    """The flat end of a cylinder as a round profile: f = 0."""
+
+    def height(self, r: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(r)
+
+    def slope(self, r: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(r)
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Zero."""
+        return Moments(np.zeros((radius.size, terms)), np.zeros_like(radius), np.zeros_like(radius))
+
+
+@dataclass(frozen=True, slots=True)
+class AdhesiveCase:
+    """One medium, one indenter and one work of adhesion, with its branch and its stable parts."""
+
+    kernel: Kernel
+    indenter: Indenter
+    branch: Equilibria
+    stability: Stability
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the contact ends at a flat end's own edge."""
+        return isinstance(self.indenter, Cylinder)
+
+
+def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCase:
+    """Check the input and find the instabilities.
+
+    Raises
+    ------
+    ValueError
+        If the indenter is neither round nor a power law, the work of adhesion not positive, or there is no stable contact.
+    """
+    work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].")
+    if not indenter.round:
+        if indenter.exponent is None:
+            raise ValueError(
+                f"{type(indenter).__name__} is neither round nor a power law r^n psi(phi): adhesive contact is exact for round "
+                "indenters and known to second order for power laws. Take an elliptic paraboloid or a pyramid that resembles it, "
+                "or leave work_of_adhesion out."
+            )
+        perturbed = PerturbedBranch(kernel, indenter, work)
+        return AdhesiveCase(
+            kernel, indenter, perturbed, stability(perturbed, perturbed.profile, indenter.reach, pinned=False)
+        )
+    pinned = isinstance(indenter, Cylinder)
+    profile: RoundProfile = FlatFace() if pinned else mean_profile(indenter)
+    branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)
+    return AdhesiveCase(kernel, indenter, branch, stability(branch, profile, indenter.reach, pinned=pinned))

@@ -1,0 +1,298 @@
+"""The loop of approach and withdrawal of an adhesive contact, and the energy that it loses.
+
+Traction of zero range is not felt before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
+contact jumps in to its first stable radius. It then follows stable stretches, jumping outwards where one ends (under stiff
+films), and on the way back inwards, until it is lost. With the energy of a contact against separated bodies,
+
+    E = U - pi a^2 w,      U = U_n(a) - F_n D + K D^2/2,      U_n = int F_n dd_n,
+
+a jump at fixed depth loses the difference of E, one at fixed force that of E - F d. Pull-off is taken at fixed depth under
+either control (the machine stops while the contact is lost). The losses add up to the area of the loop.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch._support.record import record
+from flatpunch._support.threads import one_blas_thread
+from flatpunch._version import __version__
+from flatpunch.compliance import compliance
+from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
+from flatpunch.contact.adhesion.stability import Quantity, Stretch
+from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
+from flatpunch.contact.dataset import Column, dataset
+from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.gauss import gauss
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_DECADES = 10
+_NODES = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A sudden change of the contact.
+
+    Attributes
+    ----------
+    kind : str
+        "jump_in", "outwards", "inwards" or "pull_off".
+    depth, force : float
+        State before it [m], [N]; for jump-in the state after it.
+    radius_before, radius_after : float
+        Contact radii [m]; 0 for separated bodies.
+    energy : float
+        Energy lost [J].
+    """
+
+    kind: str
+    depth: float
+    force: float
+    radius_before: float
+    radius_after: float
+    energy: float
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    radius: float
+    depth: float
+    force: float
+    energy: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    """A stretch followed from one value of the control to another; None: pinned at the edge of a flat end."""
+
+    stretch: Stretch | None
+    start: float
+    end: float
+
+
+@one_blas_thread()
+def adhesion_loop(
+    medium: Any,
+    indenter: Indenter,
+    *,
+    work_of_adhesion: float,
+    depth: float | None = None,
+    force: float | None = None,
+    points: int = 200,
+    range_of_action: float | None = None,
+) -> xr.Dataset:
+    """Approach to a largest depth or force, and withdrawal until the contact is lost.
+
+    Parameters
+    ----------
+    medium : Medium, HalfSpace, ...
+        The elastic body, or two of them.
+    indenter : Indenter
+        A round indenter.
+    work_of_adhesion : float
+        Work of adhesion w [J/m^2].
+    depth, force : float
+        Exactly one: largest depth [m] or force [N], > 0; the same quantity is the one the machine prescribes.
+    points : int
+        Number of steps on each stretch of the way.
+    range_of_action : float, optional
+        As for `pull_off`; adds Tabor's parameter and a note.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `step`: depth [m], force [N], radius [m], area [m^2], and branch (0 approach, 1 withdrawal). Attributes:
+        energy_lost [J]; jump_in_* and pull_off_* (depth [m], force [N], radius [m], energy [J]); `jumps`, a JSON list of
+        all jumps in their order.
+
+    Raises
+    ------
+    ValueError
+        On bad input.
+    """
+    if (depth is None) == (force is None):
+        raise ValueError("Give exactly one of depth and force: the largest value of what the machine prescribes.")
+    quantity: Quantity = "depth" if force is None else "force"
+    most = positive(quantity, depth if force is None else force)
+    count = int(positive("points", points, "It is the number of steps on each stretch of the way."))
+    case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
+    approach, back, jumps = _path(case, quantity, most)
+    attributes: dict[str, Any] = {
+        "title": "Adhesive approach and withdrawal computed by flatpunch",
+        "control": quantity,
+        "work_of_adhesion": case.branch.work,
+        "energy_lost": sum(jump.energy for jump in jumps),
+        "jumps": json.dumps([asdict(jump) for jump in jumps]),
+        "medium": json.dumps(record(medium)),
+        "indenter": json.dumps(record(indenter)),
+        "flatpunch_version": __version__,
+        "notes": "",
+    }
+    for jump in (jumps[0], jumps[-1]):
+        radius = max(jump.radius_before, jump.radius_after)
+        values = {"depth": jump.depth, "force": jump.force, "radius": radius, "energy": jump.energy}
+        attributes |= {f"{jump.kind}_{key}": value for key, value in values.items()}
+    if range_of_action is not None:
+        tabor = tabor_of(case, pull_off_of(case), range_of_action)
+        attributes |= {"tabor_parameter": tabor.parameter, "dmt_force": tabor.dmt_force, "notes": tabor.note}
+    columns = _columns(case, quantity, approach, back, count)
+    return dataset(columns, {"step": (np.arange(columns["depth"][1].size), {})}, attributes)
+
+
+def contact_energy(case: AdhesiveCase, radius: Array) -> Array:
+    """Energy E of adhesive contacts against separated bodies [J], at radii of shape (n,).
+
+    Non-round tips: along equilibria dE = F dd, from nothing.
+    """
+    if not case.indenter.round:
+
+        def work(r: Array) -> Array:
+            contact = case.branch.at(r)
+            return np.asarray(contact.force * contact.depth_slope)
+
+        return _up_to(work, radius)
+    contact = case.branch.at(radius)
+    plain, back = contact.plain, contact.retraction
+    elastic = -plain.force * back + plain.stiffness * back**2 / 2
+    if not case.pinned:
+        elastic = elastic + _pressing_energy(case, radius)
+    return np.asarray(elastic - np.pi * radius**2 * case.branch.work)
+
+
+def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
+    """U_n = int F_n dd_n up to each radius."""
+
+    def rate(r: Array) -> Array:
+        plain = case.branch.evaluate(r)
+        return np.asarray(plain.force * plain.depth_slope)
+
+    return _up_to(rate, radius)
+
+
+def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
+    """int rate dln a from nothing to each radius: Gauss rules on decades; below 1e-10 of the radius nothing is left."""
+    t, weights = gauss(_NODES)
+    width = np.log(10)
+    start = np.log(radius)[:, None] - width * np.arange(1, _DECADES + 1)
+    x = start[..., None] + width / 2 * (t + 1)
+    return np.asarray(rate(np.exp(x).ravel()).reshape(x.shape) @ (weights * width / 2) @ np.ones(_DECADES))
+
+
+def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:
+    """Legs of approach and withdrawal, and the jumps between them."""
+    # inner stretches first; the flat end's own edge is outside them all
+    stretches: list[Stretch | None] = [*case.stability.of(quantity)[::-1]]
+    if case.pinned:
+        stretches.append(None)
+    ends = [_ends(case, stretch, quantity) for stretch in stretches]
+    here = next(i for i, (low, high) in enumerate(ends) if low <= 0 <= high)
+    first = _state(case, stretches[here], quantity, 0.0)
+    jumps = [Jump("jump_in", first.depth, first.force, 0.0, first.radius, -first.energy)]
+    approach, at = [], 0.0
+    while ends[here][1] < most:
+        top = ends[here][1]
+        approach.append(_Leg(stretches[here], at, top))
+        further = next(i for i in range(here + 1, len(ends)) if ends[i][0] <= top <= ends[i][1])
+        jumps.append(_jump(case, quantity, "outwards", stretches[here], stretches[further], top))
+        here, at = further, top
+    approach.append(_Leg(stretches[here], at, most))
+    back, at = [], most
+    while True:
+        low = ends[here][0]
+        back.append(_Leg(stretches[here], at, low))
+        inner = [i for i in range(here - 1, -1, -1) if ends[i][0] < low <= ends[i][1]]
+        if not inner:
+            break
+        if stretches[here] is not None or _radius(case, stretches[inner[0]], quantity, low) < case.indenter.reach * (
+            1 - 1e-9
+        ):
+            jumps.append(_jump(case, quantity, "inwards", stretches[here], stretches[inner[0]], low))
+        here, at = inner[0], low
+    last = _state(case, stretches[here], quantity, low)
+    jumps.append(Jump("pull_off", last.depth, last.force, last.radius, 0.0, last.energy))
+    return approach, back, jumps
+
+
+def _ends(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity) -> tuple[float, float]:
+    low, high = ends_of(case.branch, stretch, quantity) if stretch is not None else (-np.inf, np.inf)
+    if not case.pinned:
+        return low, high
+    edge = float(value_of(case.branch.at(np.array([case.indenter.reach])), quantity)[0])
+    return (edge, high) if stretch is None else (low, min(high, edge))
+
+
+def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> float:
+    if stretch is None:
+        return case.indenter.reach
+    return float(radius_on(case.branch, stretch, quantity, np.array([value]), case.indenter.reach)[0])
+
+
+def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> _State:
+    """State on a stretch at one value of the control."""
+    radius = np.array([_radius(case, stretch, quantity, value)])
+    contact = case.branch.at(radius)
+    if stretch is None:
+        stiffness = float(contact.plain.stiffness[0])
+        depth = value if quantity == "depth" else value / stiffness
+        energy = stiffness * depth**2 / 2 - np.pi * radius[0] ** 2 * case.branch.work
+        return _State(float(radius[0]), depth, stiffness * depth, float(energy))
+    depth = value if quantity == "depth" else float(contact.depth[0])
+    force = value if quantity == "force" else float(contact.force[0])
+    return _State(float(radius[0]), depth, force, float(contact_energy(case, radius)[0]))
+
+
+def _jump(
+    case: AdhesiveCase, quantity: Quantity, kind: str, old: Stretch | None, new: Stretch | None, value: float
+) -> Jump:
+    before, after = _state(case, old, quantity, value), _state(case, new, quantity, value)
+    lost = before.energy - after.energy
+    if quantity == "force":
+        lost += value * (after.depth - before.depth)
+    return Jump(kind, before.depth, before.force, before.radius, after.radius, lost)
+
+
+def _columns(
+    case: AdhesiveCase, quantity: Quantity, approach: list[_Leg], back: list[_Leg], count: int
+) -> dict[str, Column]:
+    """Separated approach, contact, withdrawal, one after the other."""
+    legs = [_sample(case, quantity, leg, count) for leg in (*approach, *back)]
+    depth, force, radius = (np.concatenate(parts) for parts in zip(*legs, strict=True))
+    outside = np.linspace(1.2 * min(0.0, float(depth.min())), 0.0, count)
+    nothing = np.zeros(count)
+    depth, force, radius = (
+        np.concatenate([lead, values]) for lead, values in ((outside, depth), (nothing, force), (nothing, radius))
+    )
+    columns = {
+        "depth": (depth, "m", "indentation depth"),
+        "force": (force, "N", "normal force"),
+        "radius": (radius, "m", "contact radius"),
+        "area": (np.pi * radius**2, "m^2", "contact area"),
+    }
+    data: dict[str, Column] = {
+        name: ("step", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in columns.items()
+    }
+    way = np.repeat([0, 1], [count * (1 + len(approach)), count * len(back)])
+    data["branch"] = ("step", way, {"long_name": "0 approach, 1 withdrawal"})
+    return data
+
+
+def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tuple[Array, Array, Array]:
+    """Depth, force and radius along a leg."""
+    wanted = np.linspace(leg.start, leg.end, count)
+    if leg.stretch is None:
+        radius = np.full(count, case.indenter.reach)
+        stiffness = case.branch.evaluate(radius[:1]).stiffness[0]
+        return (wanted, stiffness * wanted, radius) if quantity == "depth" else (wanted / stiffness, wanted, radius)
+    radius = radius_on(case.branch, leg.stretch, quantity, wanted, case.indenter.reach)
+    contact = case.branch.at(radius)
+    return (wanted, contact.force, radius) if quantity == "depth" else (contact.depth, wanted, radius)

@@ -1,0 +1,210 @@
+"""Adhesive contact (JKR), exact for round indenters on every medium, second order for power laws: curves and pressure.
+
+By radius the whole branch of equilibria, by depth or force its stable part: what is seen while the tip is withdrawn. Where
+the depth lies below the pull-off the surfaces have separated, radius and force are zero. See `adhesion_branch`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Flags, values
+from flatpunch.compliance import Kernel
+from flatpunch.contact.adhesion.branch import AdhesiveContact
+from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
+from flatpunch.contact.adhesion.stability import QUANTITIES, Quantity
+from flatpunch.contact.adhesion.stable_radius import stable_radius
+from flatpunch.contact.curve import Control, Curve, Extra, check_reach, first_failure, prescribed
+from flatpunch.contact.perturbation.series_method import LARGEST_SWING
+from flatpunch.contact.round.soundness import soundness
+from flatpunch.contact.round.superposition import punch_pressure, round_history, superpose
+from flatpunch.indenters.profile import Indenter
+
+
+def adhesive_control(*, depth: object, force: object, radius: object) -> Control:
+    """Exactly one of depth, force and radius; depth and force may be negative."""
+    name, value = prescribed(depth=depth, force=force, radius=radius)
+    checked = values(name, value, strict=True) if name == "radius" else values(name, value, minimum=-np.inf)
+    return Control(name, checked)
+
+
+def solve(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    phi: Array,
+    work: float,
+    range_of_action: float | None = None,
+) -> Curve:
+    """A whole adhesive curve.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    indenter : Indenter
+        A round indenter, or a power law.
+    control : Control
+        Depths or forces (any sign), or contact radii.
+    phi : ndarray, shape (p,)
+        Polar angles of the outline [rad].
+    work : float
+        Work of adhesion w [J/m^2].
+    range_of_action : float, optional
+        Gap up to which the adhesive traction acts [m]: adds a note where JKR theory does not hold for it.
+
+    Returns
+    -------
+    Curve
+        With the extra arrays `retraction`, `stable_depth` and `stable_force`.
+    """
+    case = adhesive_case(kernel, indenter, work)
+    radius = _radius(case, control)
+    touching = radius > 0
+    contact = case.branch.at(np.where(touching, radius, _anchor(case)))
+    depth, force, stiffness, pinned = _answers(case, control, contact, touching)
+    valid, notes = _sound(case, contact, touching)
+    if range_of_action is not None and (note := tabor_of(case, pull_off_of(case), range_of_action).note):
+        notes += (note,)
+    lost = ~touching & (control.name == "force")
+    mean_radius, area, contour, more, doubts = _shape(case, radius, phi)
+    by_depth, by_force = (touching & (pinned | _within(case, quantity, contact.radius)) for quantity in QUANTITIES)
+    return Curve(
+        depth=depth,
+        force=force,
+        radius=mean_radius,
+        area=area,
+        stiffness=stiffness,
+        contour=contour,
+        valid=valid & ~lost & ~doubts,
+        notes=notes + _separation(case, control, touching) + first_failure(doubts, depth, _UNSTABLE_OUTLINE),
+        extra={
+            "retraction": (("step",), np.where(touching, contact.plain.depth - depth, 0.0), "m", _RETRACTION),
+            "stable_depth": (("step",), by_depth, "", "whether the contact is stable under prescribed depth"),
+            "stable_force": (("step",), by_force, "", "whether the contact is stable under prescribed force"),
+            **more,
+        },
+    )
+
+
+_UNSTABLE_OUTLINE = (
+    "a harmonic of the outline is unstable or the outline deviates too much from a circle for second-order theory."
+)
+
+_RETRACTION = "distance by which adhesion draws the tip in, against the contact without adhesion of the same radius"
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array, work: float) -> Array:
+    """Pressure at distances r from the axis, shape (n,) [Pa]: minus infinity at the edge, zero outside."""
+    if not indenter.round:
+        raise ValueError("The adhesive pressure is available under round indenters only.")
+    case = adhesive_case(kernel, indenter, work)
+    curve = solve(kernel, indenter, control, np.zeros(1), work)
+    a = float(curve.radius[0])
+    if not a > 0:
+        return np.zeros_like(r)
+    field = np.zeros_like(r)
+    if not case.pinned:
+        field = superpose(kernel, round_history(case.branch.evaluate, a), r, phi)
+    inside = r <= a
+    rho = r[inside] / a
+    height = np.sqrt((1 - rho) * (1 + rho))
+    smooth = punch_pressure(kernel, np.full_like(rho, a), height)
+    back = float(curve.extra["retraction"][1][0])
+    with np.errstate(divide="ignore"):
+        field[inside] -= kernel.modulus * back / (np.pi * a) * smooth / height
+    return field
+
+
+def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array, Array, Extra, Flags]:
+    """Mean radius, area, outline, error estimates, and where the outline does not hold, at radii of the branch."""
+    branch, touching = case.branch, radius > 0
+    sound = np.zeros(radius.shape, dtype=bool)
+    if not isinstance(branch, PerturbedBranch):
+        return radius, np.pi * radius**2, np.repeat(radius[:, None], phi.size, axis=1), {}, sound
+    at = np.where(touching, radius, _anchor(case))
+    contour, mean_radius, area = branch.shape(at, phi)
+    doubts = touching & (
+        (branch.weakest(at) <= 0) | (np.abs(np.log(contour / at[:, None])).max(axis=1) > LARGEST_SWING)
+    )
+    error = (("step",), np.where(touching, branch.error(at), 0.0), "1", _ERROR)
+    return (
+        np.where(touching, mean_radius, 0.0),
+        np.where(touching, area, 0.0),
+        np.where(touching[:, None], contour, 0.0),
+        {"force_error": error},
+        doubts,
+    )
+
+
+_ERROR = "estimated error of the force over the sum of its two terms, that without adhesion and that of adhesion"
+
+
+def _anchor(case: AdhesiveCase) -> float:
+    """Radius that stands in where there is no contact."""
+    return max((stretch.start for stretch in case.stability.force), default=0.0) or case.indenter.reach
+
+
+def _radius(case: AdhesiveCase, control: Control) -> Array:
+    """Contact radii; 0 where the surfaces have separated."""
+    if control.name == "radius":
+        check_reach(case.indenter, control.values)
+        branch = case.branch
+        return branch.base_radius(control.values) if isinstance(branch, PerturbedBranch) else control.values
+    return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
+
+
+def _answers(
+    case: AdhesiveCase, control: Control, contact: AdhesiveContact, touching: Flags
+) -> tuple[Array, Array, Array, Flags]:
+    """Depth, force and stiffness, and where the contact is pinned at the edge of a flat end."""
+    depth, force = np.where(touching, contact.depth, np.nan), np.where(touching, contact.force, 0.0)
+    stiffness = np.where(touching, contact.stiffness, 0.0)
+    pinned = np.zeros_like(touching)
+    if control.name == "depth":
+        # F is stationary in a at given d apart from the adhesion itself: what rounding leaves of the radius is harmless
+        depth = control.values
+    elif control.name == "force":
+        force = control.values
+    if case.pinned and control.name != "radius":
+        pinned = touching & (contact.radius >= case.indenter.reach)
+        line = contact.plain.stiffness
+        held = control.values if control.name == "depth" else control.values / line
+        depth = np.where(pinned, held, depth)
+        force = np.where(pinned, line * depth, force)
+        stiffness = np.where(pinned, line, stiffness)
+    return depth, force, stiffness, pinned
+
+
+def _within(case: AdhesiveCase, quantity: Quantity, radius: Array) -> Flags:
+    """Whether radii lie in a stable stretch, ends included."""
+    slack = 1e-12
+    inside = [(radius >= s.start * (1 - slack)) & (radius <= s.end * (1 + slack)) for s in case.stability.of(quantity)]
+    return np.any(inside, axis=0) if inside else np.zeros(radius.shape, dtype=bool)
+
+
+def _sound(case: AdhesiveCase, contact: AdhesiveContact, touching: Flags) -> tuple[Flags, tuple[str, ...]]:
+    """Where the contact without adhesion of the same radius is a disc under pressure throughout."""
+    if case.pinned:
+        return np.ones_like(touching), ()
+    valid, notes = soundness(case.kernel, case.branch.evaluate, contact.plain)
+    said = tuple(
+        "Adhesion was added to a contact that is not sound without it (depths below are those without adhesion): "
+        + note
+        for note in notes
+    )
+    return valid | ~touching, said if (touching & ~valid).any() else ()
+
+
+def _separation(case: AdhesiveCase, control: Control, touching: Flags) -> tuple[str, ...]:
+    if touching.all():
+        return ()
+    if control.name == "depth":
+        limit = float(control.values[~touching].max())
+        return (
+            f"At depths up to {limit:.4g} m the surfaces have separated: pull-off under prescribed depth lies above.",
+        )
+    limit = float(control.values[~touching].max())
+    return (f"Forces up to {limit:.4g} N are beyond the pull-off force: no contact can carry such a tension.",)

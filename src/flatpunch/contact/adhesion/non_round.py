@@ -1,0 +1,240 @@
+"""Adhesive contact of slightly non-round power-law tips, exact to second order in the asymmetry.
+
+f = C r^n exp(g(phi)), <g> = 0. The potential of a contact with outline a exp(h(phi)) at depth d is Pi = U - w area. About the
+round contact of C r^n with radius a, retraction D = d_n - d, D1 = a d_n' and S_m = D1 R_m g_m (see `perturbation`) its second
+order is
+
+    Pi_2 = E(a) - W(a, d) + (a K'/2) D sum_m [S_m h_m + (D1 + D k_m) h_m^2/2],
+    dE/dln a = (a K'/4) sum S_m^2,  dW/dd = V,  dW/dln a = -D a V',  V = (K d_n - F_n) <g^2>/2,  V' = K' d_n <g^2>/2.
+
+Equilibrium, the same energy release all around, is h_m = -S_m/(D1 + D k_m); Y = (a K'/4) D sum S_m^2/(D1 + D k_m) is what it
+gains, and the force is the derivative of Pi along the path at constant w. With N = dE/dln a + D a V' - dY/dln a, d_x = dd/dln a
+of the round contact and q = a K' D,
+
+    d = d_round + delta,      F = F_round - V + K delta + N K^2 d_x/(q^2 + (K d_x)^2),      delta = N q/(q^2 + (K d_x)^2).
+
+Any delta of second order gives the same curve F(d) to that order; this one stays finite at both instabilities. The area is
+-dPi/dw at constant depth. Without adhesion all this is the second order of `perturbation`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.compliance import Kernel
+from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Branch, central_derivatives, stiffness_growth
+from flatpunch.contact.perturbation.asymmetry import Angles, expand
+from flatpunch.contact.perturbation.error import second_order_error
+from flatpunch.contact.perturbation.power_law_series import power_expansion
+from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.contact.round.round_contact import RoundContact, round_contact
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import SMALLEST, punch_family
+from flatpunch.punch.harmonics import Edges, solve_edges
+from flatpunch.punch.matrix import edge_strength
+from flatpunch.punch.panels import Panels
+
+_MOST_ORDERS = 192
+"""Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
+
+_WIDTH = float(np.log(10) / 6)
+_NODES = 14
+"""Pieces of ln a and Chebyshev nodes on each: 1e-11 of functions that vary over one unit of ln a."""
+
+
+@dataclass(frozen=True)
+class PerturbedBranch:
+    """Equilibria of one non-round tip over the base radius; the same interface as `Branch`.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Compliance of the medium.
+    indenter : Indenter
+        A power-law tip.
+    work : float
+        Work of adhesion w [J/m^2].
+    """
+
+    kernel: Kernel
+    indenter: Indenter
+    work: float
+
+    @cached_property
+    def angles(self) -> Angles:
+        """g = ln(psi/C) and C."""
+        return expand(self.indenter, 0.0)
+
+    @cached_property
+    def profile(self) -> PowerProfile:
+        """C r^n."""
+        assert self.indenter.exponent is not None
+        return PowerProfile(self.indenter.exponent, self.angles.mean)
+
+    @cached_property
+    def base(self) -> Branch:
+        """The round branch of C r^n."""
+        return Branch(self.kernel, lambda radius: round_contact(self.kernel, self.profile, radius), self.work)
+
+    @cached_property
+    def harmonics(self) -> Array:
+        """g_m, complex, for the orders kept."""
+        u = self.angles.u
+        spectrum = 2 * np.fft.rfft(u)[1:-1] / u.size
+        return np.asarray(spectrum[:_MOST_ORDERS])
+
+    @cached_property
+    def orders(self) -> Indices:
+        """The harmonics m."""
+        return np.asarray(self.angles.orders[: self.harmonics.size])
+
+    @cached_property
+    def _pieces(self) -> dict[int, Array]:
+        """Chebyshev series of depth, force and area over pieces of ln a, made when first asked for."""
+        return {}
+
+    @cached_property
+    def _panels(self) -> Panels:
+        return Panels(self.kernel, self._answers)
+
+    def evaluate(self, radius: Array) -> RoundContact:
+        """Round contacts without adhesion of C r^n."""
+        return self.base.evaluate(radius)
+
+    def at(self, radius: Array) -> AdhesiveContact:
+        """Equilibria at base radii > 0, shape (n,)."""
+        values, slopes = self._tabulated(np.log(radius))
+        round_ = self.base.at(radius)
+        return AdhesiveContact(
+            radius=radius,
+            depth=values[:, 0],
+            force=values[:, 1],
+            retraction=round_.retraction,
+            depth_slope=slopes[:, 0],
+            force_slope=slopes[:, 1],
+            plain=round_.plain,
+        )
+
+    def _tabulated(self, x: Array) -> tuple[Array, Array]:
+        """Depth, force and area at ln a of shape (n,), and their derivatives by it, shape (n, 3) each."""
+        index = np.floor(x / _WIDTH).astype(int)
+        values, slopes = np.empty((x.size, 3)), np.empty((x.size, 3))
+        for i in np.unique(index):
+            if i not in self._pieces:
+                nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
+                sampled = self._corrected(np.exp((i + 0.5 + nodes / 2) * _WIDTH)).T
+                self._pieces[i] = np.asarray(chebyshev.chebfit(nodes, sampled, _NODES - 1), dtype=float)
+            inside = index == i
+            at = 2 * (x[inside] / _WIDTH - i) - 1
+            values[inside] = chebyshev.chebval(at, self._pieces[i]).T
+            slopes[inside] = chebyshev.chebval(at, chebyshev.chebder(self._pieces[i])).T * 2 / _WIDTH
+        return values, slopes
+
+    def shape(self, radius: Array, phi: Array) -> tuple[Array, Array, Array]:
+        """Outline, shape (n, p), mean radius a0 and area at base radii."""
+        area = self._tabulated(np.log(radius))[0][:, 2]
+        h = self._outline_harmonics(radius)
+        fine = self.angles.start + 2 * np.pi * np.arange(2048) / 2048
+        w = self._waves(h, fine)
+        size = np.sqrt(area / (np.pi * np.mean(np.exp(2 * w), axis=1)))
+        return size[:, None] * np.exp(self._waves(h, phi)), size * np.mean(np.exp(w), axis=1), area
+
+    def base_radius(self, mean_radius: Array) -> Array:
+        """Base radii of contacts with given mean radii a0, shape (n,); their ratio varies slowly, plain iteration converges."""
+        x = np.log(mean_radius)
+        for _ in range(60):
+            step = np.log(mean_radius / self.shape(np.exp(x), np.zeros(1))[1])
+            x = x + step
+            if np.abs(step).max() < 1e-12:
+                break
+        return np.asarray(np.exp(x))
+
+    def error(self, radius: Array) -> Array:
+        """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,).
+
+        That of the contact without adhesion, and the square of the second-order change, whichever is larger.
+        """
+        assert self.indenter.exponent is not None
+        plain = power_expansion(self.kernel, self.indenter, "second").evaluate(radius)
+        contact = self.base.at(radius)
+        scale = contact.plain.force + contact.plain.stiffness * contact.retraction
+        depth, force, _ = self._tabulated(np.log(radius))[0].T
+        change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
+        return np.asarray(np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2))
+
+    def weakest(self, radius: Array) -> Array:
+        """Smallest of (D1 + D k_m)/D1 over the harmonics: not positive where the outline is unstable."""
+        contact = self.base.at(radius)
+        _, k = self._responses(radius)
+        d1 = contact.plain.depth_slope[:, None]
+        return np.asarray(np.min(1 + contact.retraction[:, None] * k / d1, axis=1))
+
+    def _waves(self, h: Array, phi: Array) -> Array:
+        return np.asarray(np.real(h @ np.exp(1j * np.outer(self.orders, phi - self.angles.start))))
+
+    def _outline_harmonics(self, radius: Array) -> Array:
+        contact = self.base.at(radius)
+        response, k = self._responses(radius)
+        d1, back = contact.plain.depth_slope[:, None], contact.retraction[:, None]
+        return np.asarray(-response * self.harmonics / (1 + back * k / d1))
+
+    def _corrected(self, radius: Array) -> Array:
+        """Depth, force and area, shape (3, n)."""
+        steps = STEP * np.arange(-5, 6)[:, None]
+        around = self._left((radius * np.exp(steps)).ravel()).reshape(2, 11, radius.size)
+        left_slope, _ = central_derivatives(around[0])
+        slope_by_depth = around[1, 5]
+        contact = self.base.at(radius)
+        plain, back = contact.plain, contact.retraction
+        growth, _ = stiffness_growth(self.kernel, plain)
+        response, _ = self._responses(radius)
+        half_square = np.sum(np.abs(self.harmonics) ** 2) / 4
+        squares = plain.depth_slope**2 * (response**2 @ np.abs(self.harmonics) ** 2)
+        # notation as in the module's text
+        n = growth / 4 * squares + back * growth * plain.depth * half_square - left_slope
+        v = (plain.stiffness * plain.depth - plain.force) * half_square
+        q, kd = growth * back, plain.stiffness * contact.depth_slope
+        delta = n * q / (q**2 + kd**2)
+        rest = n * plain.stiffness * kd / (q**2 + kd**2)
+        area = np.pi * radius**2 * (1 - 2 * (rest + slope_by_depth) / q)
+        return np.stack([contact.depth + delta, contact.force - v + plain.stiffness * delta + rest, area])
+
+    def _left(self, radius: Array) -> Array:
+        """Y and its derivative by the depth at constant radius, shape (2, n)."""
+        contact = self.base.at(radius)
+        growth, _ = stiffness_growth(self.kernel, contact.plain)
+        response, k = self._responses(radius)
+        d1, back = contact.plain.depth_slope[:, None], contact.retraction[:, None]
+        squares = growth[:, None] / 4 * (d1 * response) ** 2 * np.abs(self.harmonics) ** 2
+        lift = d1 + back * k
+        # dD/dd = -1
+        return np.stack([np.sum(squares * back / lift, axis=1), -np.sum(squares * d1 / lift**2, axis=1)])
+
+    def _responses(self, radius: Array) -> tuple[Array, Array]:
+        """R_m and k_m at radii, shape (n, orders) each."""
+        beta = radius / self.kernel.length
+        live = (beta > SMALLEST) & (not self.kernel.homogeneous)
+        values = np.empty((radius.size, 2 * self.orders.size))
+        if not live.all():
+            values[~live] = self._answers(np.zeros(1))
+        if live.any():
+            values[live] = self._panels.at(np.log(beta[live]))
+        return values[:, : self.orders.size], values[:, self.orders.size :]
+
+    def _answers(self, beta: Array) -> Array:
+        """R_m and k_m side by side, sampled on panels of ln(beta)."""
+        edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges.half_space(beta.size)
+        unit = PowerProfile(self.profile.exponent, 1.0)
+        answers = punch_family(self.kernel).at(beta)
+        moments = unit.moments(np.ones(beta.size), answers.flat.shape[1])
+        strength = edge_strength(answers)
+        depth = (moments.edge + np.sum(moments.b * answers.edge, axis=1)) / strength
+        tangent = -moments.edge_slope + np.sum(moments.b * answers.slope, axis=1)
+        d1 = (depth * answers.slope[:, 0] - tangent) / strength
+        response = edges.power_edge(self.profile.exponent, self.orders) / (strength * d1)[:, None]
+        return np.hstack([response, edges.stiffening(self.orders)])

@@ -1,0 +1,184 @@
+"""Instabilities of an adhesive contact, and its stable parts.
+
+The branch is scanned on a logarithmic grid of radii, outwards until both slopes have stayed positive for as long as a soft
+base could still turn them; each change of sign is then refined by root finding. Under media with films and soft layers there
+can be several; each stretch between a minimum and the next maximum is stable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Equilibria
+from flatpunch.contact.round.profile import RoundProfile
+from flatpunch.punch.matrix import LARGEST, effective_beta
+
+Quantity = Literal["depth", "force"]
+QUANTITIES: tuple[Quantity, Quantity] = ("depth", "force")
+
+_PER_DECADE = 24
+_MOST_DECADES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Stable part of the branch between two radii [m]; `end` is infinite for the outermost one."""
+
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """Stable stretches under prescribed depth and force, outermost first."""
+
+    depth: tuple[Stretch, ...]
+    force: tuple[Stretch, ...]
+
+    def of(self, quantity: Quantity) -> tuple[Stretch, ...]:
+        """The stretches for one control."""
+        return self.depth if quantity == "depth" else self.force
+
+
+def slope_of(contact: AdhesiveContact, quantity: Quantity) -> Array:
+    """Slope of depth [m] or force [N] over ln a."""
+    return contact.depth_slope if quantity == "depth" else contact.force_slope
+
+
+def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned: bool = False) -> Stability:
+    """Find the instabilities of a branch.
+
+    Parameters
+    ----------
+    branch : Equilibria
+        The equilibria.
+    profile : RoundProfile
+        The profile they belong to.
+    reach : float
+        Radius up to which the profile is defined [m].
+    pinned : bool
+        Whether the contact stays at `reach` when pressed further: a flat end.
+
+    Returns
+    -------
+    Stability
+
+    Raises
+    ------
+    ValueError
+        If the pull-off lies beyond the reach of the indenter or the resolution of the medium, or if there is none.
+    """
+    most = largest_radius(branch.kernel, reach)
+    length = (
+        branch.kernel.length / effective_beta(branch.kernel, 1.0)
+        if not (branch.kernel.homogeneous or branch.kernel.exponent)
+        else np.inf
+    )
+    guess = min(_half_space_balance(branch, profile, most), most / 10, length)
+    x = np.log(guess) + np.log(10) * np.arange(-_PER_DECADE, _PER_DECADE // 2 + 1) / _PER_DECADE
+    slopes = _slopes(branch, x)
+    x, slopes = _extend_down(branch, x, slopes)
+    if pinned:
+        more = np.linspace(x[-1], np.log(reach), 2 + int(_PER_DECADE * (np.log10(reach) - x[-1] / np.log(10))))[1:]
+        x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
+    else:
+        x, slopes = _extend_up(branch, x, slopes, np.log(most), reach)
+    return Stability(
+        depth=_stretches(branch, x, slopes[0], "depth"),
+        force=_stretches(branch, x, slopes[1], "force"),
+    )
+
+
+def _slopes(branch: Equilibria, x: Array) -> Array:
+    """Slopes of depth and force, shape (2, n)."""
+    contact = branch.at(np.exp(x))
+    return np.stack([contact.depth_slope, contact.force_slope])
+
+
+def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Array]:
+    """Towards small radii until adhesion wins in both slopes and the medium is its own surface's half-space."""
+    kernel = branch.kernel
+    for _ in range(_MOST_DECADES):
+        thin = (
+            not (kernel.homogeneous or kernel.exponent) and effective_beta(kernel, np.exp(x[0]) / kernel.length) > 0.1
+        )
+        if (slopes[:, 0] < 0).all() and not thin:
+            return x, slopes
+        more = x[0] - np.log(10) / _PER_DECADE * np.arange(_PER_DECADE, 0, -1)
+        x, slopes = np.concatenate([more, x]), np.concatenate([_slopes(branch, more), slopes], axis=1)
+    raise ValueError(
+        "This contact has no pull-off: towards small radii the profile rises more steeply than adhesion can follow "
+        "(f must grow faster than the square root of r). Use a blunter profile."
+    )
+
+
+def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: float) -> tuple[Array, Array]:
+    """Towards large radii until both slopes have been positive over the guard distance."""
+    guard = _guard(branch.kernel)
+    for _ in range(4 * _MOST_DECADES):
+        pulled = np.flatnonzero((slopes <= 0).any(axis=0))
+        settled = x[-1] - x[pulled[-1]] if pulled.size else np.inf
+        if settled >= guard:
+            return x, slopes
+        if x[-1] >= most - 1e-9:
+            if (slopes[:, -1] > 0).all():
+                return x, slopes
+            raise ValueError(
+                f"Up to the contact radius {np.exp(most):.4g} m, "
+                + (
+                    "where the shape of this indenter ends"
+                    if np.exp(most) >= reach * (1 - 1e-9)
+                    else "the largest that is resolved"
+                )
+                + ", adhesion still pulls the contact outwards: there is no stable contact. Reduce the work of adhesion, or give "
+                "the shape further out."
+            )
+        more = x[-1] + np.log(10) / _PER_DECADE * np.arange(1, _PER_DECADE // 4 + 1)
+        more = np.unique(np.minimum(more, most))
+        x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
+    return x, slopes
+
+
+def _guard(kernel: Kernel) -> float:
+    """Distance in ln a over which softer material below could still turn the branch: radii grow like modulus^(-1/3)."""
+    if kernel.homogeneous or kernel.exponent:
+        return float(np.log(10) / 4)
+    kappa = np.geomspace(kernel.floor, kernel.cutoff, 60)
+    softer = max(1.0, float(np.max(kernel.response(kappa))))
+    return float(np.log(2.5) + np.log(softer) / 2)
+
+
+def largest_radius(kernel: Kernel, reach: float) -> float:
+    """Largest radius at which the branch can be computed [m]: slopes need a little beyond."""
+    if kernel.homogeneous or kernel.exponent:
+        return min(reach, 1e12)
+    return min(reach, LARGEST / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-6 * STEP)))
+
+
+def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:
+    """Radius at which depth and retraction balance on the half-space of the surface material."""
+    radius = np.geomspace(1e-15, min(most, 1e6), 400)
+    depth = np.pi * profile.moments(radius, 1).edge
+    back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
+    first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
+    return float(radius[min(first, radius.size - 1)])
+
+
+def _stretches(branch: Equilibria, x: Array, slope: Array, quantity: Quantity) -> tuple[Stretch, ...]:
+    """Stretches of positive slope, outermost first; their ends are roots of the slope to rounding."""
+
+    def value(at: float) -> float:
+        return float(slope_of(branch.at(np.exp([at])), quantity)[0])
+
+    flips = np.flatnonzero((slope[:-1] > 0) != (slope[1:] > 0))
+    # 1e-13 in ln a: the branch itself is known to 1e-10, so its minimum is found to rounding
+    roots = [float(np.exp(scipy.optimize.brentq(value, x[i], x[i + 1], xtol=1e-13, rtol=1e-13))) for i in flips]
+    if slope[0] > 0:
+        roots.insert(0, 0.0)
+    return tuple(Stretch(a, b) for a, b in list(zip(roots[::2], [*roots[1::2], np.inf], strict=False))[::-1])

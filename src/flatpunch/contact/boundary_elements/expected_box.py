@@ -1,0 +1,114 @@
+"""Where boundary elements look for a contact: from the solutions around, from the round contact and the tip, or once more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from flatpunch import bem
+from flatpunch._support.checks import Array, Flags
+from flatpunch.bem.bounding_box import bounding_box, touches_edge
+from flatpunch.bem.grid import Grid, Mask
+from flatpunch.compliance import Kernel
+from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
+from flatpunch.indenters.profile import Indenter
+
+_ALIKE = 1.0
+"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
+_CENTRED = 0.02
+"""Distance of the centre over the half-width below which it is the point of first touch."""
+_RIM, _CLOSE, _LOST = 2, 6, 9
+"""Outermost cells that an outline must leave free, that cells in contact must, and how far a needle may go on beyond these."""
+_DRAWN_OUT, _WIDER = 1.25, 0.1
+"""Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
+
+
+def boxes_between(
+    positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
+) -> tuple[Array, Array, Flags]:
+    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which are well known, shape (n,).
+
+    Parameters
+    ----------
+    positions : array, shape (n,)
+        ln d.
+    known : mapping
+        Outlines ln a(phi) of the solutions at their ln d; NaN where there is none.
+    round_radius : array, shape (n,)
+        Radii of the round contacts [m].
+    level_line : array, shape (angles,)
+        From `level_line`.
+    phi : array, shape (angles,)
+        Polar angles [rad].
+    """
+    every = np.array(sorted(known))
+    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_line + _WIDER * (level_line != 0).any()
+    sure = np.zeros(positions.size, dtype=bool)
+    for row, x in enumerate(positions):
+        upper = int(np.searchsorted(every, x))
+        if 0 < upper < every.size:
+            low, high = (known[node] for node in every[upper - 1 : upper + 1])
+            between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
+            sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
+            logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
+    half_widths, centers = boxes_around(np.exp(logarithms), phi)
+    # contacts that are their own mirror images are told by their centre
+    centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
+    return half_widths, centers, sure
+
+
+def boxes_around(outlines: Array, phi: Array) -> tuple[Array, Array]:
+    """Half-widths and centres of the boxes around outlines a(phi) [m], shape (n, angles) -> (n, 2) each."""
+    sides = [outlines * trig(phi) for trig in (np.cos, np.sin)]
+    half_widths = np.column_stack([np.ptp(side, axis=1) / 2 for side in sides])
+    centers = np.column_stack([(side.max(axis=1) + side.min(axis=1)) / 2 for side in sides])
+    return half_widths, centers
+
+
+def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
+    """Box for another solution where an outline a(phi) [m] leaves its grid, as arguments of `bem.solve`; else None.
+
+    Coarse cells lose the ends of needles, and with them the box that the grid was laid around.
+    """
+    half_widths, center = (
+        sides[0] for sides in boxes_around(contour[None], 2 * np.pi * np.arange(contour.size) / contour.size)
+    )
+    inside = (np.array([grid.nx, grid.ny]) / 2 - _RIM) * grid.spacing
+    if not (np.abs(center - grid.center) + half_widths > inside).any():
+        return None
+    return {"half_widths": half_widths, "centers": center, "search": False}
+
+
+def traced_whole(
+    kernel: Kernel,
+    indenter: Indenter,
+    solution: bem.Solution,
+    angles: int,
+    solved: Callable[..., bem.Solution],
+) -> tuple[bem.Solution, Trace]:
+    """A solution and its outline; where this leaves the grid, those of another one, `solved` with a larger box."""
+    trace = traced(kernel, indenter, solution, angles)
+    larger = outgrown(solution.grid, trace.contour)
+    if larger is None:
+        return solution, trace
+    again = solved(**larger)
+    return again, traced(kernel, indenter, again, angles)
+
+
+def crowded(grid: Grid, contact: Mask) -> dict[str, Any] | None:
+    """The same where cells in contact end so close to the edge of their grid that a needle may leave it."""
+    if not touches_edge(contact, _CLOSE):
+        return None
+    box = bounding_box(grid, contact)
+    half_widths = np.array(box.half_widths) + _LOST * grid.spacing
+    return {"half_widths": half_widths, "centers": np.array(box.center), "search": False}
+
+
+def level_line(indenter: Indenter, phi: Array) -> Array:
+    """ln r on a line of equal height, less its mean, shape (angles,); zero for tips whose lines differ in shape."""
+    if indenter.exponent is None:
+        return np.zeros_like(phi)
+    line = -np.log(indenter.height(np.ones_like(phi), phi)) / indenter.exponent
+    return np.asarray(line - line.mean())

@@ -1,0 +1,224 @@
+"""The rigorous reference as a contact method: boundary elements on a grid for every medium and indenter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy
+
+from flatpunch import bem
+from flatpunch._support.checks import Array, Indices
+from flatpunch._support.progress import Report, reporting
+from flatpunch.bem.bounding_box import bounding_box
+from flatpunch.bem.outline import enough_rays
+from flatpunch.compliance import Kernel
+from flatpunch.contact.boundary_elements import error as cell_error
+from flatpunch.contact.boundary_elements.expected_box import traced_whole
+from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
+from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.limits import cut_off, steepness
+from flatpunch.contact.perturbation.error import estimates
+from flatpunch.indenters.profile import Indenter
+
+_TOLERANCE = 1e-6
+_SINGLE_TOLERANCE = 1e-5
+_LIMIT = 1000
+_CELLS_OF_BOX = 2.5
+"""Width of a fitted grid over the half-width of its contact: that and a rim of a quarter on either side."""
+
+
+def solve(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    phi: Array,
+    *,
+    grid: bem.Grid | int | None = None,
+    tolerance: float | None = None,
+    limit: int = _LIMIT,
+    fields: bool = False,
+    single: bool = False,
+    progress: bool | Report | None = None,
+) -> Curve:
+    """A whole curve; steps that are close share a grid, others are solved side by side where there are several cores.
+
+    Parameters
+    ----------
+    kernel, indenter, control, phi
+        Medium, indenter, prescribed depths or forces, and polar angles of the outline.
+    grid : Grid or int, optional
+        One grid for all steps, or cells per side (256) of a grid fitted to each contact.
+    tolerance : float
+        Largest gap error in contact and penetration outside it, relative to the depth: 1e-6, or 1e-5 in single precision.
+    limit : int
+        Largest number of iterations on one grid; a step that needs more is marked in `valid` and `notes`.
+    fields : bool
+        Whether to return pressure(step, y, x), displacement and contact; they then share one grid, that of the largest
+        contact.
+    single : bool
+        Single precision: half the memory.
+    progress : bool or callable, optional
+        True shows a bar; a function is called with (steps done, steps in all).
+    """
+    live = _live(control)
+    targets = control.values[live]
+    if tolerance is None:
+        tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
+    if fields and targets.size and not isinstance(grid, bem.Grid):
+        grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single, limit=limit)[
+            0
+        ].grid
+    rays = enough_rays(phi.size)
+
+    def solved(some: Array, **options: Any) -> list[bem.Solution]:
+        return _solutions(
+            kernel, indenter, control.name, some, grid, tolerance, single, rays, limit=limit, stiffness=True, **options
+        )
+
+    def with_outline(target: float, solution: bem.Solution) -> tuple[bem.Solution, Trace]:
+        if isinstance(grid, bem.Grid):
+            return solution, traced(kernel, indenter, solution, rays)
+        return traced_whole(kernel, indenter, solution, rays, lambda **box: solved(np.array([target]), **box)[0])
+
+    traces = []
+    with reporting("Boundary elements", progress) as report:
+        found = solved(targets, progress=report)
+    for step, (target, solution) in enumerate(zip(targets, found, strict=True)):
+        found[step], trace = with_outline(target, solution)
+        traces.append(trace)
+    rows = np.flatnonzero(live)
+
+    def collect(name: str) -> Array:
+        values = np.zeros(control.values.size)
+        values[rows] = [getattr(solution, name) for solution in found]
+        return values
+
+    contour = np.zeros((control.values.size, phi.size))
+    radius, area = np.zeros(control.values.size), np.zeros(control.values.size)
+    for row, trace in zip(rows, traces, strict=True):
+        contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
+    converged = np.ones(control.values.size, dtype=bool)
+    converged[rows] = [solution.converged for solution in found]
+    force_error, contour_error = np.zeros((2, control.values.size))
+    if found:
+        force_error[rows], contour_error[rows] = _errors(indenter, found, traces)
+    extra: Extra = {
+        **estimates(force_error, contour_error),
+        "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
+        "penetration": (
+            ("step",),
+            collect("penetration"),
+            "1",
+            "largest penetration outside the contact over the depth",
+        ),
+    }
+    depth = collect("depth")
+    notes = tuple(dict.fromkeys(note for solution in found for note in solution.notes))
+    if np.isnan(contour).any():
+        notes += ("Where the contact has no outline the radius is the mean length of its rays in contact.",)
+    return Curve(
+        depth=depth,
+        force=collect("force"),
+        radius=radius,
+        area=area,
+        stiffness=collect("stiffness"),
+        contour=contour,
+        valid=converged,
+        notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
+        extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
+    )
+
+
+def pressure(
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    r: Array,
+    phi: Array,
+    *,
+    grid: bem.Grid | int | None = None,
+    tolerance: float = _TOLERANCE,
+    limit: int = _LIMIT,
+) -> Array:
+    """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres."""
+    if not _live(control).any():
+        return np.zeros_like(r)
+    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False, limit=limit)[0]
+    between = scipy.interpolate.RegularGridInterpolator(
+        (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
+    )
+    return np.asarray(between(np.column_stack([r * np.sin(phi), r * np.cos(phi)])))
+
+
+def _live(control: Control) -> Any:
+    if control.name == "radius":
+        raise ValueError(
+            "radius cannot control method='bem': the contact is found from the depth or the force. Give one of them "
+            "(method='refined' or 'second-order' takes a mean radius and tells the depth)."
+        )
+    return control.values > 0
+
+
+def _solutions(
+    kernel: Kernel,
+    indenter: Indenter,
+    name: str,
+    targets: Array,
+    grid: bem.Grid | int | None,
+    tolerance: float,
+    single: bool,
+    angles: int = 360,
+    *,
+    limit: int = _LIMIT,
+    **options: Any,
+) -> list[bem.Solution]:
+    if not targets.size:
+        return []
+    return bem.solve(
+        kernel,
+        indenter,
+        depths=targets if name == "depth" else None,
+        forces=targets if name == "force" else None,
+        grid=grid,
+        tolerance=tolerance,
+        limit=limit,
+        single=single,
+        angles=angles,
+        **options,
+    )
+
+
+def _errors(indenter: Indenter, found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
+    """Estimated relative errors of the forces, and of the outlines over the mean radius; infinite where there is no outline.
+
+    Where cells are so wide that none is in contact both are.
+    """
+    cells, change = np.full((2, len(found)), np.nan)
+    for i, solution in enumerate(found):
+        if solution.contact.any():
+            wx, wy = bounding_box(solution.grid, solution.contact).half_widths
+            cells[i] = _CELLS_OF_BOX * np.sqrt(wx * wy) / solution.grid.spacing
+            change[i] = solution.coarser_force / solution.force - 1
+    # steps that began from the one before are too close to it to differ
+    latest = np.maximum.accumulate(np.where(np.isfinite(change), np.arange(change.size), 0))
+    outline = np.log([trace.contour / trace.radius for trace in traces])
+    force = cell_error.own_force_error(change[latest], outline, cells, edges=bool(indenter.corners))
+    contour = np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
+    return np.where(np.isfinite(cells), force, np.inf), contour
+
+
+def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:
+    grid = found[0].grid
+    shape = (steps, grid.y.size, grid.x.size)
+    pressure, displacement, contact = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+    for row, solution in zip(rows, found, strict=True):
+        pressure[row], displacement[row], contact[row] = solution.pressure, solution.displacement, solution.contact
+    dims = ("step", "y", "x")
+    return {
+        "x": (("x",), grid.x, "m", "cell centres along x"),
+        "y": (("y",), grid.y, "m", "cell centres along y"),
+        "pressure": (dims, pressure, "Pa", "contact pressure"),
+        "displacement": (dims, displacement, "m", "inward displacement of the surface"),
+        "contact": (dims, contact, "1", "cells in contact"),
+    }

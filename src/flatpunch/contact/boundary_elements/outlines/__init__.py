@@ -1,0 +1,1 @@
+"""Contact outlines a(phi) from boundary element solutions."""

@@ -1,0 +1,121 @@
+"""The paper's method for slightly non-axisymmetric indenters.
+
+Force, depth and stiffness are those of the angular mean f0 of the profile (P18), (P19); the outline follows from the
+deviation f - f0 by (P17). The pressure is the superposition of (P9) over the history. Exact for round indenters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.limits import steepness
+from flatpunch.contact.perturbation.error import estimates, first_order_error
+from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline
+from flatpunch.contact.round.mean_profile import Evaluate, mean_contact
+from flatpunch.contact.round.round_contact import RoundContact
+from flatpunch.contact.round.soundness import soundness
+from flatpunch.contact.round.superposition import History, log_radii, round_history, spline, spline_outline, superpose
+from flatpunch.indenters.geometry.angle_rule import angular_rule
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import punch_family
+
+Outline = Callable[[Array, Array], tuple[Array, Array]]
+
+_ANGLES = 720
+"""Angles of the outline spline for general shapes."""
+
+
+def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+    """A whole curve by the paper's method; exact for round indenters."""
+    evaluate, contact = mean_contact(kernel, indenter, control)
+    valid, notes = soundness(kernel, evaluate, contact)
+    contour = outline(kernel, indenter, contact, phi)
+    enclosed = area(kernel, indenter, contact)
+    lost = ~np.isfinite(enclosed)
+    notes += first_failure(
+        lost,
+        contact.depth,
+        "the first-order outline does not exist (the denominator of (P17) and (P23) has changed sign, or the outline would "
+        "pass through the axis): the contact responds too strongly to the asymmetry, as under stiff films. Force, depth "
+        "and stiffness are those of the mean profile.",
+    )
+    if not indenter.round:
+        notes += steepness(indenter, contact.radius, contact.depth)
+    return Curve(
+        depth=contact.depth,
+        force=contact.force,
+        radius=contact.radius,
+        area=enclosed,
+        stiffness=contact.stiffness,
+        contour=contour,
+        valid=valid & ~lost,
+        notes=notes,
+        extra=_trust(kernel, indenter, contact, lost),
+    )
+
+
+def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags) -> Extra:
+    """Error estimates, infinite for lost outlines; round contact is exact up to the interpolation over the radius."""
+    if not indenter.round:
+        force, contour = first_order_error(indenter, contact.radius)
+        return estimates(force, np.where(lost, np.inf, contour))
+    own = 1e-10 + (0.0 if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length))
+    error = np.full_like(contact.radius, own)
+    return estimates(error, error)
+
+
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]; its integral over the outline is the force."""
+    evaluate, contact = mean_contact(kernel, indenter, control)
+    if contact.radius[0] == 0:
+        return np.zeros_like(r)
+    history = round_history(evaluate, float(contact.radius[0]))
+    if not indenter.round:
+        history = _with_outline(kernel, indenter, evaluate, history)
+    return superpose(kernel, history, r, phi)
+
+
+def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
+    """The same history with the outline of (P17) at each radius."""
+    x = log_radii(history.radius)
+    contact = evaluate(np.exp(x))
+    angles, weights = angular_rule(indenter)
+    relative = outline(kernel, indenter, contact, angles) / contact.radius[:, None]
+    if not np.all(np.isfinite(relative)):
+        raise ValueError(
+            "The first-order outline does not exist along the whole history of this contact (stiff film), so its pressure "
+            "cannot be superposed. Choose method='bem'."
+        )
+    share = spline(x, 1 / (relative**2 @ weights))
+    if indenter.exponent is not None:
+        shape = _power_outline(indenter, spline(x, growth_factor(contact, indenter.exponent)))
+    else:
+        shape = _general_outline(kernel, indenter, contact, x)
+    return replace(history, outline=shape, share=share)
+
+
+def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Outline:
+    """s = 1 + q(x) (1 - psi/<psi>) with q of (P23)."""
+    angles, weights = angular_rule(indenter)
+    mean = float(weights @ indenter.height(np.ones_like(angles), angles))
+    slope = growth.derivative()
+
+    def shape(x: Array, phi: Array) -> tuple[Array, Array]:
+        deviation = 1 - indenter.height(np.ones_like(phi), phi) / mean
+        s = 1 + growth(x) * deviation
+        return s, slope(x) * deviation / s
+
+    return shape
+
+
+def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
+    """Spline of (P17) over ln a and the polar angle."""
+    angles = np.linspace(-np.pi, np.pi, _ANGLES, endpoint=False)
+    return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

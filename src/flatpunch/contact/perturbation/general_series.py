@@ -1,0 +1,274 @@
+"""Second-order perturbation series of any profile f(r, phi) on any medium (T8.1)-(T8.3).
+
+With ln f = <ln f> + g, the base is f_b = exp<ln f> and g_m(r) are the harmonics of g at each radius. The displacement
+f_b g_m cos m phi on the disc needs the pressure with c_m = A_m^-1 b[f_b g_m]; its edge strength moves the outline,
+h_m = -S[c_m]/(e a d'). Half-space parts are closed: S0_m = ((m + 1) b_0 + a db_0/da)/pi.
+
+Where f touches zero away from the axis (truncated tips) ln f is singular; there the arithmetic mean is the base and f - f_b
+takes the place of f_b g, which is the same to second order. There the harmonic m = 1 is a shift of the tip: what it does to the
+force enters as a lower depth instead of a factor, which is exact for a paraboloid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
+from flatpunch.contact.perturbation.power_law_series import radius_of_stiffness
+from flatpunch.contact.round.profile import SampledProfile
+from flatpunch.contact.round.round_contact import RoundContact, round_contact
+from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
+from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
+from flatpunch.indenters.geometry.symmetry import sample_radii
+from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.log_table import LogTable
+from flatpunch.punch.basis import projection, regular_part
+from flatpunch.punch.edges import PowerLawEdges, edges_of
+from flatpunch.punch.family import SMALLEST
+from flatpunch.punch.harmonics import Edges, harmonic_size
+from flatpunch.punch.matrix import edge_strength
+from flatpunch.punch.power_law import power_law_punch
+
+_POINTS = 256
+"""Angles on one period of the outline: harmonics up to 128 times the symmetry."""
+_CHUNK = 1_000_000
+_POWER_LAW_NODES = 256
+_SINGULAR = 4.0
+"""|ln(f/f_b)| from which on the logarithm is no good variable: f comes close to zero away from the axis."""
+
+_LARGEST_WAVE = 3.0
+"""|w| at which outlines are cut, far beyond what the series can say."""
+_LARGEST_TERM = 2.0
+"""|ln(F/F_base)| at which the force term is cut."""
+_TINY = 1e-300
+
+_DEPTH, _SLOPE, _SHIFT, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SKEW, _SWING = range(10)
+
+
+class GeneralExpansion:
+    """Second-order series of one indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and indenter, of any shape f(r, phi).
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
+        self.kernel = kernel
+        self._geometric = geometric_mean(indenter) if _is_regular(indenter) else None
+        self._shape = angular_harmonics(indenter, _POINTS // 2, logarithmic=self._geometric is not None)
+        self._orders = self._shape.orders
+        mean = self._geometric or angular_mean(indenter)
+        self.base = SampledProfile(mean.height, mean.slope, indenter.rings)
+        self._table = LogTable(self._columns, indenter.reach, kinks=indenter.rings)
+
+    def descent(self, radius: Array) -> PathPoint:
+        """Depth and its derivative at base radii of shape (n,); here no cheaper than `loading`."""
+        return self.loading(radius)
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives at base radii of shape (n,), >= 0 [m]."""
+        values, slopes = self._at(radius)
+        return self._path(radius, values, slopes)
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,), >= 0 [m]."""
+        values, slopes = self._at(radius)
+        path = self._path(radius, values, slopes)
+        size = radius_of_stiffness(self.kernel, path.stiffness, values[:, _STIFFENING], radius)
+        zero = np.zeros_like(radius)
+        return PerturbedContact(
+            radius=radius,
+            depth=path.depth,
+            force=path.force,
+            stiffness=path.stiffness,
+            depth_slope=path.depth_slope,
+            shape_radius=radius,
+            size=size,
+            mean_radius=size * np.exp(values[:, _LOG_MEAN]),
+            area=np.pi * size**2 * np.exp(values[:, _LOG_SQUARE]),
+            swing=values[:, _SWING],
+            terms=np.column_stack([values[:, _X2], values[:, _SKEW], zero]),
+            sound=np.ones(radius.size, dtype=bool),
+        )
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Contact outline a(phi), shape (n, p) [m]."""
+        values, _ = self._at(contact.radius)
+        count = self._orders.size
+        waves = np.exp(1j * np.outer(self._orders, phi - self._shape.start))
+        harmonics = values[:, _SWING + 1 : -1]
+        w = harmonics[:, :count] @ waves.real - harmonics[:, count:] @ waves.imag
+        return np.asarray(contact.size[:, None] * np.exp(w))
+
+    def _path(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
+        depth = radius * (values[:, _DEPTH] - values[:, _SHIFT])
+        force = self.kernel.modulus * radius**2 * values[:, _FORCE]
+        base_slope = radius * values[:, _SLOPE]
+        slope = base_slope - radius * (values[:, _SHIFT] + slopes[:, _SHIFT])
+        flat = self.kernel.modulus * radius * values[:, -1]
+        factor = np.exp(values[:, _X2])
+        # dF/dd = exp(X) (K a d_b' + F_b dX/dln a)/(a d')
+        moving = slope > 0
+        stretch = np.where(moving, base_slope / np.where(moving, slope, 1.0), 1.0)
+        growth = np.where(moving, slopes[:, _X2] / np.where(moving, slope, 1.0), 0.0)
+        return PathPoint(radius, depth, factor * force, factor * (flat * stretch + force * growth), slope)
+
+    def _at(self, radius: Array) -> tuple[Array, Array]:
+        live = radius > 0
+        outputs = _SWING + 2 + 2 * self._orders.size
+        values, slopes = np.zeros((radius.size, outputs)), np.zeros((radius.size, outputs))
+        if live.any():
+            values[live], slopes[live] = self._table.at(radius[live])
+        return values, slopes
+
+    def _columns(self, radius: Array) -> Array:
+        """Scaled base contact, force term, outline measures, harmonics of w (real, imaginary) and K, shape (n, outputs)."""
+        base = round_contact(self.kernel, self.base, radius)
+        size = max(1, _CHUNK // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
+        parts = [
+            self._chunk(radius[i : i + size], _rows(base, slice(i, i + size))) for i in range(0, radius.size, size)
+        ]
+        return np.vstack(parts)
+
+    def _chunk(self, radius: Array, base: RoundContact) -> Array:
+        beta = self._beta(radius)
+        edges = edges_of(self.kernel, np.where(beta > SMALLEST, beta, 0.0), self._orders)
+        value, growth, curvature, rho, weight = self._harmonics(radius, base)
+        e = edge_strength(base.answers)
+        strength = self._edge(edges, e, value, growth, rho, weight)
+        h, w = _waves(-strength, e * base.depth_slope)
+        k = edges.stiffening(self._orders)
+        mean_square = np.mean(w * w, axis=1)
+        stiffened = mean_square + np.sum(k[:, :-1] * np.abs(h[:, :-1]) ** 2, axis=1) / 2
+        rise = np.pi * e**2 / base.answers.flat[:, 0]
+        # X2 = (a K' D1 <w^2>/2 - int p* f_b <g^2>/2)/F_b, both over E* a
+        rate = np.pi**2 * e**2 * base.depth_slope
+        pull = rate * mean_square - curvature
+        shift = np.zeros_like(radius)
+        if self._geometric is None and self._orders[0] == 1:
+            first = rate * np.abs(h[:, 0]) ** 2 / 2
+            pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
+        force = base.force / (self.kernel.modulus * radius)
+        columns = [
+            base.depth / radius,
+            base.depth_slope / radius,
+            shift / radius,
+            force / radius,
+            np.clip(pull / np.maximum(force, _TINY), -_LARGEST_TERM, _LARGEST_TERM),
+            rise * stiffened,
+            np.log(np.mean(np.exp(w), axis=1)),
+            np.log(np.mean(np.exp(2 * w), axis=1)),
+            # of the size of x3, which is not known here; zero of an ellipse as x3 is
+            pull / np.maximum(force, _TINY) * np.mean(w**3, axis=1) / np.maximum(mean_square, _TINY),
+            np.abs(w).max(axis=1),
+        ]
+        flat = 2 * np.pi * base.answers.flat[:, :1]
+        return np.hstack([np.column_stack(columns), h.real, h.imag, flat])
+
+    def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
+        """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, 2 orders), and the mean's part."""
+        nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
+        rho, weight = self._rule(radius, nodes)
+        r = radius[:, None] * rho
+        value, growth = self._shape.harmonics(r)
+        growth *= r[..., None]
+        excess = np.zeros(r.shape)
+        if self._geometric is not None:
+            mean, rate, square = np.moveaxis(self._geometric.at(r), -1, 0)
+            f_b = np.exp(mean)
+            growth *= f_b[..., None]
+            value *= f_b[..., None]
+            growth += (r * rate)[..., None] * value
+            excess = f_b * square / 2
+        flat = base.answers.flat
+        if self.kernel.exponent:
+            pressure = flat * (1 + self.kernel.exponent) * weight
+        else:
+            pressure = _pressure(flat, 0, rho, weight)
+        curvature = 2 * np.pi * np.sum(pressure * excess, axis=1)
+        return value, growth, curvature, rho, weight
+
+    def _rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
+        """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
+        if not self.kernel.exponent:
+            return self.base.disc_rule(radius, nodes)
+        rho, weight = power_law_punch(self.kernel).rule(_POWER_LAW_NODES)
+        return rho[None, :], weight[None, :]
+
+    def _edge(
+        self, edges: Edges | PowerLawEdges, e: Array, value: Array, growth: Array, rho: Array, weight: Array
+    ) -> Array:
+        """S[c_m] for all orders, shape (n, orders), complex."""
+        m, power, extra = self._orders, rho[..., None] ** self._orders, self.kernel.exponent
+        # int rho^m weight (...), real and imaginary parts alike
+        first = power * (weight if extra else rho * weight)[..., None]
+        moment, grown = (self._summed(first, field) for field in (value, growth))
+        # half-space: S is ((m + 1) b_0[f] + b_0[r f'])/pi; power law: with m + 1 + k, over that of the flat punch, of strength e
+        strength = (m + 1 + extra)[:, None] * moment + grown
+        if isinstance(edges, PowerLawEdges):
+            return np.asarray(strength * e[:, None, None]).view(complex)[..., 0]
+        strength /= np.pi
+        for column, vector in edges.felt(m):
+            pressure = _pressure(vector, int(m[column]), rho, weight)[..., None]
+            strength[:, [column]] += self._summed(pressure, value[..., 2 * column : 2 * column + 2])
+        return np.asarray(strength).view(complex)[..., 0]
+
+    @staticmethod
+    def _summed(factor: Array, field: Array) -> Array:
+        """Sums over the nodes, shape (n, orders, 2), of a factor (n or 1, nodes, orders) times a field (n, nodes, 2 orders)."""
+        n, nodes = field.shape[:2]
+        orders = factor.shape[-1]
+        factors = np.broadcast_to(factor, (n, nodes, orders))
+        return np.asarray(np.einsum("njm,njmc->nmc", factors, field.reshape(n, nodes, orders, 2)))
+
+    def _beta(self, radius: Array) -> Array:
+        return np.asarray(radius / self.kernel.length)
+
+
+def _is_regular(indenter: Indenter) -> bool:
+    """Whether ln f is a good variable: within the border of a flat f is zero, however far the shape reaches."""
+    r = np.append(sample_radii(indenter, 61), 0.5 * np.array(indenter.rings))[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        g = np.log(np.asarray(indenter.height(r, 2 * np.pi * np.arange(_POINTS) / _POINTS)))
+        return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
+
+
+def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:
+    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut where |w| exceeds `_LARGEST_WAVE`.
+
+    The rate e a d' vanishes within the flat of a truncated tip and where the depth turns back under a stiff film.
+    """
+    w = np.fft.irfft(np.hstack([np.zeros((rate.size, 1)), strength * _POINTS / 2]), n=_POINTS, axis=1)
+    largest = np.abs(w).max(axis=1)
+    sign = np.where(rate < 0, -1.0, 1.0)
+    bound = np.maximum(np.abs(rate), np.maximum(largest, _TINY) / _LARGEST_WAVE) * sign
+    return strength / bound[:, None], w / bound[:, None]
+
+
+def _pressure(coefficients: Array, m: int, rho: Array, weight: Array) -> Array:
+    """Weights of the pressure sum c_l p_l on the nodes of each disc, int p f r dr = sum of weights times f; shape (n, nodes)."""
+    terms = coefficients.shape[1]
+    if rho.shape[0] == 1 and coefficients.shape[0] != 1:
+        return coefficients @ projection(m, terms, rho.shape[1])[1]
+    return np.asarray(np.einsum("nl,lnj->nj", coefficients, regular_part(m, terms, rho)) * rho * weight)
+
+
+def _rows(base: RoundContact, rows: slice) -> RoundContact:
+    answers = replace(
+        base.answers, flat=base.answers.flat[rows], edge=base.answers.edge[rows], slope=base.answers.slope[rows]
+    )
+    shape = {name: getattr(base, name)[rows] for name in ("radius", "depth", "force", "stiffness", "depth_slope")}
+    return replace(base, answers=answers, **shape)
+
+
+@lru_cache(maxsize=32)
+def general_expansion(kernel: Kernel, indenter: Indenter) -> GeneralExpansion:
+    """The series of a medium and an indenter; what is already computed is shared."""
+    return GeneralExpansion(kernel, indenter)

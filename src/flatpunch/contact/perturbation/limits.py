@@ -1,0 +1,54 @@
+"""Why a perturbation result is uncertain, in sentences: asymmetry, edges, stiff films, steep faces."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.curve import first_failure
+from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
+from flatpunch.contact.perturbation.power_law_series import power_expansion
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import HalfSpace
+
+LARGEST_SWING = 1.2
+"""|ln a(phi)/abar| above which outlines were off by tens of per cent."""
+_AMPLIFIED = 1.5
+"""Swing over that on a half-space from which on the medium is the cause, not the tip."""
+
+
+def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:
+    """What makes the outline uncertain, with the depths from which on it does."""
+    wide = contact.swing > LARGEST_SWING
+    if not wide.any():
+        return ()
+    amplified = wide & (contact.swing > _AMPLIFIED * _half_space_swing(kernel, indenter))
+    remedy = (
+        "(|ln a/abar| above 1.2), so outline and area are uncertain by ten per cent and more; the force is less affected. "
+        "Refine outline and area with method='refined' or 'bem'."
+    )
+    edges = "its sharp edges draw" if indenter.corners else "it draws"
+    return first_failure(
+        amplified,
+        contact.depth,
+        f"the medium (a stiff film) answers the tip's asymmetry with a strong outline {remedy}",
+    ) + first_failure(
+        wide & ~amplified,
+        contact.depth,
+        f"the tip is strongly asymmetric: {edges} the outline far from a circle {remedy}",
+    )
+
+
+def _half_space_swing(kernel: Kernel, indenter: Indenter) -> float:
+    """Swing of a power-law tip on a half-space; infinite where that is the medium, or the tip is none."""
+    if kernel.homogeneous or indenter.exponent is None:
+        return float("inf") if kernel.homogeneous else 1.0
+    return _power_swing(indenter)
+
+
+@lru_cache(maxsize=64)
+def _power_swing(indenter: Indenter) -> float:
+    series = power_expansion(compliance(HalfSpace(1.0, 0.0)), indenter, "second")
+    return float(series.evaluate(np.ones(1)).swing[0])

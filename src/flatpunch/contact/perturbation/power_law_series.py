@@ -1,0 +1,193 @@
+"""Contacts of power-law indenters from the perturbation series, as functions of the base radius.
+
+The base radius a is that of the round contact of C r^n at the same depth. The force is F_base exp(X); its exact derivative
+by the depth is the stiffness, and the radius abar of the cylindrical punch that is as stiff, the outline's harmonics taken
+into account, sets the size of the outline abar exp(w).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch.compliance import Kernel
+from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
+from flatpunch.contact.perturbation.power_law_terms import (
+    LOG_MEAN,
+    LOG_SQUARE,
+    STIFFENING,
+    SWING,
+    X2,
+    X3,
+    X4,
+    PowerPerturbation,
+    limited_exponential,
+)
+from flatpunch.contact.round.mean_profile import resolved_radius
+from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.contact.round.radius_search import Loading
+from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import punch_family
+
+Order = Literal["second", "fourth"]
+
+_LARGEST_TERM = 2.0
+"""|ln(F/F_base)| beyond which a series is cut; tips of three sides reach 0.2."""
+
+_FARTHEST = 1.5
+"""|ln(abar/a)| beyond which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
+
+_TINY = 1e-300
+
+_SMALLEST = 1e-3
+"""Pade denominator over x2 below which its pole is avoided; the sound range stays above 0.5."""
+
+_SAME_DEPTH = 3
+"""Newton steps in ln a between two bases: they start within per cent of each other."""
+
+_LARGEST_X4, _LARGEST_GROWTH = 0.1, 0.13
+"""|x4| and |dx4/dln a| over |x2| up to which the fourth-order series was within 0.2 % of boundary elements.
+
+Near the poles of the outline under stiff films x4 may pass through zero, but not quietly. (Validation page.)
+"""
+
+_LARGEST_LAST = 0.02
+"""|x4| itself up to which it was."""
+
+
+class PowerExpansion:
+    """Perturbation series of one power-law indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and power-law indenter.
+    order : "second" or "fourth"
+        Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form. Outlines come from sqrt(psi)
+        for tips with edges under fourth order and from ln psi for all others, which measured best (validation page).
+    terms : bool
+        Whether second order should know its third and fourth terms, by which it tells its error; else they are zero.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> None:
+        assert indenter.exponent is not None
+        self.kernel, self.order = kernel, order
+        lam, fourth = (0.0, terms) if order == "second" else (0.5, True)
+        self.series = PowerPerturbation(kernel, indenter, lam, fourth=fourth)
+        self.base = PowerProfile(indenter.exponent, self.series.angles.mean)
+        self._shape, self._shape_base = self.series, self.base
+        if order == "fourth" and not indenter.corners:
+            self._shape = PowerPerturbation(kernel, indenter, 0.0, fourth=False)
+            self._shape_base = PowerProfile(indenter.exponent, self._shape.angles.mean)
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii of shape (n,), >= 0 [m], with the force of the base."""
+        return round_contact(self.kernel, self.base, radius)
+
+    def loading(self, radius: Array) -> PathPoint:
+        """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""
+        return self._loading(radius, *self.series.at(radius))[0]
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,), >= 0 [m]."""
+        values, slopes = self.series.at(radius)
+        path, sound = self._loading(radius, values, slopes)
+        shape_radius, shape = self._shape_at(radius, path.depth, values)
+        size = radius_of_stiffness(self.kernel, path.stiffness, shape[:, STIFFENING], radius)
+        return PerturbedContact(
+            radius=radius,
+            depth=path.depth,
+            force=path.force,
+            stiffness=path.stiffness,
+            depth_slope=path.depth_slope,
+            shape_radius=shape_radius,
+            size=size,
+            mean_radius=size * np.exp(shape[:, LOG_MEAN]),
+            area=np.pi * size**2 * np.exp(shape[:, LOG_SQUARE]),
+            swing=shape[:, SWING],
+            terms=values[:, [X2, X3, X4]],
+            sound=sound,
+        )
+
+    def _shape_at(self, radius: Array, depth: Array, values: Array) -> tuple[Array, Array]:
+        """Base radii and columns of the series that gives the outline, at the same depths."""
+        if self._shape is self.series:
+            return radius, values
+        shift = (self.base.factor / self._shape_base.factor) ** (1 / self.base.exponent)
+        other, live = radius * shift, radius > 0
+        for _ in range(_SAME_DEPTH):
+            contact = round_contact(self.kernel, self._shape_base, other[live])
+            other[live] *= np.exp((depth[live] - contact.depth) / contact.depth_slope)
+        return other, self._shape.at(other)[0]
+
+    def _loading(self, radius: Array, values: Array, slopes: Array) -> tuple[PathPoint, Flags]:
+        base = round_contact(self.kernel, self.base, radius)
+        logarithm, growth, sound = self._force(values, slopes)
+        # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
+        slope = np.where(radius > 0, base.depth_slope, 1.0)
+        slope = np.where(np.abs(slope) > _TINY, slope, _TINY)
+        stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
+        return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Contact outline a(phi), shape (n, p) [m]."""
+        outline = limited_exponential(self._shape.outline(contact.shape_radius, phi))
+        outline *= contact.size[:, None]
+        return outline
+
+    def _force(self, values: Array, slopes: Array) -> tuple[Array, Array, Flags]:
+        """ln(F/F_base), its derivative by ln a, and whether the series holds."""
+        x2, x3, x4 = values[:, X2], values[:, X3], values[:, X4]
+        if self.order == "second":
+            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes[:, X2]), np.isfinite(x2)
+        flat = x2 == 0
+        safe = np.where(flat, 1.0, x2)
+        # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
+        denominator = safe - x3 + x3**2 / safe - x4
+        denominator = np.where(np.abs(denominator) > _SMALLEST * np.abs(safe), denominator, safe)
+        bottom = slopes[:, X2] - slopes[:, X3] - slopes[:, X4]
+        bottom += 2 * x3 * slopes[:, X3] / safe - x3**2 * slopes[:, X2] / safe**2
+        pade = x2**2 / denominator
+        growth = 2 * x2 * slopes[:, X2] / denominator - pade * bottom / denominator
+        quiet = np.abs(slopes[:, X4]) < _LARGEST_GROWTH * np.abs(x2)
+        sound = (quiet & (np.abs(x4) < np.minimum(_LARGEST_X4 * np.abs(x2), _LARGEST_LAST))) | flat
+        kept = np.where(flat, 0.0, _where_kept(pade, growth))
+        return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept, sound
+
+
+def _where_kept(logarithm: Array, growth: Array) -> Array:
+    """Derivative of a logarithm that is cut at `_LARGEST_TERM`."""
+    return np.where(np.abs(logarithm) < _LARGEST_TERM, growth, 0.0)
+
+
+@lru_cache(maxsize=64)
+def power_expansion(kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> PowerExpansion:
+    """The series of a medium and an indenter; what is already computed is shared."""
+    return PowerExpansion(kernel, indenter, order, terms=terms)
+
+
+def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Array) -> Array:
+    """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
+
+    Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
+    would be anything, it ends at `_FARTHEST` from the guess.
+    """
+    live = (stiffness > 0) & (guess > 0)
+    radius = guess.copy()
+    low = np.log(guess[live]) - _FARTHEST
+    high = np.minimum(low + 2 * _FARTHEST, np.log(resolved_radius(kernel)))
+    x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -_LARGEST_TERM, _LARGEST_TERM)
+    for _ in range(20):
+        answers = punch_family(kernel).at(np.exp(x) / kernel.length)
+        flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]
+        # dln K/dln a = pi e^2/c_0, positive for every medium (Krein)
+        step = (wanted - x - np.log(2 * np.pi * kernel.modulus * flat)) * flat / (np.pi * edge**2)
+        x = np.clip(x + np.clip(step, -1, 1), low, high)
+        if not step.size or np.abs(step).max() < 1e-9:
+            break
+    radius[live] = np.exp(x)
+    return radius

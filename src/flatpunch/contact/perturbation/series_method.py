@@ -1,0 +1,181 @@
+"""Curves and pressures from a perturbation series, whatever its order and kind of profile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.contact.limits import steepness
+from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
+from flatpunch.contact.perturbation.limits import outline_causes
+from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
+from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.round.mean_profile import half_space_radius, resolved_radius
+from flatpunch.contact.round.profile import RoundProfile
+from flatpunch.contact.round.radius_search import Loading, radius_for
+from flatpunch.contact.round.soundness import soundness
+from flatpunch.contact.round.superposition import History, log_radii, spline, spline_outline, superpose
+from flatpunch.indenters.profile import Indenter
+
+_OUTLINE_ANGLES = 720
+
+_SPACING, _MARGIN = np.log(10) / 12, 1.0
+"""Grid over ln a in which a mean radius is looked for, and by how much it reaches beyond the wanted ones."""
+_SECANTS, _STEPS = 12, 70
+_SETTLED = 1e-10
+"""Step of a secant that leaves the next one below rounding."""
+_ROUNDING = 1e-14
+_TINY = 1e-300
+
+
+class Expansion(Hashable, Protocol):
+    """Perturbation series of one indenter on one medium over its base radius."""
+
+    @property
+    def base(self) -> RoundProfile:
+        """Profile of the round base contact."""
+
+    def descent(self, radius: Array) -> Loading:
+        """Depth and its derivative at base radii, shape (n,); the force is not to be used."""
+
+    def loading(self, radius: Array) -> Loading:
+        """Depth, force and their derivatives at base radii, shape (n,)."""
+
+    def evaluate(self, radius: Array) -> PerturbedContact:
+        """Contacts at base radii, shape (n,)."""
+
+    def outline(self, contact: PerturbedContact, phi: Array) -> Array:
+        """Outlines a(phi), shape (n, p)."""
+
+
+def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control) -> PerturbedContact:
+    """Contacts at the prescribed depths, forces or mean radii a0."""
+    if control.name == "radius":
+        check_reach(indenter, control.values)
+        return expansion.evaluate(_base_radius(kernel, indenter, expansion, control.values))
+    guess = half_space_radius(kernel, expansion.base, control, indenter.reach)
+    resolved = resolved_radius(kernel)
+    path = expansion.descent if control.name == "depth" else expansion.loading
+    radius = radius_for(path, control.name, control.values, guess, indenter.reach, resolved)
+    contact = expansion.evaluate(radius)
+    # what rounding leaves of the radius goes along the curve, so that the prescribed value is met exactly
+    if control.name == "depth":
+        rest = control.values - contact.depth
+        return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
+    rest = (control.values - contact.force) / np.where(contact.stiffness > 0, contact.stiffness, 1.0)
+    depth = contact.depth + np.where(contact.stiffness > 0, rest, 0.0)
+    # beside a flat end depths are known to a millionth of it
+    return replace(contact, force=control.values, depth=np.maximum(depth, 0.0))
+
+
+def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_radius: Array) -> Array:
+    """Base radii whose contacts have the mean radii a0, shape (n,).
+
+    Under stiff films a0 need not grow with the base radius; as in depth control the first radius that reaches the wanted one
+    counts. A secant within that interval, halved where it leaves it, ends at rounding.
+    """
+    radius = mean_radius.copy()
+    live = mean_radius > 0
+    if not live.any():
+        return radius
+    wanted = np.log(mean_radius[live])
+
+    def excess(x: Array) -> Array:
+        # a contact that the series cannot size counts as too small
+        size = expansion.evaluate(np.exp(x)).mean_radius
+        return np.asarray(np.log(np.where(size > 0, size, _TINY)))
+
+    most = min(indenter.reach, resolved_radius(kernel))
+    nodes, found = _mean_radii(excess, float(wanted.min()), float(wanted.max()), float(np.log(most)))
+    reached = np.maximum.accumulate(found)
+    missing = wanted > reached[-1]
+    if missing.any():
+        raise ValueError(
+            f"radius = {np.exp(wanted[missing][0]):.6g} m is reached by no contact of this method: the largest mean radius is "
+            f"{np.exp(reached[-1]):.6g} m. Prescribe depth or force instead, or choose method='bem'."
+        )
+    upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
+    low, high = nodes[upper - 1], nodes[upper]
+    x = low + (high - low) * np.clip((wanted - found[upper - 1]) / (found[upper] - found[upper - 1]), 0, 1)
+    before_x, before, left = np.array(low), found[upper - 1] - wanted, np.arange(wanted.size)
+    for count in range(_STEPS):
+        at, here = x[left], excess(x[left]) - wanted[left]
+        low[left], high[left] = np.where(here < 0, at, low[left]), np.where(here < 0, high[left], at)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            trial = at - here * (at - before_x[left]) / (here - before[left])
+        inside = (trial >= low[left]) & (trial <= high[left]) & (count < _SECANTS)
+        x[left] = np.where(here == 0, at, np.where(inside, trial, (low[left] + high[left]) / 2))
+        before_x[left], before[left] = at, here
+        settled = (here == 0) | (inside & (np.abs(trial - at) < _SETTLED)) | (high[left] - low[left] < _ROUNDING)
+        left = left[~settled]
+        if not left.size:
+            break
+    radius[live] = np.exp(x)
+    return radius
+
+
+def _mean_radii(excess: Callable[[Array], Array], low: float, high: float, most: float) -> tuple[Array, Array]:
+    """Logarithms of base radii from below all wanted ones upwards, and of their mean radii."""
+    start, stop = low - _MARGIN, min(high + _SPACING, most)
+    while True:
+        nodes = np.linspace(start, stop, max(int(np.ceil((stop - start) / _SPACING)), 2) + 1)
+        found = excess(nodes)
+        if found[0] > low and start > low - 4 * _MARGIN:
+            start -= _MARGIN
+        elif found.max() < high and stop < min(most, high + 3 * _MARGIN):
+            stop = min(stop + _MARGIN / 2, most)
+        else:
+            return nodes, found
+
+
+def solve_expansion(
+    kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control, phi: Array
+) -> tuple[Curve, PerturbedContact]:
+    """A whole curve, and the contacts it was made from."""
+    contact = controlled(kernel, indenter, expansion, control)
+    valid, notes = soundness(kernel, expansion.loading, contact)
+    notes += outline_causes(kernel, indenter, contact)
+    notes += steepness(indenter, contact.mean_radius, contact.depth)
+    curve = Curve(
+        depth=contact.depth,
+        force=contact.force,
+        radius=contact.mean_radius,
+        area=contact.area,
+        stiffness=contact.stiffness,
+        contour=expansion.outline(contact, phi),
+        valid=valid & (contact.stiffness >= 0),
+        notes=notes,
+    )
+    return curve, contact
+
+
+def superpose_expansion(
+    kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control, r: Array, phi: Array
+) -> Array:
+    """Pressure at polar coordinates (r, phi), shape (n,) [Pa].
+
+    Flat-punch pressures, stretched to the outline of the series, are superposed over the history; each increment of the depth
+    carries the stiffness of the series, so that the pressure integrates to the force.
+    """
+    end = float(controlled(kernel, indenter, expansion, control).radius[0])
+    if end == 0:
+        return np.zeros_like(r)
+    x = log_radii(end)
+    contact = expansion.evaluate(np.exp(x))
+    angles = np.linspace(-np.pi, np.pi, _OUTLINE_ANGLES, endpoint=False)
+    relative = expansion.outline(contact, angles) / contact.radius[:, None]
+    square = contact.area / (np.pi * contact.radius**2)
+    share = contact.stiffness / (punch_stiffness(kernel, contact.radius) * square)
+    history = History(
+        radius=end,
+        rate=spline(x, contact.depth_slope / contact.radius),
+        outline=spline_outline(x, relative),
+        share=spline(x, share),
+    )
+    return superpose(kernel, history, r, phi)

@@ -1,0 +1,1 @@
+"""Round contacts corrected by a few boundary element solutions."""

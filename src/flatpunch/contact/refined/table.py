@@ -1,0 +1,177 @@
+"""Corrections of standard tips on one layer on a rigid base, from a table that comes with the package.
+
+On such a layer the ratio of boundary elements to second order depends on beta and the Poisson ratio alone (on beta alone if
+the layer slides): slopes scale out. The table holds it for pyramids of 3, 4 and 6 sides and for ellipses, at nodes of ln beta,
+of q = sqrt(1 - 2 nu) and of s^2, s = |A - B|/(A + B); between the nodes of q and s^2 it is a polynomial. It is made by
+`scripts/make_corrections.py`.
+
+A method sees the medium's response only, so the layer is recognised by that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
+from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion
+from flatpunch.contact.refined.solutions import Refined
+from flatpunch.contact.refined.splines import spline_through
+from flatpunch.indenters import EllipticParaboloid, Pyramid
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Layer, Medium, RigidBase
+
+ANGLES = 360
+SIDES = (3, 4, 6)
+BETAS = 10.0 ** np.array([-2, -1.5, -1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1, 1.25])
+"""Base radius of the second-order series over the thickness."""
+ROOTS = np.array([0.0, 0.1, 0.25, 0.45, 0.67, 0.87, 1.0])
+"""q = sqrt(1 - 2 nu) of bonded layers."""
+SQUARES = np.array([0.12, 0.3, 0.47, 0.6, 0.7])
+"""s^2 of the ellipses; at 0 there is nothing to correct."""
+
+FORCE_ERROR = 5e-4
+"""Largest relative error of the force against fresh boundary elements between the nodes (tests/refined)."""
+OUTLINE_ERROR = 5e-3
+"""The same of the outline, over the mean radius."""
+
+_WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
+_SAME = 1e-9
+_PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
+_FAR = 2.0
+"""Swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableRows:
+    """A second-order series, nodes ln a, shape (n,), and rows of logarithms of ratios to it there, shape (n, 3 + ANGLES)."""
+
+    series: PowerExpansion
+    nodes: Array
+    rows: Array
+
+
+def sector(tip: str) -> int:
+    """Polar angles of one symmetric sector, out of `ANGLES`: from a face to an edge, or from one axis to the other."""
+    return ANGLES // 4 + 1 if tip == "ellipse" else ANGLES // (2 * int(tip)) + 1
+
+
+def layer(root: float | None, thickness: float = 1.0) -> Medium:
+    """Bonded layer of the given q on a rigid base, or the sliding one (None)."""
+    if root is None:
+        return Medium([Layer(1.0, 0.3, thickness, bonded=False)], base=RigidBase())
+    return Medium([Layer(1.0, (1 - root**2) / 2, thickness)], base=RigidBase())
+
+
+def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
+    """Corrections of an indenter on a medium if the table has them."""
+    tip = _tip(indenter)
+    if tip is None or kernel.homogeneous:
+        return None
+    media = _medium_weights(kernel)
+    if media is None:
+        return None
+    rows = np.tensordot(media, _table()[tip[0]], axes=1)
+    if tip[0] == "ellipse":
+        rows = np.tensordot(tip[1], rows, axes=1)
+    series = power_expansion(kernel, indenter, "second", terms=False)
+    return TableRows(series, np.log(BETAS * kernel.length), _full_turn(rows, tip[0], tip[2]))
+
+
+def tabulated(table: TableRows, radius: Array) -> Refined:
+    """Refined contacts from the table at base radii, shape (n,)."""
+    contact, x = table.series.evaluate(radius), np.log(radius)
+    outline = reference_outline(table.series, contact, _PHI)
+    at = np.maximum(x, table.nodes[0])
+    spline = spline_through(table.nodes, table.rows)
+    values, growth = spline(at), np.where(x > table.nodes[0], spline(at, nu=1)[:, 0], 0.0)
+    factor, ones = np.exp(values[:, 0]), np.ones(x.size)
+    return Refined(
+        force=factor * contact.force,
+        stiffness=factor * (contact.stiffness + contact.force * growth / contact.depth_slope),
+        shape=np.column_stack([x + values[:, 1], x + values[:, 2] / 2, np.log(outline) + values[:, 3:]]),
+        error=FORCE_ERROR * ones,
+        shape_error=OUTLINE_ERROR * ones,
+        traced=np.ones(x.size, dtype=bool),
+    )
+
+
+def reference_outline(series: PowerExpansion, contact: PerturbedContact, phi: Array) -> Array:
+    """What outlines are compared with, shape (n, p) [m]: smooth in the base radius even through the poles of w."""
+    size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
+    with np.errstate(divide="ignore"):
+        w = np.log(series.outline(contact, phi) / size)
+    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
+    return np.asarray(contact.radius[:, None] * np.exp(damped))
+
+
+def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:
+    """Name in the table, weights of the ellipses, and whether the outline is turned by 90 degrees."""
+    if isinstance(indenter, Pyramid) and indenter.sides in SIDES:
+        return str(indenter.sides), np.ones(1), False
+    if isinstance(indenter, EllipticParaboloid):
+        square = ((indenter.A - indenter.B) / (indenter.A + indenter.B)) ** 2
+        if square <= SQUARES[-1]:
+            return "ellipse", lagrange(np.append(0.0, SQUARES), square)[1:], indenter.A > indenter.B
+    return None
+
+
+@lru_cache(maxsize=64)
+def _medium_weights(kernel: Kernel) -> Array | None:
+    """Weights of the layers of the table, the sliding one last; None for any other medium."""
+    found = kernel.response(_WAVES)
+    sliding = compliance(layer(None)).response(_WAVES)
+    if np.all(np.abs(found / sliding - 1) < _SAME):
+        return np.append(np.zeros(ROOTS.size), 1.0)
+    root = _root_of(float(found[2]))
+    if root is None:
+        return None
+    bonded = compliance(layer(root)).response(_WAVES)
+    # the root is known to half the digits of the response beside q = 0
+    if not np.all(np.abs(found / bonded - 1) < 100 * _SAME):
+        return None
+    return np.append(lagrange(ROOTS, root), 0.0)
+
+
+def _root_of(wanted: float) -> float | None:
+    """q of the bonded layer whose response at `_WAVES[2]` is the wanted one, by bisection; None outside 0 <= nu <= 1/2."""
+
+    def response(root: float) -> float:
+        return float(compliance(layer(root)).response(_WAVES[2:3])[0])
+
+    low, high = 0.0, 1.0
+    if abs(response(low) / wanted - 1) < _SAME:
+        return low
+    if not response(low) < wanted <= response(high) * (1 + _SAME):
+        return None
+    for _ in range(45):
+        middle = (low + high) / 2
+        low, high = (middle, high) if response(middle) < wanted else (low, middle)
+    return (low + high) / 2
+
+
+def lagrange(nodes: Array, x: float) -> Array:
+    """Weights of the polynomial through `nodes`, at x."""
+    return np.array([np.prod((x - np.delete(nodes, i)) / (nodes[i] - np.delete(nodes, i))) for i in range(nodes.size)])
+
+
+def _full_turn(rows: Array, tip: str, turned: bool) -> Array:
+    """Rows with the outline over a whole turn from those of one sector."""
+    period = 2 * (sector(tip) - 1)
+    index = np.arange(ANGLES) % period
+    index = np.minimum(index, period - index)
+    if turned:
+        index = np.roll(index, ANGLES // 4)
+    return np.hstack([rows[:, :3], rows[:, 3 + index]])
+
+
+@lru_cache(maxsize=1)
+def _table() -> dict[str, Array]:
+    """Rows by tip: (layers, [ellipses,] betas, 3 + sector)."""
+    with (files("flatpunch.contact.refined") / "data" / "corrections.npz").open("rb") as file, np.load(file) as arrays:
+        return {name: arrays[name].astype(float) for name in arrays.files}

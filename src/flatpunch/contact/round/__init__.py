@@ -1,0 +1,1 @@
+"""Round contact, exact for every medium and round profile."""

@@ -1,0 +1,164 @@
+"""Round profiles f(r) and their moments in the flat-punch basis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.numerics.gauss import gauss
+from flatpunch.punch.basis import power_edge, power_moments, projection, quarter_nodes, regular_part
+
+_TINY = 1e-300
+
+
+_AT_RIM = 1 - 1e-12
+"""Radius of a ring over that of a disc from which on it is the rim: between them rounding would count."""
+
+
+_BESIDE_CUTS = 16
+"""Quadrature points for what f does beside a ring, whatever the distance to the next."""
+
+
+class RoundProfile(Hashable, Protocol):
+    """A profile f(r) that turns itself into moments and edge functionals on discs of given radii."""
+
+    def height(self, r: Array) -> Array:
+        """Gap f(r) [m] at r [m], any shape."""
+
+    def slope(self, r: Array) -> Array:
+        """Derivative df/dr [-]."""
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Moments on discs of `radius`, shape (n,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moments:
+    """Profile on discs of n radii: b_l[f], shape (n, terms), [m]; S0[f] and S0[r f'], shape (n,), [m]."""
+
+    b: Array
+    edge: Array
+    edge_slope: Array
+
+
+@dataclass(frozen=True, slots=True)
+class PowerProfile:
+    """f = factor r^exponent: closed moments.
+
+    Parameters
+    ----------
+    exponent : float
+        n > 0.
+    factor : float
+        [m^(1-n)].
+    """
+
+    exponent: float
+    factor: float
+
+    def height(self, r: Array) -> Array:
+        """f(r) [m]."""
+        return np.asarray(self.factor * r**self.exponent)
+
+    def slope(self, r: Array) -> Array:
+        """df/dr [-]."""
+        return np.asarray(self.exponent * self.factor * r ** (self.exponent - 1))
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Closed forms: b_l by the Beta function, S0 = 1/B((n + 1)/2, 1/2)."""
+        height = self.factor * radius**self.exponent
+        edge = height * power_edge(self.exponent, 0)
+        return Moments(height[:, None] * power_moments(self.exponent, 0, terms), edge, self.exponent * edge)
+
+
+@dataclass(frozen=True, slots=True)
+class SampledProfile:
+    """Any f(r), by Gauss quadrature in theta with r = a cos(theta), cut at the radii where the slope jumps.
+
+    Parameters
+    ----------
+    height, slope : callable
+        r [m], any shape -> f [m] and df/dr [-].
+    rings : tuple of float
+        Radii at which the slope jumps [m].
+    nodes : int
+        Least number of quadrature points between two rings. Profiles that are not smooth there need a fixed, larger one:
+        256 leave 1e-8 of tables of a hundred points, and the result does not depend on how many terms the medium needs.
+    """
+
+    height: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
+    rings: tuple[float, ...] = ()
+    nodes: int = 0
+
+    def moments(self, radius: Array, terms: int) -> Moments:
+        """Quadrature: exact to rounding for profiles smooth between the rings."""
+        nodes = max(2 * terms + 48, self.nodes)
+        rho, weight = self.disc_rule(radius, nodes)
+        r = radius[:, None] * rho
+        f, g = self.height(r), r * self.slope(r)
+        g_edge = radius * self.slope(radius)
+        counts = self._counts(radius, nodes)
+        if counts.size == 1:
+            b = f @ projection(0, terms, nodes)[1].T
+        else:
+            b = np.einsum("lnj,nj->nl", regular_part(0, terms, rho), rho * weight * f)
+        edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
+        # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
+        level, closed = self._levels(radius, g_edge, counts.size)
+        rest = rho * weight / np.maximum(1 - rho**2, _TINY) * (g - np.repeat(level, counts, axis=1))
+        return Moments(b, edge, (g_edge - np.sum(rest, axis=1) - closed) / np.pi)
+
+    def _levels(self, radius: Array, g_edge: Array, panels: int) -> tuple[Array, Array]:
+        """What to take off g = r f' on each panel, shape (n, panels), and the closed integral of that.
+
+        On the last panel it is g(1). Inside a ring that is close to the edge, (1 - r^2)^-3/2 is too steep for the
+        quadrature: there it is the g that ends at the ring, so that the steep part is integrated in closed form,
+        int r (1 - r^2)^-3/2 dr = (1 - r^2)^-1/2.
+        """
+        level = np.repeat(g_edge[:, None], panels, axis=1)
+        closed = np.zeros_like(radius)
+        start = np.zeros_like(radius)
+        for i, ring in enumerate(sorted(self.rings)[: panels - 1]):
+            below = np.array([ring * (1 - 4 * np.finfo(float).eps)])
+            inside = radius * _AT_RIM > ring
+            safe = np.where(inside, radius, 2 * ring)
+            end = safe / np.sqrt((safe - ring) * (safe + ring))
+            level[inside, i] = (below * self.slope(below))[0]
+            previous = np.where(start > 0, start, 1.0)
+            closed += np.where(inside, (level[:, i] - g_edge) * (end - previous), 0.0)
+            start = end
+        return level, closed
+
+    def disc_rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
+        """Nodes rho = cos(theta) of unit discs and weights in theta, shape (1, nodes) or, cut at rings, (n, cuts * nodes)."""
+        if not any(ring < radius.max() for ring in self.rings):
+            rho, weight = quarter_nodes(nodes)
+            return rho[None, :], weight[None, :]
+        ends = self._ends(radius)
+        angle, half = [], []
+        for i, count in enumerate(self._counts(radius, nodes)):
+            t, v = gauss(int(count))
+            middle, width = (ends[:, [i]] + ends[:, [i + 1]]) / 2, (ends[:, [i]] - ends[:, [i + 1]]) / 2
+            angle.append(middle + width * t)
+            half.append(width * v)
+        return np.cos(np.hstack(angle)), np.hstack(half)
+
+    def _ends(self, radius: Array) -> Array:
+        """theta at the axis, at the rings and at the rim of discs, shape (n, cuts + 1), from pi/2 down to 0."""
+        rings = np.array([0.0, *sorted(self.rings)])
+        share = rings / np.where(radius > 0, radius, 1)[:, None]
+        upper = np.arccos(np.where(share < _AT_RIM, share, 1.0))
+        return np.concatenate([upper, np.zeros((radius.size, 1))], axis=1)
+
+    def _counts(self, radius: Array, nodes: int) -> Indices:
+        """Quadrature points between the cuts, shape (cuts,): `nodes` for a whole disc, fewer for parts of every disc."""
+        if not any(ring < radius.max() for ring in self.rings):
+            return np.array([nodes])
+        widest = -np.diff(self._ends(radius), axis=1).min(axis=0)
+        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + _BESIDE_CUTS
+        return np.asarray(np.minimum(nodes, share))

@@ -1,0 +1,201 @@
+"""From a prescribed depth or force to the contact radius.
+
+Depth and force are explicit functions of the radius; here they are inverted: a coarse logarithmic grid finds, for each
+target, the first interval in which the curve reaches it (where a curve turns back, that is what monotone loading would
+find), then Newton's method with the analytic derivative ends at rounding, kept inside that interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.numerics.hermite import cubic_hermite
+
+Quantity = Literal["depth", "force"]
+
+
+class Loading(Protocol):
+    """Contacts along a path over the radius a: depth, force, dF/dd and a d'(a), shape (n,) each."""
+
+    @property
+    def depth(self) -> Array: ...  # noqa: D102
+
+    @property
+    def force(self) -> Array: ...  # noqa: D102
+
+    @property
+    def stiffness(self) -> Array: ...  # noqa: D102
+
+    @property
+    def depth_slope(self) -> Array: ...  # noqa: D102
+
+
+_PER_DECADE = 12
+_MOST_DECADES = 40
+_NEWTON = 12
+"""Newton steps before plain bisection takes over; smooth indenters need two or three."""
+_BISECTIONS = 60
+_SPARE = 0.03
+"""By how much ln a is looked at beyond where the curve's growth puts the largest target."""
+_ROUNDING = 1e-14
+"""Width of a bracket in ln a that counts as a point."""
+
+
+def radius_for(
+    evaluate: Callable[[Array], Loading],
+    quantity: Quantity,
+    target: Array,
+    guess: float,
+    reach: float,
+    resolved: float = float("inf"),
+) -> Array:
+    """Contact radii at which a round contact has the wanted depths or forces.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Radii, shape (n,) -> contacts.
+    quantity : "depth" or "force"
+        What `target` is.
+    target : ndarray, shape (n,)
+        Wanted values, >= 0; 0 gives radius 0.
+    guess : float
+        Radius of the right order of magnitude [m].
+    reach : float
+        Largest radius the indenter is defined for [m].
+    resolved : float
+        Largest radius that `evaluate` accepts [m].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Radii [m].
+
+    Raises
+    ------
+    ValueError
+        If a target cannot be reached within the indenter's reach or the medium's resolution.
+    """
+    radius = np.zeros_like(target)
+    live = target > 0
+    if not live.any():
+        return radius
+    nodes = _bracket(evaluate, quantity, target[live], min(guess, reach), reach, resolved)
+    # a target that exceeds the last one within reach by rounding is that one
+    wanted = np.minimum(target[live], nodes.value.max())
+    radius[live] = _newton(evaluate, quantity, wanted, nodes)
+    return radius
+
+
+@dataclass(frozen=True, slots=True)
+class _Nodes:
+    """The curve on a grid: ln a, the quantity q, and dln q/dln a; shape (n,)."""
+
+    x: Array
+    value: Array
+    growth: Array
+
+    def joined(self, other: _Nodes) -> _Nodes:
+        """These nodes followed by the others."""
+        pairs = ((self.x, other.x), (self.value, other.value), (self.growth, other.growth))
+        return _Nodes(*(np.concatenate(pair) for pair in pairs))
+
+
+def _sample(evaluate: Callable[[Array], Loading], quantity: Quantity, radius: Array) -> _Nodes:
+    contact = evaluate(radius)
+    if quantity == "depth":
+        value, slope = contact.depth, contact.depth_slope
+    else:
+        value, slope = contact.force, contact.stiffness * contact.depth_slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _Nodes(np.log(radius), value, slope / value)
+
+
+def _bracket(
+    evaluate: Callable[[Array], Loading],
+    quantity: Quantity,
+    wanted: Array,
+    guess: float,
+    reach: float,
+    resolved: float,
+) -> _Nodes:
+    """The curve on log-spaced radii, from below all targets to above."""
+    step = 10 ** (1 / _PER_DECADE)
+    decade = np.asarray(step ** np.arange(_PER_DECADE), dtype=float)
+    nodes = _sample(evaluate, quantity, guess / decade[::-1])
+    for _ in range(_MOST_DECADES):
+        if nodes.value[0] <= wanted.min():
+            break
+        below = np.exp(nodes.x[0]) / (step * decade[::-1])
+        nodes = _sample(evaluate, quantity, below).joined(nodes)
+    else:
+        raise ValueError(_out_of_range(quantity, float(wanted.min()), "small"))
+    for _ in range(4 * _MOST_DECADES):
+        if nodes.value.max() >= wanted.max() * (1 - 1e-12):
+            return nodes
+        last = float(np.exp(nodes.x[-1]))
+        if last >= reach * (1 - 1e-12):
+            raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
+        # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
+        most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
+        # by its growth the curve tells about how far that is
+        left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
+        enough = last * np.exp(min(left + _SPARE, 1.0))
+        above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
+        nodes = nodes.joined(_sample(evaluate, quantity, above))
+    raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
+
+
+def _out_of_range(quantity: Quantity, wanted: float, size: str) -> str:
+    unit = "m" if quantity == "depth" else "N"
+    return (
+        f"{quantity} = {wanted:.6g} {unit} is too {size}: no contact radius within {_MOST_DECADES} decades of the expected one "
+        "belongs to it. Check the units, or prescribe the radius instead."
+    )
+
+
+def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str:
+    unit = "m" if quantity == "depth" else "N"
+    return (
+        f"{quantity} = {wanted:.6g} {unit} is beyond this indenter: its shape ends at the radius {reach:.4g} m, where the "
+        f"{quantity} is {most:.6g} {unit}. Ask for less, or give the shape further out."
+    )
+
+
+def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Array, nodes: _Nodes) -> Array:
+    """Newton's method for ln q over ln a, bisecting when a step leaves the bracket or the steps do not settle."""
+    upper = np.clip(np.searchsorted(np.maximum.accumulate(nodes.value), wanted), 1, nodes.x.size - 1)
+    lo, hi = nodes.x[upper - 1], nodes.x[upper]
+    x = _start(nodes, upper, np.log(wanted))
+    left = np.arange(wanted.size)
+    for count in range(_NEWTON + _BISECTIONS):
+        here, goal, at = _sample(evaluate, quantity, np.exp(x[left])), wanted[left], x[left]
+        miss = here.value - goal
+        lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            trial = at - np.log(here.value / goal) / here.growth
+        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < _NEWTON)
+        close = np.abs(miss) <= 1e-13 * goal
+        middle = (lo[left] + hi[left]) / 2
+        x[left] = np.where(safe, trial, np.where(close, at, middle))
+        # Newton converges quadratically: a step this small leaves the next one below rounding
+        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < _ROUNDING)
+        left = left[~settled]
+        if not left.size:
+            break
+    return np.asarray(np.exp(x))
+
+
+def _start(nodes: _Nodes, upper: Indices, wanted: Array) -> Array:
+    """Inverse cubic Hermite interpolation of ln a over ln q between the grid points around each target."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q, slope = np.log(nodes.value), 1 / nodes.growth
+        x0, x1, q0, q1 = nodes.x[upper - 1], nodes.x[upper], q[upper - 1], q[upper]
+        ends = slope[upper - 1], slope[upper]
+        cubic = cubic_hermite((wanted - q0) / (q1 - q0), q1 - q0, (x0, x1), ends)
+    return np.asarray(np.where((cubic >= x0) & (cubic <= x1), cubic, (x0 + x1) / 2))

@@ -1,0 +1,1 @@
+"""Tables of case files: each builds one object."""

@@ -1,0 +1,1 @@
+"""Adhesive models of measured curves."""

@@ -1,0 +1,308 @@
+"""Adhesive curves: the retract, where the tip lets go, and where a fit starts.
+
+Which points are in contact is read off the curve, not left to the fit: on the retract everything up to the jump by which the
+force returns to its baseline, on the approach everything after the jump into contact. What comes after (before) it is baseline.
+The model then needs no discontinuity at its pull-off, which no least-squares method could handle. Behind a cantilever the jump
+comes where dF/dd = -k; points with dF/dd < -k/2 are left out, as there the noise moves the tip by more than it shows. Which these
+are is known once a first fit has ended, that takes the positions of the tip as they are; the second takes the cantilever
+into account.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.least_squares.setup import Setup, enough, held, with_nuisance
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError, check_saturation
+from flatpunch.fit.parameters.sample import WORK
+from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.unknowns import frame_of
+
+_FREE = 0.2
+"""Share of the points, at the far end, that shows the baseline and its noise."""
+_CLEAR = 6.0
+"""A dip below the baseline counts from so many times the noise on."""
+_LET_GO = 0.3
+"""Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
+_GIVING = -0.5
+_NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
+_RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
+_FACTOR = 8.0
+"""Works of adhesion this factor about the first guess are tried; it comes from largest force and tension."""
+_TRIED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """One way of the tip, from contact outwards.
+
+    Attributes
+    ----------
+    points : ndarray of int
+        Its points, from the deepest to the furthest.
+    held, free : ndarray of int
+        Those in contact, and those without.
+    dip : float
+        Tension below the baseline [N].
+    """
+
+    points: Indices
+    held: Indices
+    free: Indices
+    dip: float
+
+
+def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
+    """The retract, or the whole cycle, against a model with adhesion."""
+    segments = _segments(curve, settings)
+    chosen = np.sort(np.concatenate([s.points for s in segments]))
+    part = curve.taken(chosen)
+    place = {int(i): j for j, i in enumerate(chosen)}
+    loaded = np.sort([place[int(i)] for s in segments for i in s.held])
+    free = np.sort([place[int(i)] for s in segments for i in s.free])
+    used = np.zeros(chosen.size, dtype=bool)
+    used[loaded] = used[free] = True
+    in_contact = np.zeros(chosen.size, dtype=bool)
+    in_contact[loaded] = True
+    for name, column, limit in (
+        ("depth_to", part.depth, settings.depth_to),
+        ("force_to", part.force, settings.force_to),
+    ):
+        if limit is not None:
+            used &= ~in_contact | (column <= limit)
+            if int((used & in_contact).sum()) < FEWEST:
+                raise CurveError(
+                    f"{curve.name}: fewer than {FEWEST} points in contact are left by {name} = {limit:.4g}."
+                )
+    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments))
+    return start.setup(used, ())
+
+
+def _segments(curve: Curve, settings: Settings) -> list[Segment]:
+    n, span = curve.force.size, float(np.ptp(curve.force))
+    if span == 0:
+        raise CurveError(f"{curve.name}: the force is {curve.force[0]:.4g} N at every point; is this the right column?")
+    window = max(n // 200, 1)
+    smooth = np.convolve(curve.force, np.full(window, 1 / window), "valid")
+    top = int(np.argmax(smooth)) + window // 2
+    out, back = np.arange(top, n), np.arange(top, -1, -1)
+    if out.size < FEWEST or np.ptp(smooth[min(top, smooth.size - 1) :]) < 0.1 * span:
+        raise CurveError(
+            f"{curve.name}: the work of adhesion is fitted to the retract, and the force of this curve never falls after its "
+            "maximum. Give the whole cycle (read all segments of the file), or leave work_of_adhesion out."
+        )
+    check_saturation(curve)
+    # the start of a whole cycle knows the force without contact
+    reference = float(np.median(curve.force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
+    retract = _segment(curve, out, "retract", reference)
+    if settings.segment != "both":
+        return [retract]
+    if back.size < FEWEST:
+        raise CurveError(f"{curve.name}: segment = 'both' needs the approach as well; the curve begins at its maximum.")
+    return [_segment(curve, back, "approach"), retract]
+
+
+def _segment(curve: Curve, points: Indices, name: str, reference: float = -np.inf) -> Segment:
+    """Find the jump between contact and baseline on the way outwards."""
+    force, depth = curve.force[points], curve.depth[points]
+    if (depth[:FEWEST] - depth[-FEWEST:]).mean() <= 0:
+        raise CurveError(
+            f"{curve.name}: on the {name} the depth must fall from the largest force to the free end. depth must grow into the "
+            "sample: change its sign."
+        )
+    far = force[-max(int(_FREE * force.size), FEWEST) :]
+    baseline = float(np.median(far))
+    noise = float(1.4826 * np.median(np.abs(np.diff(far))) / np.sqrt(2))
+    lowest = int(np.argmin(force))
+    dip = baseline - float(force[lowest])
+    if reference - baseline > max(_CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
+        raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
+    if dip < _CLEAR * noise or lowest < 3:
+        raise CurveError(
+            f"{curve.name}: the {name} dips {max(dip, 0):.3g} N below its baseline, the noise is {noise:.3g} N: no adhesion "
+            + ("to be seen. Leave work_of_adhesion out." if name == "retract" else "to be seen. Use segment='retract'.")
+        )
+    # as many points as bring the noise of their mean to a twentieth of the dip
+    m = int(np.clip(np.ceil((noise / (0.05 * dip)) ** 2), 1, max(force.size // 50, 1)))
+    ahead = np.convolve(force, np.full(m, 1 / m), "full")[m - 1 :] if m > 1 else force
+    gone = np.flatnonzero(ahead[lowest:] > baseline - _LET_GO * dip)
+    if not gone.size or force.size - lowest - gone[0] < max(FEWEST, 0.02 * force.size):
+        raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
+    jump = lowest + int(gone[0])
+    settled = np.flatnonzero(ahead[jump:] > baseline - max(3 * noise / np.sqrt(m), 0.03 * dip))
+    quiet = jump + m + (int(settled[0]) if settled.size else 0)
+    end = jump - (m if m > 1 else 0)
+    if end < FEWEST:
+        raise CurveError(f"{curve.name}: {end} points of the {name} are in contact; a fit needs {FEWEST} or more.")
+    return Segment(points, points[:end], points[quiet:], dip)
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """What is needed to set the problem up, and to set it up again with fewer points."""
+
+    part: Curve
+    in_contact: Flags
+    model: AdhesiveModel
+    limits: tuple[Array, Array]
+    settings: Settings
+    dip: float
+
+    def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
+        """The problem with some points; behind its cantilever once there is a start."""
+        taken = self.part.taken(used)
+        objective = Objective(
+            model=self.model,
+            depth=taken.depth,
+            force=taken.force,
+            nuisance=self.settings.nuisance,
+            held=held(self.settings),
+            frame=frame_of(self.part.depth, self.part.force),
+            spring=None if start is None else taken.spring_constant,
+            loaded=np.flatnonzero(self.in_contact[used]),
+            part_loaded=np.flatnonzero(self.in_contact),
+        )
+        enough(taken, objective)
+        low, high = self._contacts(objective)
+        slack = high - low
+        lower, upper = with_nuisance(objective, self.limits, (low - slack, high + slack))
+        return Setup(
+            self.part,
+            used,
+            objective,
+            lower,
+            upper,
+            lambda: _scanned(objective, lower, upper, (low, high)) if start is None else start,
+            notes,
+            None if start is not None else lambda x: self._behind(objective, used, x),
+        )
+
+    def _contacts(self, objective: Objective) -> tuple[float, float]:
+        """Depth 0 lies between where the tip lets go and where the force is back at the baseline."""
+        assert objective.loaded is not None
+        depth, force = objective.depth[objective.loaded], objective.force[objective.loaded]
+        baseline = float(np.median(np.delete(objective.force, objective.loaded)))
+        pressing = depth[force > baseline]
+        low = float(depth.min())
+        high = float(pressing.min()) if pressing.size else float(depth.max())
+        return low, max(high, low + 0.02 * float(np.ptp(depth)))
+
+    def _behind(self, objective: Objective, used: Flags, x: Array) -> Setup | None:
+        """The same behind its cantilever, without what is too close to its instability."""
+        spring = self.part.spring_constant
+        if spring is None or objective.loaded is None:
+            return None
+        giving = objective.loaded[self._giving(objective, x, spring)]
+        keep = used.copy()
+        keep[np.flatnonzero(used)[giving]] = False
+        if int((keep & self.in_contact).sum()) < FEWEST:
+            raise CurveError(
+                f"{self.part.name}: nearly all of the contact is on the verge of snapping off: the cantilever "
+                f"({spring:.3g} N/m) is too soft for this adhesion. Take a stiffer one."
+            )
+        note = (
+            f"{giving.size} points just before the tip lets go are left out: there the cantilever ({spring:.3g} N/m) is about to "
+            "snap."
+        )
+        return self.setup(keep, (note,) if giving.size else (), x)
+
+    def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
+        """Points in contact that are past dF/dd = -k/2; told by the piezo's position, which has no noise in it."""
+        theta, rest = objective.split(x)
+        at = objective.loaded
+        depth = objective.depth[at] - rest["contact"]
+        force = objective.force[at] - rest["baseline"]
+        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 2000)
+        on_branch, stiffness, _ = objective.model.evaluate(way, theta)
+        past = np.flatnonzero(stiffness < _GIVING * spring)
+        if not past.size:
+            return np.zeros(depth.size, dtype=bool)
+        limit = way[past[-1]] + on_branch[past[-1]] / spring
+        return np.asarray(depth + force / spring < limit)
+
+
+def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
+    """Starting x: many contact points and many works of adhesion or moduli, the amplitude of the force by least squares.
+
+    At given depth the force is proportional to modulus and work of adhesion together. The round tip of the same mean profile
+    is enough to start with.
+    """
+    model = AdhesiveModel(objective.model.sample, objective.model.free, objective.model.method, approximate=True)
+    theta, count = model.start(), len(model.free)
+    moduli = [j for j, name in enumerate(model.free) if name.endswith("young")]
+    works = [j for j, name in enumerate(model.free) if name == WORK]
+    assert objective.loaded is not None
+    chosen = objective.loaded[:: max(objective.loaded.size // _SCANNED, 1)]
+    depth, force = objective.depth[chosen], objective.force[chosen]
+    baseline = (
+        float(np.median(np.delete(objective.force, objective.loaded))) if "baseline" in objective.nuisance else 0.0
+    )
+    data = force - baseline
+    contacts = np.linspace(*between, _CONTACTS) if "contact" in objective.nuisance else [objective.held["contact"]]
+    theta = _matched(model, theta, (moduli, works), depth - np.mean(contacts), data)
+    shifts = np.log(_FACTOR) * np.linspace(-1, 1, _RATIOS) if works or moduli else np.zeros(1)
+    origin, width, span = objective.frame
+    found = []
+    places = np.asarray(contacts)
+    # all contact points at once: the branch is the same
+    inside = (depth - places[:, None]).ravel()
+    for shift in shifts:
+        trial = theta.copy()
+        trial[works or moduli] += shift
+        predicted = model.evaluate(inside, trial)[0].reshape(places.size, -1)
+        factor = np.ones(places.size)
+        if works and moduli:
+            factor = np.maximum(predicted @ data / np.maximum(np.sum(predicted**2, axis=1), 1e-300), 1e-9)
+        misfit = np.sum((factor[:, None] * predicted - data) ** 2, axis=1)
+        for i in range(places.size):
+            x = trial.copy()
+            x[[*moduli, *works]] += np.log(factor[i])
+            rest = {"contact": (places[i] - origin) / width, "baseline": baseline / span, "tilt": 0.0}
+            found.append((float(misfit[i]), np.append(x, [rest[name] for name in objective.nuisance])))
+    found.sort(key=lambda pair: pair[0])
+    # the best few, of different ratios where there are some: the valley has more than one end
+    starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:_TRIED]]
+    coarse = _thinned(objective)
+    ends = [minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts]
+    best = min(ends, key=lambda end: end.cost)
+    assert best.x.size == count + len(objective.nuisance)
+    return best.x
+
+
+def _matched(
+    model: AdhesiveModel, theta: Array, places: tuple[list[int], list[int]], depth: Array, data: Array
+) -> Array:
+    """Start whose largest force and largest tension are about those of the data; places of moduli and works of adhesion."""
+    moduli, works = places
+    theta = theta.copy()
+    deepest = float(depth.max())
+    for _ in range(3):
+        low = model.pull_off(theta)[0]
+        force = model.evaluate(np.linspace(low, max(deepest, 0.1 * abs(low)), 200), theta)[0]
+        tension, load = -float(force.min()), float(force[-1])
+        if works and tension > 0:
+            theta[works] += np.log(np.clip(-float(data.min()) / tension, 1e-3, 1e3))
+        if moduli and load > 0 and data.max() > 0:
+            theta[moduli] += np.log(np.clip(float(data.max()) / load, 1e-3, 1e3))
+    return theta
+
+
+def _thinned(objective: Objective) -> Objective:
+    """Every few points only."""
+    assert objective.loaded is not None
+    step = max(objective.loaded.size // 300, 1)
+    if step == 1:
+        return objective
+    keep = np.zeros(objective.depth.size, dtype=bool)
+    keep[::step] = True
+    inside = np.zeros_like(keep)
+    inside[objective.loaded] = True
+    return replace(
+        objective, depth=objective.depth[keep], force=objective.force[keep], loaded=np.flatnonzero(inside[keep])
+    )

@@ -1,0 +1,1 @@
+"""Elastic models of measured curves."""

@@ -1,0 +1,1 @@
+"""Hard films: unloading curves, Oliver and Pharr, film modulus."""

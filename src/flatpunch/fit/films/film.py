@@ -1,0 +1,274 @@
+"""Hard films: the film's modulus from the contact stiffness, which stays elastic where loading does not.
+
+Contact depth after Oliver and Pharr, h_c = h - epsilon P/S; contact radius from the tip's area function, pi a^2 = A(h_c); then
+
+    1/S = C_f + 1/(2 beta_tip a) (1/(E* Kbar(a/t)) + 1/E*_tip)
+
+with the exact normalised stiffness Kbar of film and substrate, the tip's own compliance and that of the load frame C_f in
+series. The film's modulus, and whatever else is free, is fitted over all depths; S counts with constant relative error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import compliance
+from flatpunch.fit.films.formulas import by_formulas, differentiated
+from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
+from flatpunch.fit.least_squares.minimum import covariance, minimise
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
+from flatpunch.fit.report.estimate import Estimate
+from flatpunch.fit.report.quantities import quantity
+from flatpunch.media import HalfSpace, Medium
+from flatpunch.punch.family import punch_family
+
+_FRAME = "frame"
+
+
+@dataclass(frozen=True, eq=False)
+class FilmResult:
+    """A fitted film.
+
+    Attributes
+    ----------
+    estimates : dict
+        Free parameters by name, and "frame" [m/N] if fitted.
+    case : Medium or HalfSpace
+        The sample with the fitted values.
+    points : OliverPharr
+        The points that were fitted.
+    model : ndarray
+        Fitted apparent plane-strain modulus E* Kbar at these points [Pa].
+    others : dict
+        What published formulas give for the film's Young's modulus [Pa] from the same points, with their rms misfit of S [-].
+    misfit : float
+        Rms relative misfit of S.
+    rule : TenthRule or None
+        What the one-tenth rule is worth for this film.
+    notes : tuple of str
+    """
+
+    estimates: dict[str, Estimate]
+    case: Any
+    points: OliverPharr
+    model: Array
+    others: dict[str, tuple[float, float]]
+    misfit: float
+    rule: TenthRule | None
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Best value, SI."""
+        return self.estimates[name].value
+
+    def summary(self) -> str:
+        """The result in words."""
+        lines = [f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"]
+        for name, e in self.estimates.items():
+            unit = (
+                "m/N"
+                if name == _FRAME
+                else "Pa"
+                if name.endswith("young")
+                else "m"
+                if name.endswith("thickness")
+                else ""
+            )
+            lines.append(
+                f"  {name:<20} {quantity(e.value, unit):>12}   95 % in {quantity(e.low, unit)} .. {quantity(e.high, unit)}"
+            )
+        lines += [f"  {name:<20} {quantity(v, 'Pa'):>12}   misfit {m:.2%}" for name, (v, m) in self.others.items()]
+        if self.rule is not None:
+            lines.append(f"  {self.rule}")
+        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+
+@dataclass(frozen=True, slots=True)
+class TenthRule:
+    """The rule "press to a tenth of the thickness and the substrate does not matter", by numbers.
+
+    Attributes
+    ----------
+    error : float
+        Apparent over film modulus minus one at a contact depth of a tenth of the film.
+    depth : float
+        Contact depth over thickness at which the apparent modulus is off by `tolerance`; nan if it never is within the film.
+    tolerance : float
+    """
+
+    error: float
+    depth: float
+    tolerance: float = 0.05
+
+    def __str__(self) -> str:
+        where = f"at {self.depth:.3f}" if np.isfinite(self.depth) else "nowhere within the film"
+        return (
+            f"One-tenth rule: at h_c = t/10 the apparent modulus is off by {self.error:+.1%}; "
+            f"{self.tolerance:.0%} is reached {where}{' of the thickness' if np.isfinite(self.depth) else ''}."
+        )
+
+
+def normalised_stiffness(medium: Any, radius: Array) -> Array:
+    """Exact Kbar of flat punches of `radius` [m], shape (n,)."""
+    kernel = compliance(medium)
+    return np.asarray(np.pi * punch_family(kernel).flat(radius / kernel.length)[:, 0])
+
+
+def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
+    """Judge the one-tenth rule for a film.
+
+    Parameters
+    ----------
+    medium : Medium
+        Film and substrate.
+    tip : Tip
+        Area function.
+    tolerance : float
+        Error of the modulus that is looked for.
+    """
+    share = np.geomspace(1e-5, 1, 600)
+    error = normalised_stiffness(medium, np.sqrt(tip.area(share * medium.length) / np.pi)) - 1
+    beyond = np.flatnonzero(np.abs(error) > tolerance)
+    depth = (
+        float(np.interp(tolerance, np.abs(error[: beyond[0] + 1]), share[: beyond[0] + 1]))
+        if beyond.size
+        else float("nan")
+    )
+    return TenthRule(float(np.interp(0.1, share, error)), depth, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stiffness:
+    """Residuals ln(model/measured) of the stiffness over the free parameters."""
+
+    curve: Curve
+    tip: Tip
+    medium: Any
+    names: tuple[str, ...]
+    span: tuple[float, float]
+    frame: float
+
+    def case(self, x: Array) -> tuple[Any, float]:
+        values = {name: external(name, v) for name, v in zip(self.names, x, strict=True) if name != _FRAME}
+        frame = self.frame + (x[self.names.index(_FRAME)] * _UNIT if _FRAME in self.names else 0.0)
+        return replaced(self.medium, None, values)[0], float(frame)
+
+    def points(self, frame: float) -> OliverPharr:
+        """Points within the range of depths, whatever the frame."""
+        found = oliver_pharr(self.curve, self.tip, max(frame, 0.0))
+        inside = (found.depth >= self.span[0]) & (found.depth <= self.span[1])
+        return replace(found, **{name: getattr(found, name)[inside] for name in found.__dataclass_fields__})
+
+    def residual(self, x: Array) -> Array:
+        medium, frame = self.case(x)
+        points = self.points(frame)
+        modulus = medium.surface_modulus * normalised_stiffness(medium, points.radius)
+        reduced = 1 / (1 / modulus + 1 / self.tip.material.surface_modulus)
+        return np.asarray(np.log(2 * self.tip.beta * points.radius * reduced / points.stiffness))
+
+
+_UNIT = 1e-9
+"""Frame compliance is fitted in nm/N."""
+
+
+def fit_film(
+    curve: Curve,
+    sample: Medium | HalfSpace,
+    tip: Tip,
+    free: Any = None,
+    *,
+    depths: tuple[float, float] = (0.0, float("inf")),
+    frame: float = 0.0,
+    compare: bool = True,
+) -> FilmResult:
+    """Fit the modulus of a film (or of a homogeneous sample) to its contact stiffness over depth.
+
+    Parameters
+    ----------
+    curve : Curve
+        Depth from the surface, force and stiffness.
+    sample : Medium or HalfSpace
+        Known values, and starting values of the free ones.
+    tip : Tip
+        Area function, constants, material.
+    free : sequence of str, optional
+        Parameters as in `fit`, and "frame" for the load frame's compliance; the surface's Young's modulus if left out.
+    depths : tuple of float
+        Range of depths h that is fitted [m].
+    frame : float
+        Compliance of the load frame [m/N], or where its search starts.
+    compare : bool
+        Whether to fit published formulas to the same points (one film on a half-space).
+
+    Returns
+    -------
+    FilmResult
+
+    Raises
+    ------
+    CurveError
+        If there are too few points with a stiffness in the range.
+    """
+    top = "base.young" if isinstance(sample, HalfSpace) or not sample.layers else "layers[0].young"
+    names = tuple(free) if free is not None else (top,)
+    problem = _Stiffness(curve, tip, sample, names, depths, frame)
+    count = problem.points(frame).depth.size
+    if count < len(names) + 3:
+        raise CurveError(
+            f"{curve.name}: {count} points with a stiffness between {depths[0]:.3g} m and {depths[1]:.3g} m."
+        )
+    found, spread = _minimum(problem)
+    medium, used_frame = problem.case(found.x)
+    points = problem.points(used_frame)
+    misfit = float(np.sqrt(np.mean(found.residual**2)))
+    notes = []
+    if isinstance(sample, Medium) and points.contact_depth.max() > medium.length:
+        notes.append(
+            f"{int((points.contact_depth > medium.length).sum())} points are deeper than the film is thick; the tip has gone "
+            "through. Limit the depths."
+        )
+    memory = float(found.residual[1:] @ found.residual[:-1] / max(float(found.residual @ found.residual), 1e-300))
+    if memory > 0.5:
+        notes.append(
+            f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
+            "The intervals tell the scatter only."
+        )
+    film = isinstance(sample, Medium) and len(sample.layers) == 1 and isinstance(sample.base, HalfSpace)
+    others = by_formulas(points, tip, medium) if film and compare else {}
+    rule = tenth_rule(medium, tip) if film else None
+    model = medium.surface_modulus * normalised_stiffness(medium, points.radius)
+    return FilmResult(_named(problem, found.x, spread), medium, points, model, others, misfit, rule, tuple(notes))
+
+
+def _minimum(problem: _Stiffness) -> tuple[Any, Array]:
+    start = np.array([0.0 if n == _FRAME else internal(n, value_of(problem.medium, None, n)) for n in problem.names])
+    wide = np.array([1e6 if n == _FRAME else 14.0 for n in problem.names])
+    upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(problem.names, start + wide, strict=True)])
+    found = minimise(
+        differentiated(problem.residual),
+        start,
+        start - wide,
+        upper,
+        longest=2.0 if _FRAME not in problem.names else 1e4,
+    )
+    variance = found.cost / max(found.residual.size - start.size, 1)
+    return found, covariance(found.normal, ~found.at_bound, variance)[0]
+
+
+def _named(problem: _Stiffness, x: Array, spread: Array) -> dict[str, Estimate]:
+    estimates = {}
+    for j, name in enumerate(problem.names):
+        error = float(np.sqrt(spread[j, j]))
+        if name == _FRAME:
+            value, unit = problem.frame + _UNIT * float(x[j]), _UNIT
+            estimates[name] = Estimate(value, unit * error, value - 1.96 * unit * error, value + 1.96 * unit * error)
+            continue
+        value = external(name, float(x[j]))
+        low, high = (external(name, float(x[j]) + s * 1.96 * error) for s in (-1, 1))
+        estimates[name] = Estimate(value, error * abs(slope(name, value)), low, high)
+    return estimates

@@ -1,0 +1,117 @@
+"""Contact depth and radius after Oliver and Pharr, point by point: h_c = h - epsilon P/S, pi a^2 = A(h_c)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, non_negative
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.media import HalfSpace
+
+DIAMOND = HalfSpace(young=1141e9, poisson=0.07)
+"""Handbook values of the tip's material."""
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Indenter of a nanoindentation test.
+
+    Parameters
+    ----------
+    area : callable
+        Contact depth [m], shape (n,) -> projected area [m^2].
+    beta : float
+        Stiffness over that of the circular punch of the same area.
+    epsilon : float
+        Of h_c = h - epsilon P/S; 0.75 for a paraboloid of revolution.
+    material : HalfSpace
+        What the tip is made of.
+    """
+
+    area: Callable[[Array], Array]
+    beta: float = 1.034
+    epsilon: float = 0.75
+    material: HalfSpace = DIAMOND
+
+    @classmethod
+    def from_coefficients(cls, coefficients: Any, unit: float = 1e-9, **rest: Any) -> Tip:
+        """Tip with A = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...
+
+        Parameters
+        ----------
+        coefficients : sequence of float
+            C0, C1, ... for h and A in units of `unit` and its square.
+        unit : float
+            [m]; nanometres are usual.
+        **rest
+            Further fields.
+        """
+        numbers = np.array([float(c) for c in coefficients])
+        powers = np.array([2.0, *(2.0**-k for k in range(numbers.size - 1))])
+
+        def area(depth: Array) -> Array:
+            h = np.maximum(np.asarray(depth, dtype=float), 0.0)[..., None] / unit
+            return np.asarray((numbers * h**powers).sum(axis=-1) * unit**2)
+
+        return cls(area, **rest)
+
+
+@dataclass(frozen=True, eq=False)
+class OliverPharr:
+    """Point-by-point analysis; arrays of shape (n,).
+
+    Attributes
+    ----------
+    depth, contact_depth, radius : ndarray
+        h, h_c, a [m].
+    stiffness : ndarray
+        S with the frame taken out [N/m].
+    apparent : ndarray
+        Plane-strain modulus of a homogeneous sample with this stiffness, the tip's own taken out [Pa].
+    hardness : ndarray
+        P/A [Pa].
+    """
+
+    depth: Array
+    contact_depth: Array
+    radius: Array
+    stiffness: Array
+    apparent: Array
+    hardness: Array
+
+
+def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
+    """Contact depth, radius, apparent modulus and hardness at every point with a stiffness.
+
+    Parameters
+    ----------
+    curve : Curve
+        With `stiffness`; depth counted from the surface.
+    tip : Tip
+        Area function and constants.
+    frame : float
+        Compliance of the load frame that the instrument has not taken out [m/N].
+    """
+    frame = non_negative("frame", frame)
+    if curve.stiffness is None:
+        raise CurveError(
+            f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."
+        )
+    measured = curve.stiffness
+    good = np.isfinite(measured) & (measured > 0) & (curve.force > 0) & (curve.depth > 0)
+    h, force, measured = curve.depth[good], curve.force[good], measured[good]
+    stiffness = 1 / np.maximum(1 / measured - frame, 1e-300)
+    contact_depth = h - frame * force - tip.epsilon * force / stiffness
+    good = contact_depth > 0
+    h, force, stiffness, contact_depth = h[good], force[good], stiffness[good], contact_depth[good]
+    area = tip.area(contact_depth)
+    good = area > 0
+    h, force, stiffness, contact_depth, area = (v[good] for v in (h, force, stiffness, contact_depth, area))
+    radius = np.sqrt(area / np.pi)
+    reduced = stiffness / (2 * tip.beta * radius)
+    apparent = 1 / (1 / reduced - 1 / tip.material.surface_modulus)
+    return OliverPharr(h, contact_depth, radius, stiffness, apparent, force / area)

@@ -1,0 +1,115 @@
+"""Contact stiffness from unloading: P = B (h - h_f)^m over the upper part of the unloading curve (Oliver and Pharr)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.minimum import covariance, minimise
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+
+
+@dataclass(frozen=True, slots=True)
+class Unloading:
+    """One unloading.
+
+    Attributes
+    ----------
+    depth, force : float
+        h [m] and P [N] where unloading begins.
+    stiffness, stderr : float
+        S = dP/dh there, and its standard error [N/m].
+    exponent : float
+        m [-]; between 1 (flat end) and 2 (cone).
+    final_depth : float
+        h_f [m].
+    """
+
+    depth: float
+    force: float
+    stiffness: float
+    stderr: float
+    exponent: float
+    final_depth: float
+
+
+def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloading:
+    """Fit the unloading of a load cycle.
+
+    Parameters
+    ----------
+    curve : Curve
+        Depth and force of the whole cycle; unloading begins at the largest depth that is reached near the largest force.
+    upper, lower : float
+        Part of it that is fitted, over the force at which it begins; the top is left out because creep distorts it.
+
+    Returns
+    -------
+    Unloading
+
+    Raises
+    ------
+    CurveError
+        If there is no unloading, or too little of it.
+    """
+    if not 0 < lower < upper <= 1:
+        raise ValueError(f"lower = {lower!r} and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+    top = float(curve.force.max())
+    # during a hold the depth creeps on: unloading begins where it is largest
+    held = np.flatnonzero(curve.force >= 0.98 * top)
+    begin = int(held[np.argmax(curve.depth[held])])
+    rest = curve.force[begin:]
+    below = np.flatnonzero(rest < lower * top)
+    end = begin + (int(below[0]) if below.size else rest.size)
+    h, p = curve.depth[begin:end], curve.force[begin:end]
+    chosen = (p <= upper * top) & (p >= lower * top)
+    if not below.size or chosen.sum() < FEWEST:
+        raise CurveError(
+            f"{curve.name}: {int(chosen.sum())} points of unloading between {lower:g} and {upper:g} of the largest force; "
+            f"{FEWEST} are needed, down to the lower one. Is the whole cycle in the file?"
+        )
+    depth, force = float(h[0]), float(p[0])
+    h, p = h[chosen], p[chosen]
+    # notation: x = (ln B', h_f/h, m) with P/P_max = B' ((h - h_f)/h_max)^m
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        gap = np.maximum(h / depth - x[1], 1e-9)
+        model = np.exp(x[0]) * gap ** x[2]
+        rows = np.array([model, -x[2] * model / gap, model * np.log(gap)])
+        return model - p / force, rows
+
+    slope = float(np.polyfit(h / depth, p / force, 1)[0])
+    start = np.array([1.5 * np.log(max(slope / 1.5, 1e-3)), 1 - 1.5 / max(slope, 1e-3), 1.5])
+    limit = float(h.min() / depth) - 1e-6
+    found = minimise(evaluate, start, np.array([-50.0, -10.0, 0.8]), np.array([50.0, limit, 4.0]))
+    if not found.converged:
+        raise CurveError(f"{curve.name}: the unloading does not follow a power law.")
+    b, final, m = found.x
+    gap = 1 - final
+    stiffness = float(np.exp(b) * m * gap ** (m - 1))
+    # ln S = b + ln m + (m - 1) ln gap
+    by = np.array([1.0, -(m - 1) / gap, 1 / m + np.log(gap)])
+    spread = covariance(found.normal, ~found.at_bound, found.cost / max(p.size - 3, 1))[0]
+    error = stiffness * float(np.sqrt(max(by @ spread @ by, 0.0)))
+    unit = force / depth
+    return Unloading(depth, force, stiffness * unit, error * unit, float(m), float(final) * depth)
+
+
+def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
+    """One point (depth, force, stiffness) for each of many load cycles, for `fit_film`.
+
+    Parameters
+    ----------
+    curves : iterable of Curve
+        Whole cycles, to different depths.
+    upper, lower : float
+        As for `unloading`.
+    name : str
+        Of the result.
+    """
+    points = sorted((unloading(curve, upper=upper, lower=lower) for curve in curves), key=lambda found: found.depth)
+    depth, force, stiffness = (np.array([getattr(p, key) for p in points]) for key in ("depth", "force", "stiffness"))
+    return Curve(depth, force, stiffness=stiffness, name=name)

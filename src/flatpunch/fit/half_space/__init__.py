@@ -1,0 +1,1 @@
+"""Half-space models in use, and what they make of a layer."""

@@ -1,0 +1,101 @@
+"""Formulas that are in use today, to be shown beside the exact solution. None of them is exact; none is used by the fits.
+
+Thin layers (factor on the half-space force; X = sqrt(R d)/h for paraboloids, d tan(alpha)/h for cones, a/h for flat ends, alpha
+the half opening angle): Dimitriadis et al. 2002, Garcia et al. 2018, Chadwick 2002, Clifford and Seah 2009. Films on substrates
+(equivalent modulus over x = a/t): Gao, Chiu and Lee 1992, Perriot and Barthel 2004, Bec et al. 2006, King 1987 in the form of
+Doerner and Nix, Saha and Nix 2002. Coefficients as collected in the project's reference tables, from open implementations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+
+_DIMITRIADIS_HALF = (1.0, 1.133, 1.283, 0.769, 0.0975)
+
+
+def dimitriadis(x: Array, poisson: float, bonded: bool) -> Array:
+    """Factor for paraboloids, to fourth order in X = sqrt(R d)/h.
+
+    For bonded incompressible layers programs use the numbers that are printed for that case; their last one, +0.0975, has the
+    opposite sign of what the general formula gives there.
+    """
+    nu = poisson
+    if bonded and nu == 0.5:
+        return np.asarray(np.polynomial.polynomial.polyval(x, _DIMITRIADIS_HALF))
+    if bonded:
+        a0 = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
+        b0 = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1 - nu)
+    else:
+        a0, b0 = -0.347 * (3 - 2 * nu) / (1 - nu), 0.056 * (5 - 2 * nu) / (1 - nu)
+    pi = np.pi
+    series = [
+        1.0,
+        -2 * a0 / pi,
+        4 * a0**2 / pi**2,
+        -8 / pi**3 * (a0**3 + 4 * pi**2 * b0 / 15),
+        16 * a0 / pi**4 * (a0**3 + 3 * pi**2 * b0 / 5),
+    ]
+    return np.asarray(np.polynomial.polynomial.polyval(x, series))
+
+
+_GARCIA = {
+    "paraboloid": (1.0, 1.133, 1.497, 1.469, 0.755),
+    "cone": (1.0, 0.721, 0.650, 0.491, 0.225),
+    "flat": (1.0, 1.133, 1.283, 0.598, -0.291),
+}
+
+
+def garcia(x: Array, shape: str) -> Array:
+    """Factor for incompressible bonded layers; shape is "paraboloid", "cone" or "flat"."""
+    return np.asarray(np.polynomial.polynomial.polyval(x, _GARCIA[shape]))
+
+
+def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Array:
+    """Force on a layer much thinner than the contact: incompressible, bonded to its base, without friction under the tip."""
+    return np.asarray(2 * np.pi / 3 * young * radius**2 * depth**3 / thickness**3)
+
+
+def clifford(
+    radius: float,
+    depth: Array,
+    film: float,
+    poisson_film: float,
+    substrate: float,
+    poisson_substrate: float,
+    thickness: float,
+) -> Array:
+    """Equivalent plane-strain modulus under a paraboloid; `film` and `substrate` are plane-strain moduli."""
+    factor = (1 - 0.22 * poisson_substrate**2) / (1 - 1.92 * poisson_film**2)
+    xi = np.sqrt(radius * depth) / thickness * (film / substrate) ** (2 / 3) * factor
+    weight = 2.25 * xi**1.5
+    return np.asarray(film + (substrate - film) * weight / (1 + weight))
+
+
+def gao(x: Array, film: float, substrate: float, poisson: float) -> Array:
+    """Equivalent modulus by first-order perturbation about equal bodies; x = a/t > 0."""
+    y = 1 / x
+    weight = 2 / np.pi * np.arctan(y) + ((1 - 2 * poisson) * y * np.log((1 + y**2) / y**2) - y / (1 + y**2)) / (
+        2 * np.pi * (1 - poisson)
+    )
+    return np.asarray(substrate + (film - substrate) * weight)
+
+
+def perriot_barthel(x: Array, film: float, substrate: float, exponent: float = 1.27) -> Array:
+    """Equivalent modulus, a fit to numerical solutions."""
+    ratio = np.log10(substrate / film)
+    k0 = 10 ** (-0.093 + 0.792 * ratio + 0.05 * ratio**2)
+    return np.asarray(film + (substrate - film) / (1 + (k0 / x) ** exponent))
+
+
+def bec(radius: Array, film: float, substrate: float, thickness: float) -> Array:
+    """Equivalent modulus of two springs in series under a contact of `radius`."""
+    a, t = radius, thickness
+    compliance = t / ((np.pi * a**2 + 2 * t * a) * film) + 1 / (2 * (a + 2 * t / np.pi) * substrate)
+    return np.asarray(1 / (2 * a * compliance))
+
+
+def king(x: Array, film: float, substrate: float, alpha: float) -> Array:
+    """Equivalent modulus in the form of Doerner and Nix; King gave alpha as a plot, here it is a number to be fitted."""
+    return np.asarray(1 / (1 / film + (1 / substrate - 1 / film) * np.exp(-alpha / x)))

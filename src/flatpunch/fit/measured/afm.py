@@ -1,0 +1,189 @@
+"""Files of atomic force microscopes and nanoindenters, through the package afmformats (extra `afm`)."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatpunch.fit.measured.curve import Curve, CurveError
+
+
+def read_afm(
+    path: str | Path,
+    *,
+    spring_constant: float | None = None,
+    sensitivity: float | None = None,
+    height: str = "height (measured)",
+) -> list[Curve]:
+    """Read all curves of a microscope file.
+
+    Parameters
+    ----------
+    path : path
+        Any file that afmformats knows (JPK, Asylum, HDF5, tab, NT-MDT, Chiaro), also inside a .zip.
+    spring_constant : float, optional
+        Cantilever [N/m]; needed where the file does not say, otherwise it must be left out or takes the place of the file's.
+    sensitivity : float, optional
+        Deflection per signal [m/V], for files with raw signals.
+    height : str
+        Which height to use: "height (measured)" or "height (piezo)".
+
+    Returns
+    -------
+    list of Curve
+        Approach and retract as they are; depth = -(height + force/k), as heights there grow away from the sample.
+
+    Raises
+    ------
+    CurveError
+        If afmformats is not installed or cannot read the file.
+    """
+    file = AfmFile.opened(path, spring_constant=spring_constant, sensitivity=sensitivity, height=height)
+    return [file.curve(i) for i in range(len(file))]
+
+
+@dataclass(frozen=True, eq=False)
+class AfmFile:
+    """An open microscope file; its curves are read when asked for, and an open file is kept for the next one."""
+
+    path: Path
+    data: Sequence[Any]
+    height: str
+
+    @classmethod
+    def opened(
+        cls,
+        path: str | Path,
+        *,
+        spring_constant: float | None = None,
+        sensitivity: float | None = None,
+        height: str = "height (measured)",
+    ) -> AfmFile:
+        """Open a file, or return it if it still is; parameters as for `read_afm`."""
+        path = Path(path)
+        override = {
+            name: value
+            for name, value in (("spring constant", spring_constant), ("sensitivity", sensitivity))
+            if value is not None
+        }
+        try:
+            changed = path.stat().st_mtime_ns
+        except OSError as error:
+            raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
+        return _kept(path, changed, tuple(override.items()), height)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def curve(self, index: int) -> Curve:
+        """One curve."""
+        if not 0 <= index < len(self.data):
+            raise CurveError(
+                f"{self.path.name}: there is no curve {index}; the file holds {len(self.data)}, counted from 0."
+            )
+        return _curve(self.data[index], self.path, index, self.height)
+
+
+@lru_cache(maxsize=2)
+def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], height: str) -> AfmFile:
+    if path.suffix.lower() == ".zip":
+        return AfmFile(path, _zipped(path, dict(override)), height)
+    return AfmFile(path, _loaded(path, dict(override)), height)
+
+
+def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
+    """afmformats takes a zip for a workshop file; here it is only a wrapping. Columns are read before the folder goes."""
+    try:
+        with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+            names = [name for name in archive.namelist() if not name.endswith("/")]
+            if len(names) != 1:
+                raise CurveError(f"{path.name}: {len(names)} files inside; unpack it and read them one by one.")
+            inner = Path(folder) / Path(names[0]).name
+            inner.write_bytes(archive.read(names[0]))
+            return [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
+    except zipfile.BadZipFile as error:
+        raise CurveError(f"{path.name}: damaged ({error}).") from None
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """A curve that no longer needs its file."""
+
+    metadata: dict[str, Any]
+    data: dict[str, Any]
+
+    @property
+    def columns(self) -> list[str]:
+        return list(self.data)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.data[name]
+
+
+def _columns_of(data: Any, path: Path) -> dict[str, Any]:
+    with _explained(path):
+        return {name: np.asarray(data[name]) for name in data.columns}
+
+
+def _loaded(path: Path, override: dict[str, float]) -> Any:
+    try:
+        import afmformats
+    except ImportError:
+        raise CurveError(f"{path.name}: reading it needs afmformats: pip install 'flatpunch[afm]'.") from None
+    with _explained(path):
+        return afmformats.load_data(path, meta_override=override)
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    """Errors of afmformats in words that say what to do; its readers raise any type on damaged files."""
+    from afmformats.errors import AFMFileFormatError, MissingMetaDataError
+
+    try:
+        yield
+    except CurveError:
+        raise
+    except MissingMetaDataError as error:
+        raise CurveError(
+            f"{path.name}: the file does not say everything ({_first_line(error)}). Pass spring_constant=... [N/m] and "
+            "sensitivity=... [m/V]."
+        ) from None
+    except (Exception, AFMFileFormatError) as error:  # the latter is no Exception
+        kind = type(error).__name__
+        raise CurveError(f"{path.name}: afmformats cannot read it ({kind}: {_first_line(error)}).") from None
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).splitlines()[0] if str(error) else "no reason given"
+
+
+def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
+    name = path.stem if index == 0 else f"{path.stem}-{index}"
+    columns = list(data.columns)
+    k = data.metadata.get("spring constant")
+    with _explained(path):
+        force = np.asarray(data["force"], dtype=float)
+        if height not in columns:
+            raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
+        position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
+        segment = np.asarray(data["segment"]) if "segment" in columns else np.zeros(force.size, dtype=int)
+        time = np.asarray(data["time"], dtype=float) if "time" in columns else None
+    meta = {"source": str(path.name), "segment": segment, "metadata": dict(data.metadata)}
+    k = float(k) if k is not None and np.isfinite(k) else None
+    if time is not None and not np.isfinite(time).all():
+        time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
+    if "tip position" in columns:
+        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time)
+    if k is None:
+        raise CurveError(
+            f"{path.name}: the file does not say the cantilever's spring constant. Pass spring_constant=... [N/m]."
+        )
+    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time)

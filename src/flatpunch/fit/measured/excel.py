@@ -1,0 +1,73 @@
+"""Tables of Excel files, old (.xls, by xlrd) and new (.xlsx, by openpyxl): titles in the first row, units in the second."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flatpunch.fit.measured.columns import Table, split_name
+from flatpunch.fit.measured.curve import CurveError
+
+
+def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
+    """Sheets of a file as tables.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    sheet : str, optional
+        Only this one.
+
+    Raises
+    ------
+    CurveError
+        If the file cannot be read, or has no such sheet.
+    """
+    sheets = excel_sheets(path)
+    if sheet is not None:
+        if sheet not in sheets:
+            raise CurveError(f"{path.name}: there is no sheet {sheet!r}; there are {', '.join(map(repr, sheets))}.")
+        sheets = {sheet: sheets[sheet]}
+    return [table for name, rows in sheets.items() if (table := _table(f"{path.name}, sheet {name}", rows)) is not None]
+
+
+def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
+    """All cells of all sheets; empty ones are None or ""."""
+    try:
+        if path.suffix.lower() == ".xls":
+            import xlrd
+
+            with xlrd.open_workbook(path) as book:
+                return {s.name: [s.row_values(i) for i in range(s.nrows)] for s in book.sheets()}
+        import openpyxl
+
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        try:
+            return {s.title: [list(row) for row in s.iter_rows(values_only=True)] for s in book.worksheets}
+        finally:
+            book.close()
+    except ImportError as error:
+        raise CurveError(f"{path.name}: reading it needs {error.name}: pip install 'flatpunch[fit]'.") from None
+    except Exception as error:
+        # both libraries raise a wide range of types on damaged files
+        raise CurveError(f"{path.name}: damaged, or no Excel file ({error}).") from None
+
+
+def _table(source: str, rows: list[list[Any]]) -> Table | None:
+    """First rows of text are titles and units, what follows is data; None for empty sheets."""
+    texts = [[cell.strip() if isinstance(cell, str) else cell for cell in row] for row in rows]
+    first = next((i for i, row in enumerate(texts) if sum(isinstance(c, str) and bool(c) for c in row) >= 2), None)
+    if first is None:
+        return None
+    titles = [str(cell or "") for cell in texts[first]]
+    body = texts[first + 1 :]
+    unit_row: list[Any] = [None] * len(titles)
+    if body and not any(isinstance(cell, (int, float)) for cell in body[0]):
+        unit_row, body = body[0], body[1:]
+    # notes below the last row of numbers are none of the data
+    while body and sum(isinstance(cell, (int, float)) for cell in body[-1]) < 2:
+        body = body[:-1]
+    pairs = [split_name(title) for title in titles]
+    units = [str(unit_row[i]) if i < len(unit_row) and unit_row[i] else unit for i, (_, unit) in enumerate(pairs)]
+    return Table(source, tuple(name for name, _ in pairs), tuple(units), body, first + 3)

@@ -1,0 +1,277 @@
+"""Reading measured curves: text and Excel tables with named columns and units, files of atomic force microscopes.
+
+A table needs the force, and the depth or the piezo position with the cantilever's spring constant:
+
+    depth, force                            as they are
+    piezo, force, spring constant           depth = piezo - force/k
+    piezo, deflection, spring constant      force = k deflection, depth = piezo - deflection
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.measured.columns import Table, chosen_columns, in_si, split_name
+from flatpunch.fit.measured.curve import Curve, CurveError
+
+EXCEL = (".xls", ".xlsx", ".xlsm")
+AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5")
+TEXT = (".csv", ".tsv", ".txt", ".dat")
+
+
+def read_curve(
+    path: str | Path,
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    decimal: str = ".",
+    sheet: str | None = None,
+    spring_constant: float | None = None,
+    skip_nan: bool = False,
+    flip: bool = False,
+    index: int = 0,
+    **afm: Any,
+) -> Curve:
+    """Read one measured curve.
+
+    Parameters
+    ----------
+    path : path
+        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), or a file that afmformats reads.
+    columns : mapping, optional
+        Which column is what, {"force": "Load", "piezo": 3}; keys are depth, force, piezo, deflection, stiffness, time. What is
+        not named is recognised by its title.
+    units : mapping, optional
+        Units of columns whose title has none, {"force": "nN"}.
+    decimal : "." or ","
+        Decimal mark of a text file.
+    sheet : str, optional
+        Sheet of an Excel file; the first one with such columns if left out.
+    spring_constant : float, optional
+        Of the cantilever [N/m].
+    skip_nan : bool
+        Drop rows in which a number is missing; otherwise they are an error.
+    flip : bool
+        Change the sign of depth and piezo: for heights that grow away from the sample.
+    index : int
+        Which curve of a microscope file with many (a force map), from 0.
+    **afm
+        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for which one of them is given
+        is read as a microscope's.
+
+    Returns
+    -------
+    Curve
+
+    Raises
+    ------
+    CurveError
+        If the file cannot be read as a curve; the message says what is missing and where.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise CurveError(f"{path}: no such file.")
+    kind = path.suffix.lower()
+    if _by_afmformats(path, afm):
+        from flatpunch.fit.measured.afm import AfmFile
+
+        return AfmFile.opened(path, spring_constant=spring_constant, **afm).curve(index)
+    if index:
+        raise CurveError(f"{path}: index = {index}, but a table holds one curve.")
+    if kind in EXCEL:
+        from flatpunch.fit.measured.excel import excel_tables
+
+        table = _with_columns(excel_tables(path, sheet), columns, path)
+    elif kind in TEXT:
+        table = text_table(path, decimal)
+    else:
+        known = ", ".join((*TEXT, *EXCEL, *AFM))
+        raise CurveError(f"{path}: the ending {kind!r} is none of those that are read: {known}.")
+    return curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
+
+
+def curves_in(path: str | Path, *, spring_constant: float | None = None, **reading: Any) -> int:
+    """Number of curves in a file: many in a force map, one elsewhere.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    spring_constant, **reading
+        As for `read_curve`.
+    """
+    path = Path(path)
+    afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
+    if not path.is_file() or not _by_afmformats(path, afm):
+        return 1
+    from flatpunch.fit.measured.afm import AfmFile
+
+    return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
+
+
+def _by_afmformats(path: Path, afm: Mapping[str, Any]) -> bool:
+    return path.suffix.lower() in (*AFM, ".zip") or bool(afm)
+
+
+def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> Table:
+    """The first table with a force column, or the only one."""
+    for table in tables:
+        try:
+            if "force" in chosen_columns(table, columns):
+                return table
+        except CurveError:
+            if len(tables) == 1:
+                raise
+    names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
+    raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. Name the columns with columns=....")
+
+
+def curve_of(
+    table: Table,
+    name: str,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    spring_constant: float | None = None,
+    *,
+    skip_nan: bool = False,
+    flip: bool = False,
+) -> Curve:
+    """Make a curve of a table's columns."""
+    positions = chosen_columns(table, columns)
+    explicit = set(columns or ())
+    roles = _needed(table, positions, explicit, spring_constant)
+    data = {role: in_si(table, role, positions[role], units) for role in roles}
+    if "stiffness" in positions and "stiffness" not in data:
+        data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
+    meta: dict[str, Any] = {"source": table.source}
+    if "time" in positions:
+        # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
+        try:
+            data["time"] = in_si(table, "time", positions["time"], units)
+        except CurveError as error:
+            if "time" in explicit:
+                raise
+            meta["no time"] = str(error)
+    if skip_nan:
+        good = np.logical_and.reduce([np.isfinite(column) for column in data.values()])
+        data = {role: column[good] for role, column in data.items()}
+    if "time" in data and not np.isfinite(data["time"]).all():
+        bad = int(np.argmin(np.isfinite(data.pop("time"))))
+        meta["no time"] = f"{table.source}: row {table.first_row + bad} has no time."
+    return _assembled(name, data, spring_constant, -1.0 if flip else 1.0, meta)
+
+
+def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: float | None) -> tuple[str, ...]:
+    """Columns to use: those the user named first, then depth, then piezo."""
+    found = ", ".join(f"{table.names[i]!r} as {role}" for role, i in positions.items()) or "none"
+    listed = ", ".join(map(repr, table.names)) or "none"
+    by_piezo = "piezo" in positions and ("piezo" in explicit or "depth" not in positions)
+    if by_piezo and k is None:
+        raise CurveError(
+            f"{table.source}: a piezo position needs the cantilever's spring constant (spring_constant=... in N/m) to become a "
+            f"depth. Recognised: {found}."
+        )
+    if by_piezo and ("force" in positions or "deflection" in positions):
+        return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
+    for role in ("depth", "force"):
+        if role not in positions:
+            raise CurveError(
+                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it with "
+                f"columns={{'{role}': '...'}}."
+            )
+    return "depth", "force"
+
+
+def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, Any]) -> Curve:
+    more = {role: data[role] for role in ("stiffness", "time") if role in data}
+    if "depth" in data:
+        return Curve(sign * data["depth"], data["force"], spring_constant=k, name=name, meta=meta, **more)
+    assert k is not None
+    force = data["force"] if "force" in data else k * data["deflection"]
+    return Curve.from_piezo(sign * data["piezo"], force, k, name=name, meta=meta, **more)
+
+
+_NUMBER = re.compile(r"\s*(?:[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan|NaN|)\s*")
+
+
+def text_table(path: Path, decimal: str = ".") -> Table:
+    """Read a text file: the longest run of rows of numbers, the titles above it, a row of units between them if there is one."""
+    if decimal not in (".", ","):
+        raise ValueError(f"decimal = {decimal!r} must be '.' or ','.")
+    raw = path.read_bytes()
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    if "\0" in text[:1000]:
+        raise CurveError(f"{path.name}: not a text file.")
+    lines = text.splitlines()
+    delimiter = _delimiter(lines, decimal)
+    rows = [_cells(line, delimiter) for line in lines]
+    numeric = [i for i, row in enumerate(rows) if _is_data(row, decimal)]
+    if len(numeric) < 2:
+        raise CurveError(
+            f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
+        )
+    width = int(np.median([len(rows[i]) for i in numeric]))
+    numeric = [i for i in numeric if len(rows[i]) >= width]
+    first = numeric[0]
+    names, unit_row = _titles(rows[:first], width)
+    body = [
+        [cell.replace(",", ".") for cell in rows[i]] if decimal == "," else rows[i]
+        for i in range(first, numeric[-1] + 1)
+    ]
+    body = [row for row in body if any(cell.strip() for cell in row)]
+    pairs = [split_name(title) for title in names]
+    found = [unit_row[i] if unit_row and unit_row[i] else unit for i, (_, unit) in enumerate(pairs)]
+    return Table(path.name, tuple(n for n, _ in pairs), tuple(found), body, first + 1)
+
+
+def _delimiter(lines: list[str], decimal: str) -> str | None:
+    """Tab or semicolon if rows have them, else comma (unless it is the decimal mark), else white space."""
+    body = [line for line in lines if re.search(r"\d", line)]
+    sample = body[len(body) // 2 :][:50] or lines[:50]
+    for mark in ("\t", ";", *([","] if decimal == "." else [])):
+        if sum(mark in line for line in sample) > 0.8 * max(len(sample), 1):
+            return mark
+    return None
+
+
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def _is_data(row: list[str], decimal: str) -> bool:
+    filled = [cell for cell in row if cell.strip()]
+    looks = [bool(_NUMBER.fullmatch(cell.replace(",", "."))) for cell in filled]
+    return len(filled) >= 2 and all(looks)
+
+
+def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str] | None]:
+    """Titles, and the row of units below them if there is one."""
+    candidates = [
+        [re.sub(r"^#+\s*", "", cell) for cell in row]
+        for row in above
+        if len(row) >= width and any(cell.strip() for cell in row)
+    ]
+    if not candidates:
+        return [f"column {i}" for i in range(width)], None
+    last = candidates[-1]
+    if len(candidates) > 1 and _looks_like_units(last):
+        return candidates[-2], last
+    return last, None
+
+
+def _looks_like_units(row: list[str]) -> bool:
+    """Whether all filled cells are short and could be units."""
+    filled = [cell.strip("()[] ") for cell in row if cell.strip()]
+    return bool(filled) and all(re.fullmatch(r"[A-Za-zµμ%]{1,4}(?:[/^*][A-Za-zµμ0-9]{1,4})?", cell) for cell in filled)

@@ -1,0 +1,1 @@
+"""What is fitted: free parameters, samples, scaling, settings."""

@@ -1,0 +1,88 @@
+"""Free parameters of a forward model: by name in SI outside, as a vector theta of their internal form inside."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import external, internal, slope
+
+
+class FreeParameters(ABC):
+    """What all forward models know of their free parameters.
+
+    Attributes
+    ----------
+    free : tuple of str
+        Their names, in the order of theta.
+    """
+
+    free: tuple[str, ...]
+
+    @abstractmethod
+    def value(self, name: str) -> float:
+        """Value of a parameter in the case, free or not, SI."""
+
+    @abstractmethod
+    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+        """Medium and indenter with these values."""
+
+    def start(self) -> Array:
+        """Internal values of the free parameters in the case."""
+        return np.array([internal(name, self.value(name)) for name in self.free])
+
+    def internals(self, values: Mapping[str, float] | None = None) -> Array:
+        """Internal values of the free parameters by name, SI; missing ones as in the case."""
+        theta = self.start()
+        for name, value in (values or {}).items():
+            theta[self.free.index(name)] = internal(name, value)
+        return theta
+
+    def externals(self, theta: Array) -> dict[str, float]:
+        """Free parameters by name, SI."""
+        return {name: external(name, float(t)) for name, t in zip(self.free, theta, strict=True)}
+
+    def slopes(self, theta: Array) -> Array:
+        """Derivatives of the external over the internal values."""
+        return np.array([slope(name, value) for name, value in self.externals(theta).items()])
+
+    def linear(self, weights: Mapping[str, float]) -> tuple[float, Array]:
+        """Constant part of a linear form, from the fixed parameters, and its coefficients of the free ones."""
+        fixed = sum(f * internal(name, self.value(name)) for name, f in weights.items() if name not in self.free)
+        return fixed, np.array([weights.get(name, 0.0) for name in self.free])
+
+
+class SampleParameters(FreeParameters):
+    """The same of a model whose case is a `Sample`.
+
+    Attributes
+    ----------
+    sample : Sample
+        The case; free parameters have their starting values in it.
+    """
+
+    sample: Sample
+
+    @property
+    def medium(self) -> Any:
+        """Medium with the starting values."""
+        return self.sample.medium
+
+    @property
+    def indenter(self) -> Any:
+        """Tip with the starting values."""
+        return self.sample.indenter
+
+    def value(self, name: str) -> float:
+        """Value of a parameter in the case, free or not, SI."""
+        return self.sample.value(name)
+
+    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+        """Medium and indenter with these values."""
+        sample = self.sample.replaced(values)
+        return sample.medium, sample.indenter

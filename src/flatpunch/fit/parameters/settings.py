@@ -1,0 +1,118 @@
+"""What is fitted and how: free parameters with their limits, and the settings of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from flatpunch._support.checks import real
+from flatpunch.fit.measured.curve import Adhesion
+from flatpunch.fit.parameters.unknowns import NUISANCE
+
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+Engine = Literal["lmfit", "normal-equations"]
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """A parameter to be fitted.
+
+    Parameters
+    ----------
+    start : float, optional
+        Starting value, SI; the case's own value if left out.
+    minimum, maximum : float, optional
+        Limits, SI.
+    """
+
+    start: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How a curve is fitted.
+
+    Parameters
+    ----------
+    contact : "free" or float
+        Contact point: fitted, or given [m] on the curve's own depth axis.
+    baseline : "constant", "linear" or "none"
+        Force without contact: fitted constant, fitted straight line, or zero.
+    loss : "linear", "soft_l1", "huber" or "cauchy"
+        Least squares, or a loss that outliers disturb less.
+    adhesion : "refuse", "above" or "ignore"
+        What to do about a dip below the baseline, see `flatpunch.fit.measured.curve.check_signal`.
+    depth_to, force_to : float, optional
+        Use the curve up to this tip position [m] or force [N] only.
+    method : str
+        Contact method, or "auto".
+    level : float
+        Confidence level of intervals.
+    segment : "auto", "approach", "retract" or "both"
+        Which part of a cycle is fitted. By itself the approach; with adhesion the retract; with relaxation all of it.
+    engine : "lmfit" or "normal-equations"
+        The second is several times faster and made for batches; the results are the same.
+    """
+
+    contact: Literal["free"] | float = "free"
+    baseline: Literal["constant", "linear", "none"] = "constant"
+    loss: Loss = "linear"
+    adhesion: Adhesion = "refuse"
+    depth_to: float | None = None
+    force_to: float | None = None
+    method: str = "auto"
+    level: float = 0.95
+    engine: Engine = "lmfit"
+    segment: Literal["auto", "approach", "retract", "both"] = "auto"
+
+    def __post_init__(self) -> None:
+        choices = {
+            "baseline": ("constant", "linear", "none"),
+            "loss": ("linear", "soft_l1", "huber", "cauchy"),
+            "adhesion": ("refuse", "above", "ignore"),
+            "segment": ("auto", "approach", "retract", "both"),
+            "engine": ("lmfit", "normal-equations"),
+        }
+        for name, known in choices.items():
+            if getattr(self, name) not in known:
+                raise ValueError(
+                    f"{name} = {getattr(self, name)!r} is unknown; it is one of {', '.join(map(repr, known))}."
+                )
+        if self.contact != "free":
+            real("contact", self.contact)
+        if not 0 < real("level", self.level) < 1:
+            raise ValueError(f"level = {self.level!r} must lie between 0 and 1, such as 0.95.")
+
+    @property
+    def nuisance(self) -> tuple[str, ...]:
+        """Which of contact, baseline and tilt are fitted."""
+        wanted = {
+            "contact": self.contact == "free",
+            "baseline": self.baseline != "none",
+            "tilt": self.baseline == "linear",
+        }
+        return tuple(name for name in NUISANCE if wanted[name])
+
+
+def as_free(free: Any) -> dict[str, Free]:
+    """What the user calls free, as one `Free` for each name."""
+    if isinstance(free, str):
+        raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits; write [{free!r}].")
+    if not isinstance(free, Mapping):
+        if not isinstance(free, Iterable):
+            raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits.")
+        return {str(name): Free() for name in free}
+    found = {}
+    for name, what in free.items():
+        if isinstance(what, Free):
+            found[name] = what
+        elif what is None:
+            found[name] = Free()
+        elif isinstance(what, (tuple, list)) and len(what) == 2:
+            found[name] = Free(None, *what)
+        else:
+            found[name] = Free(real(f"free[{name!r}]", what))
+    return found

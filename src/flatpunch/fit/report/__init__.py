@@ -1,0 +1,1 @@
+"""What a fit found: intervals, notes, summary."""

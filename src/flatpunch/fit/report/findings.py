@@ -1,0 +1,71 @@
+"""Fitted values in words: units, summary, and what the data cannot tell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flatpunch.fit.report.quantities import quantity, unit_of
+
+if TYPE_CHECKING:
+    from flatpunch.fit.report.estimate import Estimate
+    from flatpunch.fit.report.result import FitResult
+
+_TANGLED = 0.98
+"""Correlation from which two parameters count as hard to tell apart, if their intervals are wide as well."""
+_WIDE = 0.1
+"""Relative standard error that counts as wide."""
+_MEMORY = 0.3
+"""Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
+
+
+def interval_text(estimate: Estimate, name: str) -> str:
+    """Interval in words."""
+    unit = unit_of(name)
+    if name == "contact" and np.isfinite(estimate.stderr):
+        # far from its own zero an interval would need many digits
+        return f"± {quantity((estimate.high - estimate.low) / 2, unit)}"
+    return f"{quantity(estimate.low, unit)} .. {quantity(estimate.high, unit)}"
+
+
+def judged(result: FitResult) -> tuple[str, ...]:
+    """Sentences about what the numbers do not say by themselves."""
+    names, free = result.names, result.objective.model.free
+    notes = []
+    for row in result.undetermined:
+        tangled = [names[i] for i in np.flatnonzero(np.abs(row) > 1e-3)]
+        notes.append(
+            f"The data determine only a combination of {' and '.join(tangled)}: every value along it fits equally well. Fix "
+            f"{'one of them' if len(tangled) == 2 else 'all but one'}."
+            if len(tangled) > 1
+            else f"The data say nothing about {tangled[0]}. Fix it."
+        )
+    error = np.sqrt(np.diag(result.covariance))
+    table = result.correlation
+    wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > _WIDE}
+    told = set()
+    for j in range(len(free)):
+        for k in range(j):
+            if abs(table[j, k]) > _TANGLED and {names[j], names[k]} & wide:
+                told |= {names[j], names[k]}
+                first, second = (interval_text(result.estimates[n], n) for n in (names[k], names[j]))
+                notes.append(
+                    f"The data can hardly tell {names[k]} and {names[j]} apart: correlation {table[j, k]:.4f}, intervals "
+                    f"{first} and {second}. Fix one of them, or press deeper."
+                )
+    for name in sorted(wide - told):
+        interval = interval_text(result.estimates[name], name)
+        notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
+    notes += [
+        f"{name} = {quantity(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
+        for name, e in result.estimates.items()
+        if e.at_bound
+    ]
+    if result.memory > _MEMORY and result.minimum.residual.size > 30:
+        factor = np.sqrt((1 + result.memory) / (1 - result.memory))
+        notes.append(
+            f"Neighbouring residuals are correlated ({result.memory:.2f}): drift, or a model that does not fit. The intervals "
+            f"are too small by a factor of about {factor:.1f}."
+        )
+    return tuple(notes)

@@ -1,0 +1,188 @@
+"""Beyond the covariance: likelihood profiles of one parameter, maps over two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.fit.report.quantities import unit_of
+
+if TYPE_CHECKING:
+    from flatpunch.fit.report.result import FitResult
+
+_FAR = 3.0
+"""Where there is no end in sight, a factor 20 of a logarithmic parameter is shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Likelihood profile of one parameter.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Values of the parameter [SI], ascending.
+    signed_root : ndarray, shape (n,)
+        Square root of the growth of the sum of squares over its variance, negative below the best value: a straight line
+        where the covariance tells the whole story.
+    low, high : float
+        Interval [SI]; infinite (or a limit) where the profile does not reach the threshold.
+    """
+
+    values: Array
+    signed_root: Array
+    low: float
+    high: float
+
+
+def profile(result: FitResult, name: str, level: float | None = None, points: int = 21) -> Profile:
+    """Likelihood profile: the parameter held at each of many values, all others fitted anew.
+
+    Parameters
+    ----------
+    result : FitResult
+        The fit.
+    name : str
+        One of `names`.
+    level : float, optional
+        Confidence level; that of the fit if left out.
+    points : int
+        Number of values over the interval and a little beyond.
+    """
+    from scipy.stats import t as student
+
+    j = result.index(name)
+    freedom = max(result.objective.depth.size - len(result.names), 1)
+    threshold = float(student.ppf((1 + (level or result.settings.level)) / 2, freedom))
+    root = _held_root(result, j)
+    ends = [_crossing(result, root, j, side, threshold) for side in (-1, 1)]
+    best = float(result.minimum.x[j])
+    reach = [e if np.isfinite(e) else best + side * _FAR for e, side in zip(ends, (-1, 1), strict=True)]
+    x = np.linspace(best + 1.2 * (reach[0] - best), best + 1.2 * (reach[1] - best), points)
+    x = np.unique(np.clip(x, result.bounds[0][j], result.bounds[1][j]))
+    roots = np.array([root(v) for v in x])
+    return Profile(result.external(j, x), roots, *(float(v) for v in result.external(j, np.array(ends))))
+
+
+def _held_root(result: FitResult, j: int) -> Callable[[float], float]:
+    """Signed root of the growth of the sum of squares when parameter j is held."""
+    freedom = max(result.objective.depth.size - len(result.names), 1)
+    variance = result.minimum.cost / freedom
+    fixed = np.zeros(len(result.names), dtype=bool)
+    fixed[j] = True
+    warm = {"x": result.minimum.x}
+
+    def root(value: float) -> float:
+        start = warm["x"].copy()
+        start[j] = value
+        found = minimise(result.objective.evaluate, start, *result.bounds, fixed=fixed)
+        warm["x"] = found.x
+        growth = max(found.cost - result.minimum.cost, 0.0) / max(variance, 1e-300)
+        return float(np.copysign(np.sqrt(growth), value - result.minimum.x[j]))
+
+    return root
+
+
+def _crossing(result: FitResult, root: Callable[[float], float], j: int, side: int, threshold: float) -> float:
+    """Where the profile reaches the threshold on one side, by secants; infinite if it does not within the limits."""
+    best, limit = float(result.minimum.x[j]), float(result.bounds[0 if side < 0 else 1][j])
+    error = np.sqrt(result.covariance[j, j])
+    step = threshold * (error if np.isfinite(error) and error > 0 else 0.1)
+    inner, outer = (0.0, 0.0), None
+    x = best + side * min(step, 3.0)
+    for _ in range(30):
+        x = float(np.clip(x, result.bounds[0][j], result.bounds[1][j]))
+        value = abs(root(x))
+        if abs(value - threshold) < 1e-3 * threshold:
+            return x
+        offset = abs(x - best)
+        if value < threshold:
+            if x == limit:
+                return side * np.inf
+            inner = (offset, value)
+        else:
+            outer = (offset, value)
+        if outer is None:
+            grown = offset * min(max(threshold / max(value, 1e-9), 1.2), 3.0)
+            x = best + side * grown
+        else:
+            part = (threshold - inner[1]) / max(outer[1] - inner[1], 1e-12)
+            x = best + side * (inner[0] + float(np.clip(part, 0.05, 0.95)) * (outer[0] - inner[0]))
+    return x
+
+
+def ridge(result: FitResult, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
+    """Growth of the sum of squares over two parameters, all others fitted anew: a long valley is a ridge of likelihood.
+
+    The grid follows the valley: for each value of the first parameter it spreads about the best value of the second.
+
+    Parameters
+    ----------
+    result : FitResult
+        The fit.
+    first, second : str
+        Two of `names`.
+    points : int
+        Points along and across.
+    width : float
+        Half width of the map in standard errors, along those of the first parameter, across those of the second when the
+        first is held (at most a factor 20 for logarithmic parameters).
+
+    Returns
+    -------
+    xarray.Dataset
+        `growth`(along, across): in units of the noise variance; 5.99 bounds the joint 95 % region. `first`(along),
+        `second`(along, across): values [SI]. `line`(along): best value of the second parameter for each of the first.
+    """
+    j, k = result.index(first), result.index(second)
+    low, high = result.bounds
+    x, cov = result.minimum.x, result.covariance
+    error = float(np.sqrt(cov[j, j]))
+    reach = min(width * error, _FAR) if np.isfinite(error) else _FAR
+    u = np.linspace(max(x[j] - reach, low[j]), min(x[j] + reach, high[j]), points)
+    across = width * _held_error(result, j, k) * np.linspace(-1, 1, points)
+    freedom = max(result.objective.depth.size - len(result.names), 1)
+    variance = max(result.minimum.cost / freedom, 1e-300)
+    only = np.zeros(len(result.names), dtype=bool)
+    only[j] = True
+    fixed = only.copy()
+    fixed[k] = True
+    growth, line, grid = np.empty((points, points)), np.empty(points), np.empty((points, points))
+    # from the best point outwards, each start from its neighbour
+    middle = int(np.argmin(np.abs(u - x[j])))
+    for side in (range(middle, points), range(middle - 1, -1, -1)):
+        start = x
+        for a in side:
+            trial = start.copy()
+            trial[j] = u[a]
+            along = minimise(result.objective.evaluate, trial, *result.bounds, fixed=only)
+            start, line[a] = along.x, along.x[k]
+            grid[a] = np.clip(along.x[k] + across, low[k], high[k])
+            for b, v in enumerate(grid[a]):
+                trial = along.x.copy()
+                trial[k] = v
+                cost = minimise(result.objective.evaluate, trial, *result.bounds, fixed=fixed, settled=1e-2).cost
+                growth[a, b] = max(cost - result.minimum.cost, 0.0) / variance
+    second_values = np.array([result.external(k, row) for row in grid])
+    return xr.Dataset(
+        {
+            "growth": (("along", "across"), growth),
+            "first": ("along", result.external(j, u), {"units": unit_of(first), "long_name": first}),
+            "second": (("along", "across"), second_values, {"units": unit_of(second), "long_name": second}),
+            "line": ("along", result.external(k, line), {"units": unit_of(second)}),
+        }
+    )
+
+
+def _held_error(result: FitResult, j: int, k: int) -> float:
+    """Standard error of parameter k when j is held."""
+    cov = result.covariance
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = cov[k, k] - cov[k, j] ** 2 / cov[j, j]
+    return float(np.sqrt(variance)) if np.isfinite(variance) and variance > 0 else 0.1

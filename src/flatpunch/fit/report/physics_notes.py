@@ -1,0 +1,69 @@
+"""What the contact theory says about its own limits at the fitted values, and how adhesion and relaxation met the data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flatpunch.files.units import text
+from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.viscoelastic.model import HistoryModel
+
+if TYPE_CHECKING:
+    from flatpunch.fit.report.result import FitResult
+
+_EARLY = 0.05
+"""Pull-off of the model this share of the adhesive depth away from that of the data is worth a word."""
+
+
+def limits_of_theory(result: FitResult) -> tuple[str, ...]:
+    """Notes of the theory; single fits only, as it costs a cold solution."""
+    model, deepest = result.objective.model, float(result.depth.max())
+    if result.settings.engine != "lmfit" or deepest <= 0:
+        return ()
+    notes = model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines()
+    if isinstance(model, AdhesiveModel):
+        notes += _adhesion(result, model)
+    if isinstance(model, HistoryModel):
+        notes += _relaxation(result)
+    return tuple(notes)
+
+
+def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:
+    """Whether the tip held on for longer than the theory allows."""
+    held = result.depth[result.used & _loaded(result)]
+    limit = model.pull_off(result.minimum.x[: len(model.free)])[0]
+    if held.size and held.min() < limit - _EARLY * abs(limit):
+        return [
+            f"The tip held on down to {text(float(held.min()), 'm')}; at the fitted values it lets go at {text(limit, 'm')} at "
+            "the latest. Something else than JKR adhesion holds it: tethers, a viscous sample, a meniscus."
+        ]
+    return []
+
+
+def _loaded(result: FitResult) -> np.ndarray:
+    mask = np.zeros(result.curve.depth.size, dtype=bool)
+    mask[result.objective.part_loaded] = True
+    return mask
+
+
+def _relaxation(result: FitResult) -> list[str]:
+    """Relaxation times that the curve is too short or too coarse for."""
+    notes = []
+    time = result.objective.time
+    longest, shortest = float(np.ptp(time)), float(np.median(np.diff(time)))
+    for name, estimate in result.estimates.items():
+        if not name.startswith("relaxation.time"):
+            continue
+        if estimate.value > longest:
+            notes.append(
+                f"{name} = {text(estimate.value, 's')} is longer than the curve ({text(longest, 's')}): the slope of the "
+                "relaxation is measured, not where it ends. Hold for longer, or fit a power law."
+            )
+        elif estimate.value < 2 * shortest:
+            notes.append(
+                f"{name} = {text(estimate.value, 's')} is hardly longer than the steps of the curve ({text(shortest, 's')}): "
+                "faster relaxation cannot be told from an elastic response."
+            )
+    return notes

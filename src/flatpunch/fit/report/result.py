@@ -1,0 +1,210 @@
+"""What a fit returns: values with intervals, correlations, what the data cannot tell, profiles and ridges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch._version import __version__
+from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.parameters.scaling import external, plain_limits
+from flatpunch.fit.report.estimate import Estimate
+from flatpunch.fit.report.findings import interval_text
+from flatpunch.fit.report.quantities import quantity, unit_of
+
+if TYPE_CHECKING:
+    from flatpunch.fit.parameters.settings import Settings
+    from flatpunch.fit.report.likelihood import Profile
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """A fitted curve.
+
+    Attributes
+    ----------
+    curve : Curve
+        The approach that was fitted.
+    used : ndarray of bool
+        Which of its points.
+    estimates : dict
+        By name: the free parameters, "contact" [m], "baseline" [N], "tilt" [N/m].
+    covariance : ndarray
+        Of the internal parameters (logarithms; contact and baseline in units of the curve's ranges), in the order of `names`.
+    noise : float
+        Standard deviation of the residuals [N].
+    notes : tuple of str
+        What to know before using the numbers.
+    lmfit : lmfit.minimizer.MinimizerResult or None
+        lmfit's own result.
+    """
+
+    curve: Curve
+    used: Flags
+    objective: Any
+    minimum: Minimum
+    estimates: dict[str, Estimate]
+    covariance: Array
+    undetermined: Array
+    noise: float
+    settings: Settings
+    bounds: tuple[Array, Array]
+    lmfit: Any = None
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Best value of a parameter, SI."""
+        return self.estimates[name].value
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters in the order of the covariance."""
+        return tuple(self.objective.names)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Best values of the free parameters of the case, SI."""
+        return {name: self.estimates[name].value for name in self.objective.model.free}
+
+    @property
+    def case(self) -> tuple[Any, Any]:
+        """Medium and indenter with the fitted values."""
+        medium, indenter = self.objective.model.case(self.values)
+        return medium, indenter
+
+    @property
+    def depth(self) -> Array:
+        """Indentation depth at the points of the curve [m]."""
+        return np.asarray(self.curve.depth - self._rest()["contact"])
+
+    @property
+    def force(self) -> Array:
+        """Fitted force at the points of the curve [N]."""
+        return np.asarray(self.objective.over(self.curve, self.minimum.x))
+
+    @property
+    def residual(self) -> Array:
+        """Measured minus fitted force at the points of the curve [N]."""
+        return np.asarray(self.curve.force - self.force)
+
+    @property
+    def memory(self) -> float:
+        """Correlation of neighbouring residuals; 0 for independent noise."""
+        r = self.minimum.residual
+        return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
+
+    def _rest(self) -> dict[str, float]:
+        rest: dict[str, float] = self.objective.split(self.minimum.x)[1]
+        return rest
+
+    def correlations(self) -> xr.DataArray:
+        """Correlations of the estimates, shape (parameters, parameters)."""
+        names = list(self.names)
+        return xr.DataArray(self.correlation, {"parameter": names, "with": names}, ("parameter", "with"))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations as an array, shape (parameters, parameters)."""
+        scale = np.sqrt(np.diag(self.covariance))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.covariance / scale[:, None] / scale)
+
+    def model_error(self, points: int = 12) -> float:
+        """Largest difference between the tabulated model and the exact one, over the largest force."""
+        deepest = float(self.depth.max())
+        if deepest <= 0:
+            return 0.0
+        depth = deepest * np.geomspace(1e-2, 1, points)
+        exact = self.objective.model.exact(depth, self.values)[0]
+        return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
+
+    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
+        """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
+        from flatpunch.fit.report.likelihood import profile
+
+        return profile(self, name, level, points)
+
+    def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
+        """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
+        from flatpunch.fit.report.likelihood import ridge
+
+        return ridge(self, first, second, points, width)
+
+    def index(self, name: str) -> int:
+        """Position of a parameter in `names`."""
+        if name not in self.names:
+            raise ValueError(f"{name!r} was not fitted; fitted were {', '.join(self.names)}.")
+        return self.names.index(name)
+
+    def external(self, j: int, x: Array) -> Array:
+        """Internal values x of parameter j in SI."""
+        name = self.names[j]
+        if name in self.objective.scales():
+            offset, unit = self.objective.scales()[name]
+            return np.asarray(offset + unit * x)
+        with np.errstate(over="ignore"):
+            return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+
+    def row(self) -> dict[str, Any]:
+        """One line of a table: values, standard errors, intervals, noise, notes."""
+        line: dict[str, Any] = {"curve": self.curve.name, "ok": True, "reason": ""}
+        for name, estimate in self.estimates.items():
+            line[name] = estimate.value
+            line[f"{name} stderr"] = estimate.stderr
+            line[f"{name} low"], line[f"{name} high"] = estimate.low, estimate.high
+        line["deepest"] = float(self.depth.max())
+        line["noise"] = self.noise
+        line["points"] = int(self.used.sum())
+        line["notes"] = " ".join(self.notes)
+        return line
+
+    def dataset(self) -> xr.Dataset:
+        """Curve, fitted force and estimates, for a file."""
+        data: dict[str, Any] = {
+            "depth": ("point", self.depth, {"units": "m", "long_name": "indentation depth"}),
+            "force": ("point", self.curve.force, {"units": "N", "long_name": "measured force"}),
+            "fitted": ("point", self.force, {"units": "N", "long_name": "fitted force"}),
+            "used": ("point", self.used, {"long_name": "whether the point was fitted"}),
+        }
+        columns = ("value", "stderr", "low", "high", "start")
+        for column in columns:
+            data[column] = ("parameter", [getattr(e, column) for e in self.estimates.values()])
+        data["correlation"] = (("parameter", "with"), self.correlations().values)
+        names = list(self.estimates)
+        attributes = {
+            "title": f"Fit of {self.curve.name}",
+            "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
+            "noise": self.noise,
+            "notes": "\n".join(self.notes),
+            "flatpunch_version": __version__,
+        }
+        coordinates = {"point": np.arange(self.curve.depth.size), "parameter": names, "with": names}
+        return xr.Dataset(data, coordinates, attributes)
+
+    def summary(self) -> str:
+        """The result in words."""
+        deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
+        lines = [f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"]
+        for name, e in self.estimates.items():
+            interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
+            lines.append(
+                f"  {name:<20} {quantity(e.value, unit_of(name)):>12}   {'at its limit' if e.at_bound else interval}"
+            )
+        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+
+def _end(name: str, value: float) -> float:
+    """External value at an infinite internal one."""
+    if value > 0:
+        return float(np.pi / 2) if name.endswith("inclination") else float("inf")
+    return float("-inf") if plain_limits(name) else 0.0
+
+
+def without_arrays(result: FitResult) -> FitResult:
+    """The same with lmfit's own result dropped: what travels between processes."""
+    return replace(result, lmfit=None)

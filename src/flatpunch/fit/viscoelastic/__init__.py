@@ -1,0 +1,1 @@
+"""Relaxing models of measured curves."""

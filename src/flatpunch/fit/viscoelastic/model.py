@@ -1,0 +1,174 @@
+"""Forward model of a viscoelastic fit: force over time for a measured history of the depth (Lee and Radok, Ting).
+
+The elastic curve comes from the tables of `ForwardModel`, the memory from `flatpunch.contact.viscoelastic`. The history rises
+once and falls once: approach, hold and retract. Behind a cantilever of stiffness k the piezo's position p is what is known,
+and the depth follows from the force itself,
+
+    d(t) = p(t) - F[d](t)/k,
+
+solved for the whole history by Newton's method with the response of the present moment alone, K times the mean of psi over the
+step; what the past contributes is smaller and makes it converge in a few turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.contact.viscoelastic.monotone import one_cycle
+from flatpunch.contact.viscoelastic.series import exponential_series
+from flatpunch.contact.viscoelastic.solve import refined
+from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.parameters.free_parameters import SampleParameters
+from flatpunch.fit.parameters.sample import Sample
+
+_TURNS = 40
+_KEPT = 5
+_SETTLED = 1e-8
+"""Depth behind a cantilever, over its range, at which the iteration ends: derivatives are taken by differences of 1e-4."""
+
+
+@dataclass(frozen=True)
+class HistoryModel(SampleParameters):
+    """Force over time of one medium and tip, as a function of the free parameters.
+
+    Parameters
+    ----------
+    sample : Sample
+        The case with its relaxation.
+    free : tuple of str
+        Names such as "layers[0].young", "relaxation.time".
+    method : str
+        Contact method, or "auto".
+    """
+
+    sample: Sample
+    free: tuple[str, ...] = ()
+    method: str = "auto"
+    elastic: ForwardModel = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in self.free:
+            self.sample.check(name)
+        plain = tuple(name for name in self.free if not name.startswith("relaxation."))
+        elastic = ForwardModel(self.sample.medium, self.sample.indenter, plain, self.method)
+        object.__setattr__(self, "elastic", elastic)
+        object.__setattr__(self, "method", elastic.method)
+
+    def relaxation(self, theta: Array) -> Any:
+        """The relaxation function at internal parameters."""
+        law = {n: v for n, v in self.externals(theta).items() if n.startswith("relaxation.")}
+        return self.sample.replaced(law).relaxation
+
+    def history(self, time: Array, depth: Array, theta: Array) -> Array:
+        """Force over time for depths that rise once and fall once.
+
+        Parameters
+        ----------
+        time, depth : ndarray, shape (n,)
+            Times [s], ascending; depths [m], negative without contact.
+        theta : ndarray
+            Internal parameters.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Force [N].
+        """
+        if not (depth > 0).any():
+            return np.zeros_like(depth)
+        law = self.relaxation(theta)
+        fine, at = refined(time, depth)
+        pressed = np.maximum(np.interp(fine, time, depth), 0.0)
+        series = exponential_series(law, float(np.diff(time).min()), float(time[-1] - time[0]))
+        elastic: Any = _Elastic(self.elastic, self._elastic_theta(theta))
+        return np.asarray(one_cycle(fine, pressed, law, series, elastic)[0][at])
+
+    def behind(
+        self, time: Array, piezo: Array, spring: float, theta: Array, guess: Array | None
+    ) -> tuple[Array, Array]:
+        """Depth and force behind a cantilever, for positions of its base over the contact point.
+
+        Parameters
+        ----------
+        time, piezo : ndarray, shape (n,)
+            Times [s], positions [m].
+        spring : float
+            k [N/m].
+        theta : ndarray
+            Internal parameters.
+        guess : ndarray, shape (n,), optional
+            Depths to start from.
+        """
+        depth = piezo.copy() if guess is None else guess
+        law, elastic = self.relaxation(theta), _Elastic(self.elastic, self._elastic_theta(theta))
+        step = np.diff(time, prepend=time[0] - (time[1] - time[0]))
+        present = law.integral(step) / step
+        width = float(np.ptp(piezo))
+        moves: list[Array] = []
+        ends: list[Array] = []
+        for _ in range(_TURNS):
+            depth = unimodal(depth)
+            force = self.history(time, depth, theta)
+            miss = piezo - force / spring - depth
+            if np.abs(miss).max() < _SETTLED * width:
+                break
+            moves.append(miss / (1 + present * elastic.stiffness(np.maximum(depth, 0.0)) / spring))
+            ends.append(depth + moves[-1])
+            depth = _accelerated(moves[-_KEPT:], ends[-_KEPT:])
+        return depth, force
+
+    def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
+        """Elastic force at depths: psi = 1."""
+        known = {n: v for n, v in (values or {}).items() if n in self.elastic.free}
+        return self.elastic.force(depth, known)
+
+    def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
+        """The same without tables, and the notes of the method."""
+        return self.elastic.exact(depth, {n: v for n, v in values.items() if n in self.elastic.free})
+
+    def _elastic_theta(self, theta: Array) -> Array:
+        return np.array([t for n, t in zip(self.free, theta, strict=True) if n in self.elastic.free])
+
+
+def unimodal(depth: Array) -> Array:
+    """The same with what breaks the rise up to the largest depth and the fall after it levelled."""
+    top = int(np.argmax(depth))
+    up = np.maximum.accumulate(depth[: top + 1])
+    return np.concatenate([up, np.minimum.accumulate(depth[top:])[1:]])
+
+
+def _accelerated(moves: list[Array], ends: list[Array]) -> Array:
+    """Anderson's mixing of the last turns: the combination of them with the least move, if they were linear."""
+    if len(moves) < 2:
+        return ends[-1]
+    by_move = np.stack([moves[-1] - m for m in moves[:-1]], axis=1)
+    by_end = np.stack([ends[-1] - e for e in ends[:-1]], axis=1)
+    return np.asarray(ends[-1] - by_end @ np.linalg.lstsq(by_move, moves[-1], rcond=1e-10)[0])
+
+
+@dataclass(frozen=True)
+class _Elastic:
+    """The elastic curve at given parameters, as the memory integrals want it."""
+
+    model: ForwardModel
+    theta: Array
+
+    def force(self, depth: Array) -> Array:
+        """F_el(d), zero without contact [N]."""
+        return self._at(depth)[0]
+
+    def stiffness(self, depth: Array) -> Array:
+        """dF_el/dd [N/m]."""
+        return self._at(depth)[1]
+
+    def _at(self, depth: Array) -> tuple[Array, Array]:
+        result = np.zeros((2, depth.size))
+        live = depth > 0
+        if live.any():
+            result[:, live] = self.model.evaluate(depth[live], self.theta)[:2]
+        return result[0], result[1]

@@ -1,0 +1,69 @@
+"""Residuals of a force history against a viscoelastic model; derivatives by central differences.
+
+A history cannot be cut into points of their own as a curve over depth can: what was before is remembered. It is averaged over
+some hundred stretches of time, each with the weight of the readings in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.parameters.unknowns import Unknowns
+from flatpunch.fit.viscoelastic.model import HistoryModel
+
+_STEP = 1e-4
+"""Parameters are of order one: central differences then err by 1e-8 of the third derivative, rounding by 1e-5 of the first."""
+
+
+@dataclass(frozen=True, eq=False)
+class HistoryObjective(Unknowns):
+    """Least-squares problem in x, see `Unknowns`.
+
+    `depth` holds tip positions; with a `spring` it holds the positions of the cantilever's base instead, and the tip's are part
+    of the answer. Positions rise once and fall once. `counts` are the readings behind each entry.
+    """
+
+    model: HistoryModel
+    time: Array
+    depth: Array
+    force: Array
+    counts: Array
+    spring: float | None = None
+    weight: Array | None = None
+    _before: dict[str, Array] = field(default_factory=dict, repr=False)
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
+        residual = self._residual(x)
+        rows = np.empty((x.size, residual.size))
+        for j in range(x.size):
+            ends = []
+            for side in (1, -1):
+                y = x.copy()
+                y[j] += side * _STEP
+                ends.append(self._residual(y))
+            rows[j] = (ends[0] - ends[1]) / (2 * _STEP)
+        return residual, rows
+
+    def _residual(self, x: Array) -> Array:
+        residual = (self._force(x) - self.force) / self.frame[2] * np.sqrt(self.counts)
+        return residual if self.weight is None else residual * self.weight
+
+    def _force(self, x: Array) -> Array:
+        theta, rest = self.split(x)
+        straight = rest["baseline"] + rest["tilt"] * (self.depth - self.frame[0])
+        if self.spring is None:
+            return np.asarray(straight + self.model.history(self.time, self.depth - rest["contact"], theta))
+        piezo = self.depth - rest["contact"] - straight / self.spring
+        depth, force = self.model.behind(self.time, piezo, self.spring, theta, self._before.get("depth"))
+        self._before["depth"] = depth
+        return np.asarray(straight + force)
+
+    def over(self, curve: Curve, x: Array) -> Array:
+        """Fitted force at all points of the curve that is shown [N]."""
+        assert curve.time is not None
+        return np.interp(curve.time, self.time, self._force(x))

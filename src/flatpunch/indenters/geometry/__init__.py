@@ -1,0 +1,1 @@
+"""Geometry of indenters: means and harmonics over the polar angle, symmetry, edges, flat ends."""

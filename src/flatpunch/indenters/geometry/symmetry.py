@@ -1,0 +1,55 @@
+"""Symmetries of an indenter, found by looking."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.indenters.profile import Indenter
+
+_MOST = 24
+_SAME_RAY = 1e-12
+_PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
+
+
+def sample_radii(indenter: Indenter, count: int) -> Array:
+    """Radii at which to look at an indenter of any size: up to its reach, or from atoms to metres if it has none."""
+    if np.isfinite(indenter.reach):
+        return np.asarray(indenter.reach * np.geomspace(1e-6, 0.999, count))
+    return np.geomspace(1e-10, 1e3, 2 * count)
+
+
+@lru_cache(maxsize=64)
+def rotational_symmetry(indenter: Indenter) -> int:
+    """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
+    for fold in range(_MOST, 1, -1):
+        if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
+            return fold
+    return 1
+
+
+def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
+    """Those of the polar angles phi, shape (n,), that symmetry does not carry into each other, and which stands for each."""
+    start, period = next(iter(indenter.corners), 0.0), 2 * np.pi / rotational_symmetry(indenter)
+    turn = np.mod(phi - start, period)
+    if mirrored_about(indenter, start):
+        turn = np.minimum(turn, period - turn)
+    order = np.argsort(turn)
+    apart = np.diff(turn[order], prepend=-1.0) > _SAME_RAY
+    of_ray = np.empty(phi.size, dtype=np.intp)
+    of_ray[order] = np.cumsum(apart) - 1
+    return start + turn[order][apart], of_ray
+
+
+def mirrored_about(indenter: Indenter, angle: float) -> bool:
+    """Whether the indenter is its own mirror image about the ray at a polar angle [rad]."""
+    return _same(indenter, angle + _PHI, angle - _PHI)
+
+
+def _same(indenter: Indenter, phi: Array, other: Array) -> bool:
+    """Whether heights at all radii are the same at pairs of polar angles, shape (n,) each."""
+    r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 12))[:, None]
+    f, g = (np.asarray(indenter.height(r, np.mod(at, 2 * np.pi))) for at in (phi, other))
+    return bool(np.all(np.abs(f - g) <= 1e-12 * f.max(axis=1, keepdims=True)))

@@ -1,0 +1,1 @@
+"""Indenters given by data: height maps, radial profiles, area functions."""

@@ -1,0 +1,137 @@
+"""From a table of heights to a spline about an apex: the steps that `HeightMap` takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, Indices, values
+
+_MARGIN = 4
+"""Points kept around the largest circle, so that the spline does not feel the cut."""
+_SMALLEST = 7
+"""Points across the map that leave a circle worth the name."""
+
+
+def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
+    """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks."""
+    columns = values("HeightMap.x", x, minimum=-np.inf)
+    rows = values("HeightMap.y", y, minimum=-np.inf)
+    try:
+        heights = np.array(z, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(
+            "HeightMap.z must be a table of numbers, one row for each y and one column for each x."
+        ) from None
+    if heights.shape != (rows.size, columns.size) or min(heights.shape) < _SMALLEST:
+        raise ValueError(
+            f"HeightMap.z has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must "
+            "be (ny, nx), "
+            f"{_SMALLEST} or more each."
+        )
+    missing = ~np.isfinite(heights)
+    if missing.any():
+        j, i = (int(n) for n in np.argwhere(missing)[0])
+        raise ValueError(
+            f"HeightMap.z has {int(missing.sum())} gaps or infinite values, the first in row {j}, column {i}. "
+            "Fill them or cut the "
+            "map to where it was measured."
+        )
+    for name, axis, direction in (("x", 1, np.diff(columns)), ("y", 0, np.diff(rows))):
+        if (direction < 0).all():
+            heights = np.flip(heights, axis)
+        elif not (direction > 0).all():
+            raise ValueError(f"HeightMap.{name} must increase or decrease strictly: it is the coordinate of a grid.")
+    return np.sort(columns), np.sort(rows), np.ascontiguousarray(heights)
+
+
+def oriented(heights: Array, apex: str) -> Array:
+    """Heights that grow away from the apex."""
+    if apex not in ("lowest", "highest"):
+        raise ValueError(
+            f"HeightMap.apex = {apex!r} must be 'lowest' (heights grow away from the apex) or 'highest' (image of "
+            "a tip that points "
+            "up)."
+        )
+    return heights if apex == "lowest" else -heights
+
+
+def even_spacing(columns: Array, rows: Array) -> tuple[float, float]:
+    """Distances of rows and columns, for filters in units of points."""
+    for name, axis in (("x", columns), ("y", rows)):
+        steps = np.diff(axis)
+        if np.ptp(steps) > 1e-3 * steps.mean():
+            raise ValueError(f"HeightMap.{name} is not evenly spaced, which smoothing needs. Resample the map first.")
+    return float(np.diff(rows).mean()), float(np.diff(columns).mean())
+
+
+def plane(columns: Array, rows: Array, heights: Array) -> Array:
+    """Best plane through the whole map."""
+    x, y = columns - columns.mean(), (rows - rows.mean())[:, None]
+    rest = heights - heights.mean()
+    along_x, along_y = (rest * x).sum() / (x * x).sum() / rows.size, (rest * y).sum() / (y * y).sum() / columns.size
+    return np.asarray(heights.mean() + along_x * x + along_y * y)
+
+
+def lowest_point(columns: Array, rows: Array, heights: Array, near: tuple[float, float] | None) -> tuple[int, int]:
+    """Row and column of the apex: the lowest point, or the one reached from `near` by descending."""
+    if near is None:
+        j, i = (int(n) for n in np.unravel_index(np.argmin(heights), heights.shape))
+    else:
+        i, j = int(np.argmin(np.abs(columns - near[0]))), int(np.argmin(np.abs(rows - near[1])))
+        while True:
+            top, left = max(j - 1, 0), max(i - 1, 0)
+            window = heights[top : j + 2, left : i + 2]
+            dj, di = (int(n) for n in np.unravel_index(np.argmin(window), window.shape))
+            if heights[top + dj, left + di] >= heights[j, i]:
+                break
+            j, i = top + dj, left + di
+    if not (1 < j < rows.size - 2 and 1 < i < columns.size - 2):
+        raise ValueError(
+            f"HeightMap has its apex at the border, at x = {columns[i]:.6g} m, y = {rows[j]:.6g} m: nothing is "
+            "left of it to press in. "
+            "Check `apex` (which way the tip points), remove a tilt with level=True, or name a point with `near`."
+        )
+    return j, i
+
+
+def largest_circle(columns: Array, rows: Array, at: tuple[int, int]) -> float:
+    """Radius of the largest circle about a point of the map that fits into it [m]."""
+    x, y = columns[at[1]], rows[at[0]]
+    return float(min(x - columns[0], columns[-1] - x, y - rows[0], rows[-1] - y))
+
+
+def fitted(
+    columns: Array, rows: Array, heights: Array, at: tuple[int, int], radius: float
+) -> tuple[scipy.interpolate.RectBivariateSpline, tuple[float, float], float]:
+    """Spline of the square about the apex, the apex between the points, and the height there."""
+    x, y = columns[at[1]], rows[at[0]]
+    i, j = _window(columns, x, radius), _window(rows, y, radius)
+    # heights from the lowest point on: nothing is lost to rounding at the apex
+    spline = scipy.interpolate.RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
+    point = np.array([x, y])
+    step = max(float(np.diff(columns).max()), float(np.diff(rows).max()))
+    for _ in range(30):
+        gradient = np.array([spline.ev(point[1], point[0], dy=1), spline.ev(point[1], point[0], dx=1)])
+        mixed = spline.ev(point[1], point[0], dx=1, dy=1)
+        curvature = np.array(
+            [[spline.ev(point[1], point[0], dy=2), mixed], [mixed, spline.ev(point[1], point[0], dx=2)]]
+        )
+        smallest = float(np.linalg.eigvalsh(curvature)[0])
+        if smallest <= 0:
+            # a saddle or plateau of the spline: go downhill
+            move = -gradient / max(float(np.hypot(*gradient)), 1e-300) * step / 10
+        else:
+            move = -np.linalg.solve(curvature, gradient)
+            move *= min(1.0, step / 2 / max(float(np.hypot(*move)), 1e-300))
+        point = point + move
+        if np.abs(move).max() < 1e-14 * step:
+            break
+    if np.abs(point - [x, y]).max() > 2 * step:
+        point = np.array([x, y])
+    return spline, (float(point[0]), float(point[1])), float(spline.ev(point[1], point[0]))
+
+
+def _window(axis: Array, centre: float, radius: float) -> Indices:
+    inside = np.flatnonzero(np.abs(axis - centre) <= radius)
+    return np.arange(max(inside[0] - _MARGIN, 0), min(inside[-1] + _MARGIN + 1, axis.size))

@@ -1,0 +1,195 @@
+"""Measured body of revolution: a table (r, f).
+
+Between the points a monotone cubic (Hermite) is laid whose slopes are those of the quartic through the five
+nearest points, limited to 0 .. 3 times the smaller neighbouring chord slope, which keeps the curve from
+falling or overshooting (de Boor and Swartz 1977). The tip needs no special case: the one-sided slope at r = 0
+is exact for a cone (its inclination) and for a parabola (zero), so the first points of the table decide which
+of the two it is. The usual PCHIP slopes are not used: their harmonic mean puts a paraboloid's first cells off
+by some per cent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from flatpunch._support.checks import Array, values
+from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
+
+
+@dataclass(frozen=True, slots=True)
+class RadialProfile(RoundShape):
+    """Body of revolution through measured points.
+
+    Parameters
+    ----------
+    r : sequence of float
+        Radii [m], strictly increasing from 0.
+    f : sequence of float
+        Heights [m] over the apex, from 0, never falling, and not zero throughout.
+    kinks : sequence of float
+        Radii of the table at which the slope jumps, such as the edge of a truncated tip; elsewhere it is
+        continuous.
+
+    Raises
+    ------
+    ValueError
+        If the table does not describe such a body; the message names the point.
+    """
+
+    r: tuple[float, ...]
+    f: tuple[float, ...]
+    kinks: tuple[float, ...] = ()
+    _curve: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+    _derivative: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+
+    def __init__(
+        self, r: Sequence[float] | Array, f: Sequence[float] | Array, kinks: Sequence[float] | Array = ()
+    ) -> None:
+        radii, heights = _checked_table(r, f)
+        object.__setattr__(self, "r", tuple(map(float, radii)))
+        object.__setattr__(self, "f", tuple(map(float, heights)))
+        cuts = _kink_indices(radii, kinks)
+        object.__setattr__(self, "kinks", tuple(float(radii[i]) for i in cuts))
+        curve = _curve(radii, heights, cuts)
+        object.__setattr__(self, "_curve", curve)
+        object.__setattr__(self, "_derivative", curve.derivative())
+
+    @classmethod
+    def from_area(cls, depth: Sequence[float] | Array, area: Sequence[float] | Array) -> RadialProfile:
+        """Body of revolution with a measured tip area function: f = depth at r = sqrt(area/pi).
+
+        It has the sections of the true tip as discs, but not its force; `AreaFunction` says by how much.
+
+        Parameters
+        ----------
+        depth : sequence of float
+            Distances h from the apex [m], from 0, never falling.
+        area : sequence of float
+            Areas of the sections there [m^2], from 0, strictly increasing.
+        """
+        areas = values("RadialProfile.from_area area", area)
+        return cls(np.sqrt(areas / np.pi), depth)
+
+    @property
+    def reach(self) -> float:
+        """Last radius of the table [m]; beyond it the profile is continued straight, for no result to use."""
+        return self.r[-1]
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        """The kinks."""
+        return self.kinks
+
+    @property
+    def tabulated(self) -> bool:
+        """True: the second derivative jumps at the points of the table."""
+        return True
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        r = np.asarray(r, dtype=float)
+        inside = np.minimum(r, self.reach)
+        beyond = (r - inside) * float(self._derivative(self.reach))
+        # rounding must not make a gap negative where the table is flat at zero
+        return spread(np.maximum(self._curve(inside), 0.0) + beyond, phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; at a kink the value beyond it."""
+        return spread(np.maximum(self._derivative(np.minimum(r, self.reach)), 0.0), phi)
+
+
+def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tuple[Array, Array]:
+    radii, heights = values("RadialProfile.r", r), values("RadialProfile.f", f, minimum=-np.inf)
+    if radii.size != heights.size or radii.size < 3:
+        raise ValueError(
+            f"RadialProfile has {radii.size} radii and {heights.size} heights; it needs 3 or more of each, "
+            "equally many."
+        )
+    if radii[0] != 0 or heights[0] != 0:
+        raise ValueError(
+            f"RadialProfile starts at r = {radii[0]:.6g}, f = {heights[0]:.6g}; it must start at r = 0, f = "
+            "0. "
+            "Subtract the apex first."
+        )
+    _refuse(
+        "RadialProfile.r",
+        radii,
+        np.diff(radii) <= 0,
+        "must increase strictly; sort the table and drop repeated radii.",
+    )
+    _refuse(
+        "RadialProfile.f",
+        heights,
+        heights[1:] < 0,
+        "is negative: the apex is the lowest point of an indenter.",
+    )
+    _refuse(
+        "RadialProfile.f",
+        heights,
+        np.diff(heights) < 0,
+        "falls: smooth the measured profile until it rises with the radius.",
+    )
+    if heights[-1] == 0:
+        raise ValueError("RadialProfile.f is zero throughout and does not rise; a flat end is Cylinder(radius).")
+    return radii, heights
+
+
+def _refuse(name: str, table: Array, bad: NDArray[np.bool_], reason: str) -> None:
+    if bad.any():
+        i = int(np.argmax(bad)) + 1
+        raise ValueError(f"{name}[{i}] = {table[i]:.6g} after {name}[{i - 1}] = {table[i - 1]:.6g} {reason}")
+
+
+def _kink_indices(radii: Array, kinks: Sequence[float] | Array) -> list[int]:
+    cuts = []
+    for kink in np.atleast_1d(np.asarray(kinks, dtype=float)):
+        i = int(np.argmin(np.abs(radii - kink)))
+        if not (0 < i < radii.size - 1 and abs(radii[i] - kink) <= 1e-9 * radii[-1]):
+            raise ValueError(
+                f"RadialProfile.kinks contains {kink!r}, which is no inner radius of the table. Add that "
+                "point to the table."
+            )
+        cuts.append(i)
+    return sorted(set(cuts))
+
+
+def _curve(radii: Array, heights: Array, cuts: list[int]) -> scipy.interpolate.PPoly:
+    """Monotone piecewise cubic, cut at the kinks."""
+    ends = [0, *cuts, radii.size - 1]
+    parts = []
+    for i, j in pairwise(ends):
+        r, f = radii[i : j + 1], heights[i : j + 1]
+        m = _limited_slopes(r, f)
+        h, chord = np.diff(r), np.diff(f) / np.diff(r)
+        parts.append([(m[:-1] + m[1:] - 2 * chord) / h**2, (3 * chord - 2 * m[:-1] - m[1:]) / h, m[:-1], f[:-1]])
+    return scipy.interpolate.PPoly(np.hstack([np.array(part) for part in parts]), radii)
+
+
+def _limited_slopes(r: Array, f: Array) -> Array:
+    """Slopes at the points from the five nearest of them, limited so that the cubics rise."""
+    chord = np.diff(f) / np.diff(r)
+    width = min(5, r.size)
+    slopes = np.empty(r.size)
+    for i in range(r.size):
+        start = min(max(i - width // 2, 0), r.size - width)
+        slopes[i] = _lagrange_slope(r[start : start + width], f[start : start + width], i - start)
+    smaller = np.minimum(np.concatenate([chord[:1], chord]), np.concatenate([chord, chord[-1:]]))
+    return np.clip(slopes, 0.0, 3 * smaller)
+
+
+def _lagrange_slope(x: Array, y: Array, at: int) -> float:
+    """Derivative at x[at] of the polynomial through all points."""
+    total = 0.0
+    for j in range(x.size):
+        if j != at:
+            others = [k for k in range(x.size) if k not in (j, at)]
+            weight = np.prod((x[at] - x[others]) / (x[j] - x[others])) / (x[j] - x[at])
+            total += weight * (y[j] - y[at])
+    return float(total)

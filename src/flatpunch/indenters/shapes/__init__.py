@@ -1,0 +1,1 @@
+"""Indenters given by a formula, one per file."""

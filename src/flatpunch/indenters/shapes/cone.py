@@ -1,0 +1,45 @@
+"""Cone: the sharp tip of revolution."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.indenters._common import inclination, spread
+from flatpunch.indenters.shape import RoundShape
+
+
+@dataclass(frozen=True, slots=True)
+class Cone(RoundShape):
+    """Cone, f = r tan(inclination).
+
+    Parameters
+    ----------
+    inclination : float
+        Angle between the surface and the cone's face [rad], between 0 and pi/2.
+    """
+
+    inclination: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inclination", inclination("Cone.inclination", self.inclination))
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 1 of f = r^n psi."""
+        return 1.0
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = tan(inclination), in the shape of phi [rad]."""
+        return np.full(np.shape(phi), math.tan(self.inclination))
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return spread(np.asarray(r) * math.tan(self.inclination), phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return np.full(np.broadcast_shapes(np.shape(r), np.shape(phi)), math.tan(self.inclination))

@@ -1,0 +1,40 @@
+"""Cylinder with a flat end: the punch itself as an indenter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder(RoundShape):
+    """Flat-ended cylinder, f = 0 for r <= R and no surface beyond; its contact radius is R at every depth.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R [m], > 0.
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("Cylinder.radius", self.radius))
+
+    @property
+    def reach(self) -> float:
+        """R [m]."""
+        return self.radius
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""
+        return spread(np.where(np.asarray(r) <= self.radius, 0.0, np.inf), phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; infinite for r > R."""
+        return self.height(r, phi)

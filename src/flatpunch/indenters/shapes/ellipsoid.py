@@ -1,0 +1,82 @@
+"""Ellipsoid with its true shape, and the spheroid as its body of revolution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.shapes.sphere import USABLE
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid(Shape):
+    """Lower half of an ellipsoid, f = half_z (1 - sqrt(1 - (x/half_x)^2 - (y/half_y)^2)).
+
+    `EllipticParaboloid(half_z/(2 half_x^2), half_z/(2 half_y^2))` is its small-contact limit.
+
+    Parameters
+    ----------
+    half_x, half_y : float
+        Half-axes along the surface [m], > 0.
+    half_z : float
+        Half-axis along the direction of indentation [m], > 0.
+    """
+
+    half_x: float
+    half_y: float
+    half_z: float
+
+    def __post_init__(self) -> None:
+        for name in ("half_x", "half_y", "half_z"):
+            object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name)))
+
+    @property
+    def reach(self) -> float:
+        """0.95 of the shorter half-axis; beyond the equator the height is infinite."""
+        return USABLE * min(self.half_x, self.half_y)
+
+    def reach_along(self, phi: Array) -> Array:
+        """0.95 of the equator's radius in the directions phi [m]."""
+        return USABLE / np.sqrt(self._inverse_square(phi))
+
+    @property
+    def round(self) -> bool:
+        """Whether the horizontal half-axes are equal."""
+        return self.half_x == self.half_y
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite beyond the equator."""
+        square = np.square(r) * self._inverse_square(phi)
+        # s/(1 + root) instead of 1 - root: no cancellation at the apex
+        gap = self.half_z * square / (1 + np.sqrt(np.maximum(1 - square, 0.0)))
+        return spread(np.where(square <= 1, gap, np.inf), phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; infinite from the equator on."""
+        inverse = self._inverse_square(phi)
+        root = np.sqrt(np.maximum(1 - np.square(r) * inverse, 0.0))
+        with np.errstate(divide="ignore"):
+            return spread(np.asarray(self.half_z * np.asarray(r) * inverse / root), phi)
+
+    def _inverse_square(self, phi: Array) -> Array:
+        """One over the square of the equator's radius in each direction."""
+        if self.round:
+            return np.asarray(self.half_x**-2.0)
+        return np.asarray((np.cos(phi) / self.half_x) ** 2 + (np.sin(phi) / self.half_y) ** 2)
+
+
+def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
+    """Ellipsoid of revolution about the direction of indentation.
+
+    Parameters
+    ----------
+    half_width : float
+        Equatorial radius [m], > 0.
+    half_height : float
+        Half-axis along the direction of indentation [m], > 0. The radius of curvature at the apex is half_width^2/half_height.
+    """
+    return Ellipsoid(half_width, half_width, half_height)

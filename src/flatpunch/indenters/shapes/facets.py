@@ -1,0 +1,123 @@
+"""Pyramids whose faces differ: AFM tips with front, back and side angles, and the rhombic Knoop diamond.
+
+A pyramid is the highest of its faces, f = max_j k_j . x, each a plane of gradient k_j. The gradients are the corners
+of a convex polygon about the origin, and that polygon is the shape: rounding the tip (`Rounded`) and tilting it
+(`Tilted`) are operations on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, real
+from flatpunch.indenters._common import FULL_TURN, inclination, spread
+from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.shapes.pyramid import Pyramid
+
+
+@dataclass(frozen=True, slots=True)
+class FacetedPyramid(Shape):
+    """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
+
+    Parameters
+    ----------
+    directions : sequence of float
+        Polar angles of the horizontal face normals n_j [rad]: the side to which each face looks.
+    inclinations : sequence of float
+        Angle between the surface and each face [rad], between 0 and pi/2.
+
+    Raises
+    ------
+    ValueError
+        If the faces do not enclose the apex, or one of them is hidden behind its neighbours.
+    """
+
+    directions: tuple[float, ...]
+    inclinations: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        directions = [real(f"FacetedPyramid.directions[{i}]", d) % FULL_TURN for i, d in enumerate(self.directions)]
+        slants = [inclination(f"FacetedPyramid.inclinations[{i}]", a) for i, a in enumerate(self.inclinations)]
+        if len(directions) != len(slants) or len(slants) < 3:
+            raise ValueError(
+                f"FacetedPyramid has {len(directions)} directions and {len(slants)} inclinations; it needs 3 faces or "
+                "more, with one of each."
+            )
+        faces = sorted(zip(directions, slants, strict=True))
+        object.__setattr__(self, "directions", tuple(d for d, _ in faces))
+        object.__setattr__(self, "inclinations", tuple(a for _, a in faces))
+        _check_faces(self.directions, face_gradients(self))
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 1 of f = r^n psi(phi)."""
+        return 1.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Directions of the edges between neighbouring faces [rad]."""
+        return edge_directions(face_gradients(self))
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = max_j tan(inclination_j) cos(phi - direction_j), in the shape of phi [rad]."""
+        phi = np.asarray(phi, dtype=float)
+        faces = zip(self.directions, self.inclinations, strict=True)
+        return np.asarray(np.max([math.tan(a) * np.cos(phi - d) for d, a in faces], axis=0))
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(np.asarray(r) * self.angular(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return spread(self.angular(phi), r)
+
+
+def face_gradients(tip: Pyramid | FacetedPyramid) -> Array:
+    """Gradients k_j of the faces, anticlockwise, shape (faces, 2)."""
+    if isinstance(tip, Pyramid):
+        angle = FULL_TURN * np.arange(tip.sides) / tip.sides
+        steepness = np.full(tip.sides, math.tan(tip.inclination))
+    else:
+        angle, steepness = np.array(tip.directions), np.tan(tip.inclinations)
+    return np.asarray(steepness[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
+
+
+def edge_directions(gradients: Array) -> tuple[float, ...]:
+    """Polar angles of the edges, along which two faces are equally high: normals of the polygon's sides, ascending."""
+    side = np.roll(gradients, -1, axis=0) - gradients
+    angles = np.mod(np.arctan2(-side[:, 0], side[:, 1]), FULL_TURN)
+    # rounding must not turn an edge along +x into one a turn further
+    angles[FULL_TURN - angles < 1e-15 * FULL_TURN] = 0.0
+    return tuple(sorted(map(float, angles)))
+
+
+def pyramid_of(gradients: Sequence[Sequence[float]] | Array) -> FacetedPyramid:
+    """Pyramid with faces of given gradients, shape (faces, 2)."""
+    k = np.asarray(gradients, dtype=float)
+    return FacetedPyramid(tuple(np.arctan2(k[:, 1], k[:, 0])), tuple(np.arctan(np.hypot(k[:, 0], k[:, 1]))))
+
+
+def _check_faces(directions: tuple[float, ...], gradients: Array) -> None:
+    gaps = np.diff([*directions, directions[0] + FULL_TURN])
+    if gaps.max() >= math.pi * (1 - 1e-12):
+        i = int(np.argmax(gaps))
+        raise ValueError(
+            f"FacetedPyramid has no face between the directions {directions[i]:.4g} and "
+            f"{directions[i] + gaps[i]:.4g} rad, half a "
+            "turn or more: there the tip would not rise. Add a face."
+        )
+    before, after = np.roll(gradients, 1, axis=0), np.roll(gradients, -1, axis=0)
+    turn = np.cross(np.pad(gradients - before, ((0, 0), (0, 1))), np.pad(after - gradients, ((0, 0), (0, 1))))[:, 2]
+    hidden = turn <= 1e-12 * np.max(np.sum(gradients**2, axis=1))
+    if hidden.any():
+        i = int(np.argmax(hidden))
+        raise ValueError(
+            f"FacetedPyramid face {i} (direction {directions[i]:.4g} rad) is hidden behind its neighbours: they "
+            "are steep enough "
+            "to leave nothing of it. Leave it out or raise its inclination."
+        )

@@ -1,0 +1,85 @@
+"""Paraboloids, round and elliptic: what every smooth convex body looks like close to its apex."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape, Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Paraboloid(RoundShape):
+    """Paraboloid of revolution, f = r^2/(2 R).
+
+    Parameters
+    ----------
+    radius : float
+        Radius of curvature R at the apex [m], > 0.
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("Paraboloid.radius", self.radius))
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 2 of f = r^n psi."""
+        return 2.0
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = 1/(2 R) [1/m], in the shape of phi [rad]."""
+        return np.full(np.shape(phi), 0.5 / self.radius)
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return spread(np.square(r) * (0.5 / self.radius), phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return spread(np.asarray(r) / self.radius, phi)
+
+
+@dataclass(frozen=True, slots=True)
+class EllipticParaboloid(Shape):
+    """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
+
+    Parameters
+    ----------
+    A, B : float
+        Half the principal curvatures along x and y [1/m], > 0: A = 1/(2 R_x), B = 1/(2 R_y).
+    """
+
+    A: float
+    B: float
+
+    def __post_init__(self) -> None:
+        hint = "A and B are half the principal curvatures, 1/(2 R)."
+        object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint))
+        object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint))
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 2 of f = r^n psi(phi)."""
+        return 2.0
+
+    @property
+    def round(self) -> bool:
+        """Whether A equals B."""
+        return self.A == self.B
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = A cos^2 phi + B sin^2 phi [1/m], in the shape of phi [rad]."""
+        return np.asarray(self.A * np.cos(phi) ** 2 + self.B * np.sin(phi) ** 2)
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(np.square(r) * self.angular(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return np.asarray(2 * np.asarray(r) * self.angular(phi))

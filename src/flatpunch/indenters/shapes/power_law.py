@@ -1,0 +1,204 @@
+"""Power-law indenters f = r^n psi(phi): every level line has the same shape.
+
+psi may be a number, a function, or a table of one turn. Numbers and tables become small callables of their
+own, so that `indenter.angular(phi)` works for all three and the indenter stays hashable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, positive, values
+from flatpunch.indenters._common import FULL_TURN, corner_angles, power
+from flatpunch.indenters.shape import Shape
+
+_SAMPLES = FULL_TURN * (np.arange(720) + 0.382) / 720
+"""Angles at which psi is tried: twice a degree, off the multiples of common corners."""
+
+
+@dataclass(frozen=True, slots=True)
+class AngularConstant:
+    """psi(phi) = value: a body of revolution.
+
+    Parameters
+    ----------
+    value : float
+        psi [m^(1-n)], > 0.
+    """
+
+    value: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", positive("PowerLaw.angular", self.value))
+
+    def __call__(self, phi: Array) -> Array:
+        """Values psi in the shape of phi [rad]."""
+        return np.full(np.shape(phi), self.value)
+
+
+@dataclass(frozen=True, slots=True)
+class AngularTable:
+    """psi(phi) through the points of a table, as a cubic spline that closes after one turn.
+
+    At `corners` the spline is cut: it keeps its value there but not its slope.
+
+    Parameters
+    ----------
+    phi : sequence of float
+        Polar angles [rad], strictly increasing, within less than one turn (the first point is not repeated).
+    psi : sequence of float
+        Values [m^(1-n)], > 0, and so that the spline stays positive in between.
+    corners : sequence of float
+        Angles of the table at which the outline has an edge.
+    """
+
+    phi: tuple[float, ...]
+    psi: tuple[float, ...]
+    corners: tuple[float, ...] = ()
+    _spline: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf)
+        psi = values("PowerLaw.angular psi", self.psi, strict=True)
+        if phi.size != psi.size or phi.size < 3:
+            raise ValueError(
+                f"PowerLaw.angular has {phi.size} angles and {psi.size} values; a table needs 3 or more of "
+                "each, equally many."
+            )
+        if (np.diff(phi) <= 0).any() or phi[-1] - phi[0] >= FULL_TURN:
+            raise ValueError(
+                "PowerLaw.angular phi must increase strictly and stay below one turn (2 pi): "
+                "the table closes by itself, leave out the repeated first point."
+            )
+        object.__setattr__(self, "phi", tuple(map(float, phi)))
+        object.__setattr__(self, "psi", tuple(map(float, psi)))
+        object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", self.corners))
+        object.__setattr__(self, "_spline", _closed_spline(phi, psi, self.corners))
+
+    def __call__(self, phi: Array) -> Array:
+        """Values psi in the shape of phi [rad]."""
+        start = self._spline.x[0]
+        return np.asarray(self._spline(start + np.mod(np.asarray(phi) - start, FULL_TURN)))
+
+
+def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.interpolate.PPoly:
+    """One turn of piecewise cubics, starting at the first corner if there is one."""
+    cuts = []
+    for corner in corners:
+        off = np.abs(np.mod(phi - corner + np.pi, FULL_TURN) - np.pi)
+        if off.min() > 1e-9:
+            raise ValueError(
+                f"PowerLaw.corners contains {corner!r}, which is no angle of the table. Add the corner's "
+                "own value to the table."
+            )
+        cuts.append(int(np.argmin(off)))
+    first = min(cuts, default=0)
+    x = np.concatenate([phi[first:], phi[:first] + FULL_TURN, [phi[first] + FULL_TURN]])
+    y = np.concatenate([psi[first:], psi[:first], [psi[first]]])
+    if not cuts:
+        return scipy.interpolate.CubicSpline(x, y, bc_type="periodic")
+    ends = [*sorted(cut - first for cut in cuts), phi.size]
+    pieces = [scipy.interpolate.CubicSpline(x[i : j + 1], y[i : j + 1]) for i, j in pairwise(ends)]
+    joints = np.concatenate([pieces[0].x, *(piece.x[1:] for piece in pieces[1:])])
+    return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw(Shape):
+    """Indenter f = r^n psi(phi).
+
+    Parameters
+    ----------
+    exponent : float
+        n [-], > 0. The theory wants n >= 1; smaller ones have an infinite slope at the apex.
+    angular : float, callable, or pair (phi, psi)
+        psi(phi) [m^(1-n)], > 0 and periodic over one turn: a number (body of revolution), a function of an
+        array of angles [rad], or a table of one turn through which a cubic spline is laid.
+    corners : sequence of float
+        Polar angles [rad] at which psi has an edge; for a table they must be angles of the table. Quadrature
+        over the angle is split there, so a corner that is not named costs accuracy.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If psi is not positive, finite and periodic, or does not accept arrays.
+    """
+
+    exponent: float = field()
+    angular: Callable[[Array], Array]
+    corners: tuple[float, ...] = ()
+    _round: bool = field(init=False, repr=False, compare=False)
+
+    def __init__(self, exponent: Any, angular: Any, corners: Any = ()) -> None:
+        object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent))
+        object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
+        object.__setattr__(self, "angular", _as_angular(angular, self.corners))
+        object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))
+
+    @property
+    def round(self) -> bool:
+        """Whether psi is constant."""
+        return self._round
+
+    @property
+    def seams(self) -> tuple[float, ...]:
+        """Angles between which psi is analytic though it has no edge there: the points of a table."""
+        table = self.angular
+        return tuple(sorted(p % FULL_TURN for p in table.phi)) if isinstance(table, AngularTable) else ()
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(power(r, self.exponent) * self.angular(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return np.asarray(self.exponent * power(r, self.exponent - 1) * self.angular(phi))
+
+
+def _as_angular(angular: Any, corners: tuple[float, ...]) -> Callable[[Array], Array]:
+    if isinstance(angular, AngularTable) and angular.corners != corners:
+        return AngularTable(angular.phi, angular.psi, corners)
+    if callable(angular):
+        function: Callable[[Array], Array] = angular
+        return function
+    if isinstance(angular, (tuple, list)) or (isinstance(angular, np.ndarray) and angular.ndim):
+        if len(angular) != 2:
+            raise ValueError(
+                f"PowerLaw.angular has {len(angular)} entries; a table is a pair (phi, psi) of two sequences."
+            )
+        return AngularTable(angular[0], angular[1], corners)
+    return AngularConstant(angular)
+
+
+def _tried(angular: Callable[[Array], Array]) -> Array:
+    """Values at `_SAMPLES`, after the checks that psi is usable at all."""
+    try:
+        psi = np.asarray(angular(_SAMPLES), dtype=float)
+    except (TypeError, ValueError) as error:
+        raise TypeError(
+            f"PowerLaw.angular fails on an array of angles ({error}). Write it with NumPy functions, e.g. "
+            "lambda phi: 1 + 0.1 * np.cos(phi)."
+        ) from error
+    if psi.shape != _SAMPLES.shape:
+        raise ValueError(
+            f"PowerLaw.angular gave shape {psi.shape} for {_SAMPLES.shape} angles. Return one value per "
+            "angle; a constant is given as a number."
+        )
+    bad = ~(np.isfinite(psi) & (psi > 0))
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise ValueError(
+            f"PowerLaw.angular({_SAMPLES[i]:.4g}) = {psi[i]:.6g} must be finite and > 0: f must rise from "
+            "the apex in every direction."
+        )
+    # a turn shifts the angle by rounding of 2 pi only, which a psi of ordinary smoothness does not see at
+    # 1e-9
+    if np.abs(np.asarray(angular(_SAMPLES - FULL_TURN)) - psi).max() > 1e-9 * psi.max():
+        raise ValueError("PowerLaw.angular is not periodic: psi(phi - 2 pi) differs from psi(phi).")
+    return psi

@@ -1,0 +1,67 @@
+"""Regular pyramid: AFM tips and hardness indenters before they wear."""
+
+from __future__ import annotations
+
+import math
+import operator
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.indenters._common import FULL_TURN, inclination, spread
+from flatpunch.indenters.shape import Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Pyramid(Shape):
+    """Regular pyramid, f = tan(inclination) max_j (x·n_j).
+
+    The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
+    the edges lie half-way between the normals.
+
+    Parameters
+    ----------
+    sides : int
+        Number of faces N, >= 3.
+    inclination : float
+        Angle between the surface and each face [rad], between 0 and pi/2.
+    """
+
+    sides: int
+    inclination: float
+
+    def __post_init__(self) -> None:
+        hint = "A pyramid has 3 faces or more; the round limit is Cone(inclination)."
+        try:
+            sides = operator.index(self.sides)
+        except TypeError:
+            raise TypeError(f"Pyramid.sides = {self.sides!r} must be an integer >= 3. {hint}") from None
+        if sides < 3:
+            raise ValueError(f"Pyramid.sides = {sides!r} must be an integer >= 3. {hint}")
+        object.__setattr__(self, "sides", sides)
+        object.__setattr__(self, "inclination", inclination("Pyramid.inclination", self.inclination))
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 1 of f = r^n psi(phi)."""
+        return 1.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Directions of the edges, (2 j + 1) pi/N [rad]."""
+        return tuple((2 * j + 1) * math.pi / self.sides for j in range(self.sides))
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = tan(inclination) cos(angle to the nearest face normal), in the shape of phi [rad]."""
+        width = FULL_TURN / self.sides
+        off = phi - width * np.round(np.asarray(phi) / width)
+        return np.asarray(math.tan(self.inclination) * np.cos(off))
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(np.asarray(r) * self.angular(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        return spread(self.angular(phi), r)

@@ -1,0 +1,51 @@
+"""Sphere with its true shape, for contacts that are not small against its radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.indenters._common import spread
+from flatpunch.indenters.shape import RoundShape
+
+USABLE = 0.95
+"""Largest contact radius over R: beyond it slopes exceed 3, which the theory does not cover."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere(RoundShape):
+    """Ball, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R [m], > 0.
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("Sphere.radius", self.radius))
+
+    @property
+    def reach(self) -> float:
+        """0.95 R; the height is defined up to R and infinite beyond, where the ball has no surface."""
+        return USABLE * self.radius
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""
+        r = np.asarray(r, dtype=float)
+        # r^2/(R + root) instead of R - root: no cancellation at the apex
+        gap = r**2 / (self.radius + self._root(r))
+        return spread(np.where(r <= self.radius, gap, np.inf), phi)
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; infinite for r >= R."""
+        r = np.asarray(r, dtype=float)
+        with np.errstate(divide="ignore"):
+            return spread(np.asarray(r / self._root(r)), phi)
+
+    def _root(self, r: Array) -> Array:
+        return np.sqrt(np.maximum((self.radius - r) * (self.radius + r), 0.0))

@@ -1,0 +1,1 @@
+"""Real tips: rounded, cut off, tilted, and the standard tips of nanoindentation and AFM."""

@@ -1,0 +1,210 @@
+"""Any tip with its end cut or worn off flat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, positive
+from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.shapes.cylinder import Cylinder
+
+_ANGLES = 720
+_HALVINGS = 200
+_SAME = 1e-12
+_BISECTIONS, _SECTIONS = 52, 40
+_ALIKE, _MOST_TURNS = 1e-9, 6
+"""Difference between radii at which a border turns that are one, and the most of them that are told of rough borders."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truncated(Shape):
+    """Tip cut off flat: f = max(0, f_tip - height).
+
+    The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names the
+    distances from the axis at which it turns: between the smallest and the largest the flat ends in some directions only.
+
+    Parameters
+    ----------
+    tip : Indenter
+        The tip before cutting, such as Pyramid, Cone, Sphere, EllipticParaboloid.
+    height_removed : float
+        Height cut off above the apex [m], > 0. `Truncated.across` takes the radius of the flat instead.
+    """
+
+    tip: Indenter
+    height_removed: float
+    _rings: tuple[float, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
+            raise TypeError(f"Truncated.tip = {self.tip!r} must be an indenter such as Pyramid(4, 0.6).")
+        if isinstance(self.tip, (Cylinder, Truncated)):
+            raise TypeError(f"Truncated.tip = {self.tip!r} is flat already.")
+        removed = positive("Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.")
+        object.__setattr__(self, "height_removed", removed)
+        object.__setattr__(self, "_rings", _border(self.tip, removed))
+
+    @classmethod
+    def across(cls, tip: Indenter, radius: float) -> Truncated:
+        """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
+        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.")
+        if radius >= tip.reach:
+            raise ValueError(f"Truncated radius = {radius!r} must be below the reach of the tip, {tip.reach:.6g} m.")
+        angles = _angles(tip)
+        at = np.array(radius)
+        values = np.asarray(tip.height(at, angles))
+        best = angles[int(np.argmax(values))]
+        found = scipy.optimize.minimize_scalar(
+            lambda phi: -float(tip.height(at, np.array(phi))) / values.max(),
+            bounds=(best - 0.01, best + 0.01),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        return cls(tip, max(float(values.max()), -float(found.fun) * float(values.max())))
+
+    @property
+    def reach(self) -> float:
+        """That of the tip [m]."""
+        return self.tip.reach
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Edges of the tip beyond its flat [rad]."""
+        return self.tip.corners
+
+    @property
+    def seams(self) -> tuple[float, ...]:
+        """Joints of the tip [rad]."""
+        return tuple(getattr(self.tip, "seams", ()))
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        """Border of the flat, radii at which it turns, and the kinks of the tip beyond it [m]."""
+        return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
+
+    @property
+    def round(self) -> bool:
+        """Whether the tip is round."""
+        return self.tip.round
+
+    @property
+    def angular_tolerance(self) -> float | None:
+        """That of the tip: `crossings` tells where rays cross the border of the flat."""
+        return getattr(self.tip, "angular_tolerance", None)
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """Radii about the border of the flat [m]."""
+        low, high = self._rings[0], self._rings[-1]
+        return tuple(s for s in (0.5 * (low + high), 1.2 * high, 3 * high, 20 * high) if s < self.reach) or (high,)
+
+    def crossings(self, r: Array) -> Array:
+        """Polar angles [rad] at which circles of radii r, shape (n,), cross the border of the flat, and kinks of the tip.
+
+        Shape (n, k), NaN where a circle has fewer.
+        """
+        angles, radii = _border_line(self.tip, self.height_removed)
+        inside = r[:, None] < radii
+        rows, columns = np.nonzero(inside[:, 1:] != inside[:, :-1])
+        low, high, on = angles[columns], angles[columns + 1], inside[rows, columns]
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2
+            before = (np.asarray(self.tip.height(r[rows], middle)) < self.height_removed) == on
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        place = np.arange(rows.size) - np.searchsorted(rows, rows)
+        found = np.full((r.size, int(place.max(initial=-1)) + 1), np.nan)
+        found[rows, place] = (low + high) / 2
+        return found if self._of_tip is None else np.hstack([found, self._of_tip(r)])
+
+    @property
+    def _of_tip(self) -> Callable[[Array], Array] | None:
+        """What the tip says of its own kinks."""
+        return getattr(self.tip, "crossings", None)
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        return np.asarray(np.maximum(self.tip.height(r, phi) - self.height_removed, 0.0))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting; at the border of the flat the value beyond it."""
+        beyond = np.asarray(self.tip.height(r, phi)) >= self.height_removed
+        return np.where(beyond, self.tip.slope(r, phi), 0.0)
+
+
+def _border(tip: Indenter, level: float) -> tuple[float, ...]:
+    """Smallest and largest radius of the level line f = level, and others at which it turns; one where it is a circle."""
+    radii = _border_line(tip, level)[1]
+    if not np.isfinite(radii).all():
+        raise ValueError(
+            f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach {tip.reach:.6g} m)."
+        )
+    if np.ptp(radii) <= _SAME * radii.max():
+        return (float(radii.max()),)
+    closed = np.append(radii, radii[1])
+    turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
+    between = np.sort(turns[(turns > (1 + _ALIKE) * radii.min()) & (turns < (1 - _ALIKE) * radii.max())])
+    between = between[np.diff(between, prepend=0.0) > _ALIKE * radii.max()]
+    few = between if between.size <= _MOST_TURNS else between[:0]
+    return (float(radii.min()), *few.tolist(), float(radii.max()))
+
+
+@lru_cache(maxsize=64)
+def _border_line(tip: Indenter, level: float) -> tuple[Array, Array]:
+    """Angles over a full turn, ends included, and the radii there of the level line f = level, none of its extremes left out."""
+    angles = _angles(tip)
+    radii = _level_radii(tip, level, angles)
+    if np.isfinite(radii).all() and np.ptp(radii) > _SAME * radii.max():
+        width, extremes = FULL_TURN / _ANGLES, []
+        for sign in (1, -1):
+            beside = np.minimum(sign * np.roll(radii, 1), sign * np.roll(radii, -1))
+            turning = angles[sign * radii <= beside]
+            extremes.append(_least(partial(_signed_radii, tip, level, sign), turning, width))
+        angles = np.union1d(angles, np.mod(np.concatenate(extremes), FULL_TURN))
+    closed = np.append(angles, angles[0] + FULL_TURN)
+    return closed, _level_radii(tip, level, closed)
+
+
+def _signed_radii(tip: Indenter, level: float, sign: int, phi: Array) -> Array:
+    return sign * _level_radii(tip, level, phi)
+
+
+def _least(function: Callable[[Array], Array], about: Array, width: float) -> Array:
+    """Where a function of one variable is least about several places, by golden sections: to the root of rounding."""
+    low, high, share = about - width, about + width, (np.sqrt(5) - 1) / 2
+    for _ in range(_SECTIONS):
+        left, right = high - share * (high - low), low + share * (high - low)
+        first = function(left) <= function(right)
+        low, high = np.where(first, low, left), np.where(first, right, high)
+    return np.asarray((low + high) / 2)
+
+
+def _angles(tip: Indenter) -> Array:
+    even = FULL_TURN * np.arange(_ANGLES) / _ANGLES
+    return np.array(sorted({*even, *split_angles(tip)}))
+
+
+def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
+    """Radii at which f reaches the level, infinite where it does not."""
+    if tip.exponent is not None:
+        return np.asarray((level / np.asarray(tip.height(np.ones_like(phi), phi))) ** (1 / tip.exponent))
+    low, high = np.zeros_like(phi), np.full_like(phi, min(1.0, tip.reach))
+    for _ in range(_HALVINGS):
+        short = (np.asarray(tip.height(high, phi)) < level) & (high < tip.reach)
+        if not short.any():
+            break
+        high = np.where(short, np.minimum(2 * high, tip.reach), high)
+    reached = np.asarray(tip.height(high, phi)) >= level
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        above = np.asarray(tip.height(middle, phi)) >= level
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+        if np.all(high - low <= 4e-16 * high):
+            break
+    return np.where(reached, high, np.inf)

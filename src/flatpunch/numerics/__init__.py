@@ -1,0 +1,1 @@
+"""Gauss points and interpolants that the mechanics is built on."""

@@ -1,0 +1,154 @@
+"""Picture of a body: Young's modulus over depth, with the layers, what lies below them, and how far a contact reaches.
+
+Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bodies the upper one lies above zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from flatpunch._support.checks import Array
+from flatpunch.files.units import readable
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies
+
+_MODULUS, _FACE, _CONTACT = "#1f4e79", "#8c8c8c", "#c1121f"
+_SAMPLES = 201
+_BELOW = 0.3
+_LOGARITHMIC = 20.0
+"""Ratio of moduli from which on their axis is logarithmic."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Young's modulus of one body along its depth.
+
+    Attributes
+    ----------
+    pieces : tuple of (ndarray, ndarray)
+        Depths z [m] from the contact surface and moduli [Pa] of each layer, then of an elastic base.
+    faces : tuple of (float, bool)
+        Depth of each layer's lower face [m], and whether it sticks to what lies below.
+    end : float
+        Depth down to which the profile goes [m].
+    rigid : bool
+        Whether a rigid base begins at the last face.
+    """
+
+    pieces: tuple[tuple[Array, Array], ...]
+    faces: tuple[tuple[float, bool], ...]
+    end: float
+    rigid: bool
+
+
+def is_graded(medium: Any) -> bool:
+    """Whether the modulus varies with depth other than by jumps."""
+    if isinstance(medium, TwoBodies):
+        return any(is_graded(body) for body in medium.elastic)
+    if isinstance(medium, Medium):
+        return any(isinstance(layer, GradedLayer) for layer in medium.layers)
+    return isinstance(medium, PowerLawHalfSpace)
+
+
+def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: float) -> Profile:
+    """Modulus over depth of one body, down to `reach` [m] at least and past all its layers."""
+    layers = body.layers if isinstance(body, Medium) else ()
+    base = body.base if isinstance(body, Medium) else body
+    top, pieces, faces = 0.0, [], []
+    for layer in layers:
+        z = np.linspace(0.0, layer.thickness, _SAMPLES if isinstance(layer, GradedLayer) else 2)
+        if isinstance(layer, GradedLayer):
+            z = np.unique(np.concatenate([z, layer.breaks]))
+            young = layer.young_at(z)
+        else:
+            young = np.full_like(z, layer.young)
+        pieces.append((top + z, young))
+        top += layer.thickness
+        faces.append((top, layer.bonded))
+    end = max((1 + _BELOW) * top, reach)
+    if isinstance(base, HalfSpace):
+        pieces.append((np.array([top, end]), np.full(2, base.young)))
+    elif isinstance(base, PowerLawHalfSpace):
+        # the modulus of a power law is zero or infinite at the surface itself
+        z = np.linspace(0.0, end, _SAMPLES + 1)[1:]
+        pieces.append((z, base.modulus * (z / base.depth) ** base.exponent))
+    return Profile(tuple(pieces), tuple(faces), end, isinstance(base, RigidBase))
+
+
+def modulus_depth(
+    medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies, axes: Axes, *, contact_radius: float = 0.0
+) -> Axes:
+    """Draw Young's modulus over depth.
+
+    Parameters
+    ----------
+    medium : HalfSpace, Medium, PowerLawHalfSpace or TwoBodies
+        The body, or two of them: the upper one then lies above zero.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    contact_radius : float
+        Mean contact radius [m]: a contact feels the body down to about this depth, which is marked; 0 marks nothing.
+    """
+    pair = isinstance(medium, TwoBodies)
+    bodies = [(medium.upper, -1.0), (medium.lower, 1.0)] if isinstance(medium, TwoBodies) else [(medium, 1.0)]
+    reach = 1.5 * contact_radius or _own_length(medium)
+    profiles = [(profile(body, reach), sign) for body, sign in bodies]
+    moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])
+    wide = moduli.max() > _LOGARITHMIC * moduli.min()
+    young_factor, young_unit = readable(float(np.sqrt(moduli.max() * moduli.min()) if wide else moduli.max()), "Pa")
+    factor, unit = readable(max(found.end for found, _ in profiles), "m")
+    for found, sign in profiles:
+        for z, young in found.pieces:
+            axes.plot(young * young_factor, sign * z * factor, color=_MODULUS, linewidth=1.8)
+        _faces(found, sign * factor, axes)
+    if wide:
+        axes.set_xscale("log")
+    else:
+        axes.set_xlim(0, 1.08 * float(moduli.max()) * young_factor)
+    low = -profiles[0][0].end * factor if pair else 0.0
+    axes.set_ylim(profiles[-1][0].end * factor, low)
+    if pair:
+        axes.axhline(0, color="black", linewidth=0.9)
+    _mark_contact(contact_radius * factor, pair, axes)
+    axes.set_xlabel(f"Young's modulus $E$ ({young_unit})")
+    axes.set_ylabel(f"depth $z$ ({unit})" + (", upper body above 0" if pair else ""))
+    axes.set_title("Modulus over depth")
+    return axes
+
+
+def _own_length(medium: Any) -> float:
+    length = float(medium.length)
+    return 1.5 * length if np.isfinite(length) else 1.0
+
+
+def _faces(found: Profile, scale: float, axes: Axes) -> None:
+    for depth, bonded in found.faces:
+        axes.axhline(scale * depth, color=_FACE, linewidth=0.8, linestyle="-" if bonded else (0, (6, 4)))
+    if found.rigid:
+        top = found.faces[-1][0] if found.faces else 0.0
+        axes.axhspan(
+            scale * top, scale * found.end, facecolor="none", edgecolor=_FACE, hatch="///", linewidth=0, alpha=0.6
+        )
+        middle = scale * (top + found.end) / 2
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+        axes.text(0.5, middle, "rigid", transform=axes.get_yaxis_transform(), ha="center", va="center", bbox=box)
+
+
+def _mark_contact(radius: float, pair: bool, axes: Axes) -> None:
+    """Dotted lines at the depth of one contact radius."""
+    if radius <= 0:
+        return
+    for depth in (-radius, radius) if pair else (radius,):
+        axes.axhline(depth, color=_CONTACT, linewidth=1.1, linestyle=":")
+    place: dict[str, Any] = {
+        "transform": axes.get_yaxis_transform(),
+        "color": _CONTACT,
+        "fontsize": 8,
+        "ha": "right",
+        "va": "bottom",
+    }
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+    axes.text(0.98, radius, "contact radius", bbox=box, **place)

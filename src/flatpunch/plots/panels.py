@@ -1,0 +1,246 @@
+"""Panels of the pictures of a result: force over depth, outline, pressure map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.path import Path as Outline
+from scipy.ndimage import distance_transform_edt
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch.bem.height import overlap_half_widths
+from flatpunch.contact import pressure
+from flatpunch.files.units import readable
+
+_FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c8c"
+
+
+_MAP_POINTS = 121
+
+
+_FREE = 0.87
+"""Half-widths of the picture up to which labels of level lines are written."""
+
+
+def force_depth(result: xr.Dataset, axes: Axes) -> Axes:
+    """Draw force and stiffness over depth; steps at which the theory does not hold are grey.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    axes : matplotlib.axes.Axes
+        Where to draw; the stiffness gets a second axis on the right.
+    """
+    depth, depth_unit = _scaled(result["depth"].values, "m")
+    force, force_unit = _scaled(result["force"].values, "N")
+    stiffness, stiffness_unit = _scaled(result["stiffness"].values, "N/m")
+    valid = result["valid"].values.astype(bool)
+    marker = "o" if depth.size < 4 else ""
+    right = axes.twinx()
+    right.grid(visible=False)
+    for target, values, colour, line in ((axes, force, _FORCE, "-"), (right, stiffness, _STIFFNESS, "--")):
+        target.plot(depth, np.where(valid, values, np.nan), line, color=colour, marker=marker)
+        if not valid.all():
+            target.plot(depth, np.where(valid, np.nan, values), line, color=_INVALID, marker=marker)
+        target.set_ylim(bottom=0)
+    axes.set_xlim(left=0)
+    axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
+    axes.set_ylabel(f"normal force $F$ ({force_unit})", color=_FORCE)
+    right.set_ylabel(f"stiffness d$F$/d$d$ ({stiffness_unit})", color=_STIFFNESS)
+    axes.set_title("Force (solid) and stiffness (dashed)" + ("" if valid.all() else ", grey where the theory fails"))
+    return axes
+
+
+def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None = None) -> Axes:
+    """Draw contact outlines over level lines of the indenter.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    indenter : object
+        The indenter it was solved for.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    step : int, optional
+        Which step; by default the last at which the theory holds and the contact has an outline, with three earlier ones thinner.
+    """
+    last = _last_valid(result) if step is None else step
+    phi, contour = result["phi"].values, result["contour"].values
+    half = _half_width(result, indenter, last)
+    factor, unit = readable(half, "m")
+    _level_lines(indenter, half, factor, axes)
+    for i in _earlier(result, last) if step is None else []:
+        axes.plot(*_curve(contour[i], phi, factor), color=_OUTLINE, linewidth=0.8, alpha=0.45)
+    axes.plot(*_curve(contour[last], phi, factor), color=_OUTLINE, linewidth=1.8)
+    _frame(axes, half * factor, unit)
+    depth, depth_unit = _scaled(result["depth"].values[last : last + 1], "m")
+    what = "Contact outline (red)" if _outlined(result)[last] else "Several parts, no outline"
+    axes.set_title(f"{what} at $d$ = {depth[0]:.3g} {depth_unit}")
+    return axes
+
+
+def pressure_map(
+    result: xr.Dataset, medium: Any, indenter: Any, axes: Axes, *, step: int | None = None, points: int = _MAP_POINTS
+) -> Axes:
+    """Draw the contact pressure of one step as a map, with a colour bar.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    medium, indenter : object
+        What it was solved for.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    step : int, optional
+        Which step; by default the last at which the theory holds and the contact has an outline.
+    points : int
+        Number of points along either side of the map.
+    """
+    last = _last_valid(result) if step is None else step
+    half = _half_width(result, indenter, last)
+    x = np.linspace(-half, half, points)
+    # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
+    control = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    work = result.attrs.get("work_of_adhesion")
+    field = pressure(
+        medium, indenter, x[None, :], x[:, None], method=result.attrs["method"], work_of_adhesion=work, **control
+    )
+    factor, unit = readable(half, "m")
+    values, pressure_unit = _scaled(field, "Pa", quantile=True)
+    rim = _curve(result["contour"].values[last], result["phi"].values, factor)
+    draw = _coloured if work is None else _tension_and_pressure
+    mesh = draw(axes, x * factor, values, f"pressure $p$ ({pressure_unit})", bool(np.isfinite(rim).all()))
+    axes.plot(*rim, color=_OUTLINE, linewidth=1.0)
+    if np.isfinite(rim).all():
+        mesh.set_clip_path(Outline(np.column_stack(rim)), axes.transData)
+    axes.grid(visible=False)
+    _frame(axes, half * factor, unit)
+    force, force_unit = _scaled(result["force"].values[last : last + 1], "N")
+    axes.set_title(f"Pressure at $F$ = {force[0]:.3g} {force_unit}")
+    return axes
+
+
+def _shown(values: Array, clipped: bool) -> Array:
+    """Values where there are any; if `clipped` they go on beyond the rim, where the outline will cut them off."""
+    empty = values == 0
+    if not clipped or empty.all():
+        return np.where(empty, np.nan, values)
+    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return np.asarray(values[rows, columns])
+
+
+def _coloured(axes: Axes, x: Array, values: Array, label: str, clipped: bool) -> QuadMesh:
+    inside = values[values != 0]
+    largest = float(inside.max()) if inside.size else 1.0
+    # Pressure is infinite at the edge of a flat end and at a sharp apex: there, colours must not depend on how near a pixel
+    # comes to it. Elsewhere the largest pressure is at most a few per cent above this quantile.
+    quantile = float(np.quantile(inside, 0.995)) if inside.size else 1.0
+    top = largest if largest < 1.1 * quantile else quantile
+    # what is infinite would be left blank
+    shown, bottom = np.nan_to_num(_shown(values, clipped), nan=np.nan, posinf=top), min(0.0, float(values.min()))
+    mesh = axes.pcolormesh(x, x, shown, cmap="viridis", vmin=bottom, vmax=top, shading="nearest", rasterized=True)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="max" if top < largest else "neither")
+    return mesh
+
+
+def _tension_and_pressure(axes: Axes, x: Array, values: Array, label: str, clipped: bool) -> QuadMesh:
+    """Draw an adhesive pressure: tension red, pressure blue, none white.
+
+    At the edge tension is infinite: a twentieth of the contact, along the edge, takes the darkest red.
+    """
+    inside = values[values != 0]
+    lowest = float(np.quantile(inside, 0.05)) if inside.size else -1.0
+    limit = max(float(inside.max()) if inside.size else 1.0, -lowest)
+    shown = np.nan_to_num(_shown(values, clipped), nan=np.nan, neginf=-limit)
+    mesh = axes.pcolormesh(x, x, shown, cmap="RdBu", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(mesh, ax=axes, label=label, shrink=0.82, extend="min")
+    return mesh
+
+
+def _scaled(values: Array, unit: str, *, quantile: bool = False) -> tuple[Array, str]:
+    """Values in the unit that keeps the largest of them readable."""
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    if quantile and finite.any():
+        largest = float(np.quantile(finite[finite > 0], 0.9))
+    factor, prefixed = readable(largest, unit)
+    return values * factor, prefixed
+
+
+def _last_valid(result: xr.Dataset) -> int:
+    """Last step with an outline before the theory first fails; if it fails from the start, the last step at which it holds.
+
+    A pressure field belongs to the whole history of the contact, so steps beyond a gap are second choice, and those whose
+    contact has come apart the last.
+    """
+    valid = result["valid"].values.astype(bool)
+    usable = valid & (result["radius"].values > 0)
+    if not usable.any():
+        raise ValueError(
+            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
+        )
+    leading, outlined = usable & np.logical_and.accumulate(valid), _outlined(result)
+    choices = (leading & outlined, usable & outlined, leading, usable)
+    return int(np.flatnonzero(next(choice for choice in choices if choice.any()))[-1])
+
+
+def _outlined(result: xr.Dataset) -> Flags:
+    """Whether contacts have an outline, shape (steps,)."""
+    return np.asarray(np.isfinite(result["contour"].values).all(axis=1))
+
+
+def _half_width(result: xr.Dataset, indenter: Any, step: int) -> float:
+    """Half of the width that a picture of one contact shows [m]; of one without an outline where the indenter would overlap."""
+    if _outlined(result)[step]:
+        return 1.25 * float(np.max(result["contour"].values[step]))
+    return max(overlap_half_widths(indenter, float(result["depth"].values[step])))
+
+
+def _earlier(result: xr.Dataset, last: int) -> list[int]:
+    """Up to three steps before the last, at about a quarter, a half and three quarters of its radius."""
+    radius = result["radius"].values
+    wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in (0.25, 0.5, 0.75)]
+    drawn = result["valid"].values.astype(bool) & _outlined(result) & (radius > 0)
+    return [i for i in sorted(set(wanted)) if i != last and drawn[i]]
+
+
+def _curve(contour: Array, phi: Array, factor: float) -> tuple[Array, Array]:
+    closed, phi = np.append(contour, contour[0]) * factor, np.append(phi, phi[0])
+    return closed * np.cos(phi), closed * np.sin(phi)
+
+
+def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> None:
+    x = np.linspace(-half, half, 241)
+    r, phi = np.hypot(x[None, :], x[:, None]), np.arctan2(x[:, None], x[None, :])
+    inside = r <= indenter.reach
+    height = np.where(inside, indenter.height(np.minimum(r, indenter.reach), phi), np.nan)
+    if not np.nanmax(height) > 0:  # the flat end of a cylinder has no level lines
+        return
+    values, unit = _scaled(height, "m")
+    lines = axes.contour(x * factor, x * factor, values, levels=8, colors="#4a4a4a", linewidths=0.6)
+    name = {level: f"{level:g} {unit}" for level in lines.levels}
+    # the frame would cut labels beside it
+    trial = axes.clabel(lines, fmt=name, fontsize=6.5, inline=False)
+    cut = {text.get_text() for text in trial if np.abs(text.get_position()).max() > _FREE * half * factor}
+    for text in trial:
+        text.remove()
+    axes.clabel(lines, [level for level in lines.levels if name[level] not in cut], fmt=name, fontsize=6.5)
+
+
+def _frame(axes: Axes, half: float, unit: str) -> None:
+    axes.set_xlim(-half, half)
+    axes.set_ylim(-half, half)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"$x$ ({unit})")
+    axes.set_ylabel(f"$y$ ({unit})")
