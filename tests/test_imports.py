@@ -1,4 +1,4 @@
-"""The path of the physics is the path of the imports: a package imports only what stands above it."""
+"""The path of the physics is the path of the imports: a room imports only from the rooms below it."""
 
 import ast
 from pathlib import Path
@@ -7,121 +7,178 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 
-_GROUND = {"_lazy", "_validation", "_quadrature", "_record", "_version", "_progress", "_threads", "_whole_file"}
-_MEDIA = _GROUND | {"media"}
-_PUNCH = _MEDIA | {"compliance", "punch"}
-_BEM = _PUNCH | {"indenters", "bem", "parallel"}
-_CONTACT = _BEM | {"contact"}
-_FILES = _CONTACT | {"files"}
-_PLOTS = _FILES | {"plots", "plots_adhesion", "plots_history", "plots_medium"}
+_FLOORS = [
+    {"_version", "_support", "reference"},
+    {"numerics"},
+    {"media", "parallel"},
+    {"compliance", "indenters"},
+    {"punch"},
+    {"bem"},
+    {"contact"},
+    {"atlas"},
+    {"files", "paper"},
+    {"plots", "sweeps"},
+    {"fit"},
+    {"cli"},
+]
+"""Packages from the ground up: a package imports from lower floors only."""
 
-ALLOWED = {
-    "_validation": set(),
-    "_quadrature": {"_validation"},
-    "_record": set(),
-    "_progress": set(),
-    "_terminal": set(),
-    "_lazy": set(),
-    "_threads": set(),
-    "_version": set(),
-    "_whole_file": set(),
-    "parallel": _GROUND | {"parallel"},
-    "reference": {"reference"},
-    "media": _MEDIA,
-    "compliance": _MEDIA | {"compliance"},
-    "punch": _PUNCH,
-    "indenters": _MEDIA | {"indenters"},
-    "bem": _BEM,
-    "contact": _CONTACT,
-    "atlas": _CONTACT | {"atlas", "parallel"},
-    "paper": _CONTACT | {"_terminal", "atlas", "paper", "parallel", "reference"},
-    "files": _FILES,
-    "plots": _PLOTS,
-    "plots_adhesion": _PLOTS,
-    "plots_history": _PLOTS,
-    "plots_medium": _MEDIA | {"files"},
-    "plots_indenter": _FILES | {"plots", "plots_indenter"},
-    "fit": _FILES | {"_terminal", "fit", "parallel", "plots", "reference"},
-    "atlas_cli": _FILES | {"_terminal", "parallel", "atlas", "atlas_cli", "sweeps"},
-    "sweeps": _FILES | {"_terminal", "parallel", "plots", "sweeps"},
-    "cli": _FILES | {"_terminal", "plots", "cli", "sweeps", "atlas_cli", "paper", "fit"},
+_INSIDE = {
+    "indenters": [
+        {"_common", "profile"},
+        {"geometry", "shape"},
+        {"shapes", "measured"},
+        {"worn"},
+        {"__init__"},
+    ],
+    "bem": [
+        {"grid"},
+        {"operator", "height", "outline"},
+        {"solver"},
+        {"solution", "bounding_box", "resources"},
+        {"curves", "flat_punch"},
+        {"__init__"},
+    ],
+    "contact": [
+        {"curve", "dataset"},
+        {"limits", "round"},
+        {"perturbation", "axisymmetric"},
+        {"boundary_elements", "adhesion", "viscoelastic"},
+        {"refined"},
+        {"indent"},
+        {"__init__"},
+    ],
+    "fit": [
+        {"measured"},
+        {"parameters"},
+        {"least_squares"},
+        {"elastic"},
+        {"adhesion", "viscoelastic"},
+        {"report"},
+        {"fitting", "half_space"},
+        {"films", "batch", "case"},
+        {"pictures"},
+        {"__init__"},
+    ],
 }
-"""What each part may import from the package, itself included. A new part needs a line here, and one in ARCHITECTURE.md."""
+"""Rooms inside the larger packages, from the ground up. A new room needs a place here, and one in ARCHITECTURE.md."""
 
-# `import flatpunch` brings all of it at once, which only the outermost layers may do.
-_WHOLE_PACKAGE = {"cli", "__init__"}
+_ALONE = {"reference"}
+"""Imports nothing of the package: it judges the rest."""
 
-
-def modules():
-    return sorted(path for path in SOURCE.rglob("*.py") if "__pycache__" not in path.parts)
-
-
-def part(path):
-    """First name below the package: "media" for media/bodies.py, "cli" for cli.py."""
-    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+_WHOLE_PACKAGE = {"cli"}
+"""`import flatpunch` loads all of it at once, which only the outermost package may do."""
 
 
-def imported(path):
-    """Yield all imports of a file, wherever they stand: top level, inside functions, under TYPE_CHECKING."""
+def _modules() -> dict[str, Path]:
+    """Dotted name below the package -> file."""
+    found = {}
+    for path in sorted(SOURCE.rglob("*.py")):
+        parts = path.relative_to(SOURCE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)] = path
+    return found
+
+
+MODULES = _modules()
+
+
+def _floor(floors, name):
+    return next((height for height, names in enumerate(floors) if name in names), None)
+
+
+def _imported(module):
+    """Yield (module below the package, line) for all imports of a file: top level, in functions, under TYPE_CHECKING."""
+    path = MODULES[module]
     here = path.relative_to(SOURCE.parent).with_suffix("").parts[:-1]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, node.lineno) for alias in node.names)
+            names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = list(here[: len(here) - node.level + 1]) if node.level else []
             name = ".".join([*base, *([node.module] if node.module else [])])
-            if name == "flatpunch":
-                # `from flatpunch import indenters`: a part if there is one of that name, otherwise the whole package
-                known = {part(other) for other in modules()}
-                yield from (
-                    (f"flatpunch.{alias.name}" if alias.name in known else "flatpunch", node.lineno)
-                    for alias in node.names
-                )
-            else:
-                yield name, node.lineno
-
-
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_import_directions(path):
-    own = part(path)
-    for name, line in imported(path):
-        top, _, rest = name.partition(".")
-        if top != "flatpunch":
+            below = [f"{name}.{alias.name}" for alias in node.names]
+            names = [full if full.removeprefix("flatpunch.") in MODULES else name for full in below]
+        else:
             continue
-        target = rest.split(".")[0]
+        yield from ((name.removeprefix("flatpunch").lstrip("."), node.lineno) for name in names if _own(name))
+
+
+def _own(name):
+    return name.split(".")[0] == "flatpunch"
+
+
+def _room(module):
+    """Package and room inside it: ("contact", "round") for contact/round/profile.py."""
+    package, *rest = module.split(".")
+    return package, (rest[0] if rest else "__init__")
+
+
+@pytest.mark.parametrize("module", sorted(set(MODULES) - {"__init__"}))
+def test_import_directions(module):
+    package, room = _room(module)
+    for target, line in _imported(module):
+        where = f"{MODULES[module].relative_to(SOURCE)}:{line} imports"
         if not target:
-            assert own in _WHOLE_PACKAGE, (
-                f"{path.name}:{line} imports the whole package; import the part that is needed"
+            assert package in _WHOLE_PACKAGE, f"{where} the whole package; import the part that is needed"
+            continue
+        other, inner = _room(target)
+        if other != package:
+            assert package not in _ALONE, f"{where} {target}; {package} judges the rest and shares nothing with it"
+            assert _floor(_FLOORS, other) < _floor(_FLOORS, package), f"{where} {target}, which is not below {package}"
+        elif package in _INSIDE and inner != room:
+            floors = _INSIDE[package]
+            assert _floor(floors, inner) < _floor(floors, room), (
+                f"{where} {target}, which is not below {package}.{room}"
             )
-        elif own != "__init__":
-            assert own in ALLOWED, f"{own} is a new part of the package: say in ALLOWED what it may import"
-            assert target in ALLOWED[own], f"{path.name}:{line} imports flatpunch.{target}, but {own} stands below it"
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in modules() if part(p) == "reference"], ids=lambda path: str(path.relative_to(SOURCE))
-)
-def test_reference_stands_alone(path):
-    """The judge of the rest shares nothing with what it judges: standard library, NumPy and SciPy only."""
+def test_no_circles_between_modules():
+    """Not even through imports inside functions: each module can be understood from what it imports."""
+    arrows = {module: {target for target, _ in _imported(module) if target in MODULES} - {module} for module in MODULES}
+    done, path = set(), []
+
+    def visit(module):
+        if module in done:
+            return
+        assert module not in path, " -> ".join([*path[path.index(module) :], module])
+        path.append(module)
+        for target in sorted(arrows[module]):
+            visit(target)
+        done.add(path.pop())
+
+    for module in sorted(set(MODULES) - {"__init__"}):
+        visit(module)
+
+
+def test_every_room_has_a_floor():
+    """Every file belongs to a room of the tables, and every room of the tables has files."""
+    rooms = {_room(module) for module in MODULES} - {("__init__", "__init__")}
+    assert {package for package, _ in rooms} == set().union(*_FLOORS)
+    for package, floors in _INSIDE.items():
+        assert {room for name, room in rooms if name == package} == set().union(*floors), package
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if _room(name)[0] == "reference"])
+def test_reference_uses_numpy_and_scipy_only(module):
     import sys
 
-    for name, line in imported(path):
-        top = name.split(".")[0]
-        assert top in {"numpy", "scipy"} or name.startswith("flatpunch.reference") or top in sys.stdlib_module_names, (
-            f"{path.name}:{line} imports {name}"
-        )
+    for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        for name in names:
+            top = name.split(".")[0]
+            assert top in {"numpy", "scipy", "flatpunch"} or top in sys.stdlib_module_names, f"{module} imports {name}"
 
 
-@pytest.mark.parametrize("part_name", ["media", "compliance", "punch", "indenters", "bem", "contact"])
-def test_mechanics_knows_no_files_and_pictures(part_name):
+@pytest.mark.parametrize("package", ["numerics", "media", "compliance", "punch", "indenters", "bem", "contact"])
+def test_mechanics_knows_no_files_and_pictures(package):
     """Units with names, file formats, pictures and terminals stay outside."""
     outside = {"pint", "pydantic", "typer", "rich", "matplotlib", "h5netcdf", "tomllib"}
-    for path in modules():
-        if part(path) == part_name:
-            found = {name.split(".")[0] for name, _ in imported(path)} & outside
+    for module, path in MODULES.items():
+        if _room(module)[0] != package:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            found = {name.split(".")[0] for name in names} & outside
             assert not found, f"{path.name} imports {found}"
-
-
-def test_no_part_is_forgotten():
-    """Every part named in the table that exists has files, and every file belongs to a part of the table."""
-    assert {part(path) for path in modules()} - {"__init__"} <= set(ALLOWED)

@@ -8,12 +8,12 @@ from test_build import FAMILY_FILE
 from typer.testing import CliRunner
 
 from flatpunch import atlas
-from flatpunch.cli.app import app as cli
+from flatpunch.cli.app import app
 
 
 def run(*arguments):
     return CliRunner().invoke(
-        cli.app, ["atlas", *map(str, arguments)], env={"COLUMNS": "140", "NO_COLOR": "1", "TERM": "dumb"}
+        app, ["atlas", *map(str, arguments)], env={"COLUMNS": "140", "NO_COLOR": "1", "TERM": "dumb"}
     )
 
 

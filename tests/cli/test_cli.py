@@ -12,7 +12,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app as cli
+from flatpunch.cli.app import app
 from flatpunch.files import load, shipped_cases
 
 CASE = """
@@ -27,9 +27,7 @@ control = { depth = { start = "10 nm", stop = "400 nm", points = 12 } }
 
 def run(*arguments):
     # The width fixes the line breaks of tables and help.
-    return CliRunner().invoke(
-        cli.app, [str(argument) for argument in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"}
-    )
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"})
 
 
 @pytest.fixture

@@ -5,15 +5,13 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app as cli
+from flatpunch.cli.app import app
 from flatpunch.files import load, read_case, shipped_cases
 
 
 def run(*arguments):
     # The width fixes the line breaks of tables and help.
-    return CliRunner().invoke(
-        cli.app, [str(argument) for argument in arguments], env={"COLUMNS": "140", "NO_COLOR": "1"}
-    )
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "140", "NO_COLOR": "1"})
 
 
 @pytest.fixture

@@ -192,7 +192,7 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
         (folder / f"c{i:04}.csv").symlink_to(EXAMPLES / "thin_gel.csv")
     command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
     with subprocess.Popen(
-        [sys.executable, "-m", "flatpunch.cli.app", *command],
+        [sys.executable, "-m", "flatpunch.cli", *command],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -4,8 +4,8 @@ Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion.b
 
     d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
 
-with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fit.parameters.scaling`, tabulated like the force without
-adhesion (`flatpunch.fit.adhesion.tables`).
+with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fit.parameters.scaling`, tabulated like the force
+without adhesion (`flatpunch.fit.adhesion.tables`).
 
 The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
 in radius before it the force goes on as a straight line, so that a trial step that lets go too early still has a slope.

@@ -3,8 +3,8 @@
     F(d) = F0 phi(d/d0; q),    dF/dtheta_j = F (A_j - s B_j + sum_i dln phi/dq_i Q_ij),    s = dln F/dln d
 
 with theta the free parameters in their internal form, ln F0, ln d0 and q linear in them with coefficients A, B, Q
-(`flatpunch.fit.parameters.scaling`) and phi from `flatpunch.fit.elastic.table`. 4000 depths take about 0.2 ms. Tables are made by `indent` and
-shared by all models of the same family, so that the curves of a batch pay for them once.
+(`flatpunch.fit.parameters.scaling`) and phi from `flatpunch.fit.elastic.table`. 4000 depths take about 0.2 ms.
+Tables are made by `indent` and shared by all models of the same family, so that the curves of a batch pay for them once.
 """
 
 from __future__ import annotations

@@ -63,8 +63,8 @@ def read_curve(
     index : int
         Which curve of a microscope file with many (a force map), from 0.
     **afm
-        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for which one of them is given
-        is read as a microscope's.
+        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for
+        which one of them is given is read as a microscope's.
 
     Returns
     -------

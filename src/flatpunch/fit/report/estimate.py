@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    pass
+import numpy as np
+
+from flatpunch.fit.report.quantities import quantity, unit_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,3 +31,12 @@ class Estimate:
     high: float
     start: float = float("nan")
     at_bound: bool = False
+
+
+def interval_text(estimate: Estimate, name: str) -> str:
+    """Interval in words."""
+    unit = unit_of(name)
+    if name == "contact" and np.isfinite(estimate.stderr):
+        # far from its own zero an interval would need many digits
+        return f"± {quantity((estimate.high - estimate.low) / 2, unit)}"
+    return f"{quantity(estimate.low, unit)} .. {quantity(estimate.high, unit)}"

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 if TYPE_CHECKING:
-    from flatpunch.fit.report.estimate import Estimate
     from flatpunch.fit.report.result import FitResult
 
 _TANGLED = 0.98
@@ -18,15 +18,6 @@ _WIDE = 0.1
 """Relative standard error that counts as wide."""
 _MEMORY = 0.3
 """Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
-
-
-def interval_text(estimate: Estimate, name: str) -> str:
-    """Interval in words."""
-    unit = unit_of(name)
-    if name == "contact" and np.isfinite(estimate.stderr):
-        # far from its own zero an interval would need many digits
-        return f"± {quantity((estimate.high - estimate.low) / 2, unit)}"
-    return f"{quantity(estimate.low, unit)} .. {quantity(estimate.high, unit)}"
 
 
 def judged(result: FitResult) -> tuple[str, ...]:

@@ -4,20 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.fit.least_squares.minimum import Minimum, minimise
+from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.quantities import unit_of
-
-if TYPE_CHECKING:
-    from flatpunch.fit.report.result import FitResult
 
 _FAR = 3.0
 """Where there is no end in sight, a factor 20 of a logarithmic parameter is shown."""
+
+
+class Fitted(Protocol):
+    """What a profile needs of a fit; see `flatpunch.fit.FitResult`."""
+
+    @property
+    def objective(self) -> Any:
+        """Residuals and Jacobian over the internal parameters."""
+        ...
+
+    @property
+    def minimum(self) -> Minimum:
+        """Where the search ended."""
+        ...
+
+    @property
+    def covariance(self) -> Array:
+        """Of the internal parameters."""
+        ...
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper limits of the internal parameters."""
+        ...
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of the fit."""
+        ...
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        ...
+
+    def index(self, name: str) -> int:
+        """Position of a parameter in `names`."""
+        ...
+
+    def external(self, j: int, x: Array) -> Array:
+        """Internal values of parameter j in SI."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +81,12 @@ class Profile:
     high: float
 
 
-def profile(result: FitResult, name: str, level: float | None = None, points: int = 21) -> Profile:
+def profile(result: Fitted, name: str, level: float | None = None, points: int = 21) -> Profile:
     """Likelihood profile: the parameter held at each of many values, all others fitted anew.
 
     Parameters
     ----------
-    result : FitResult
+    result : Fitted
         The fit.
     name : str
         One of `names`.
@@ -70,7 +110,7 @@ def profile(result: FitResult, name: str, level: float | None = None, points: in
     return Profile(result.external(j, x), roots, *(float(v) for v in result.external(j, np.array(ends))))
 
 
-def _held_root(result: FitResult, j: int) -> Callable[[float], float]:
+def _held_root(result: Fitted, j: int) -> Callable[[float], float]:
     """Signed root of the growth of the sum of squares when parameter j is held."""
     freedom = max(result.objective.depth.size - len(result.names), 1)
     variance = result.minimum.cost / freedom
@@ -89,7 +129,7 @@ def _held_root(result: FitResult, j: int) -> Callable[[float], float]:
     return root
 
 
-def _crossing(result: FitResult, root: Callable[[float], float], j: int, side: int, threshold: float) -> float:
+def _crossing(result: Fitted, root: Callable[[float], float], j: int, side: int, threshold: float) -> float:
     """Where the profile reaches the threshold on one side, by secants; infinite if it does not within the limits."""
     best, limit = float(result.minimum.x[j]), float(result.bounds[0 if side < 0 else 1][j])
     error = np.sqrt(result.covariance[j, j])
@@ -117,14 +157,14 @@ def _crossing(result: FitResult, root: Callable[[float], float], j: int, side: i
     return x
 
 
-def ridge(result: FitResult, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
+def ridge(result: Fitted, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
     """Growth of the sum of squares over two parameters, all others fitted anew: a long valley is a ridge of likelihood.
 
     The grid follows the valley: for each value of the first parameter it spreads about the best value of the second.
 
     Parameters
     ----------
-    result : FitResult
+    result : Fitted
         The fit.
     first, second : str
         Two of `names`.
@@ -180,7 +220,7 @@ def ridge(result: FitResult, first: str, second: str, points: int = 25, width: f
     )
 
 
-def _held_error(result: FitResult, j: int, k: int) -> float:
+def _held_error(result: Fitted, j: int, k: int) -> float:
     """Standard error of parameter k when j is held."""
     cov = result.covariance
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,13 +13,12 @@ from flatpunch._version import __version__
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.scaling import external, plain_limits
-from flatpunch.fit.report.estimate import Estimate
-from flatpunch.fit.report.findings import interval_text
+from flatpunch.fit.report.estimate import Estimate, interval_text
+from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
-    from flatpunch.fit.report.likelihood import Profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,14 +124,10 @@ class FitResult:
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
-        from flatpunch.fit.report.likelihood import profile
-
         return profile(self, name, level, points)
 
     def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
         """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
-        from flatpunch.fit.report.likelihood import ridge
-
         return ridge(self, first, second, points, width)
 
     def index(self, name: str) -> int:
@@ -203,8 +198,3 @@ def _end(name: str, value: float) -> float:
     if value > 0:
         return float(np.pi / 2) if name.endswith("inclination") else float("inf")
     return float("-inf") if plain_limits(name) else 0.0
-
-
-def without_arrays(result: FitResult) -> FitResult:
-    """The same with lmfit's own result dropped: what travels between processes."""
-    return replace(result, lmfit=None)

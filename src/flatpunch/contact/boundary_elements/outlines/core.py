@@ -1,6 +1,6 @@
 """Contact outline between the tongues of a star, whose core has few cells on a grid that holds the tongues as well.
 
-The core is solved again on finer cells (contact/boundary_elements/outlines/zoom.py), the half, the quarter or the sector of it that stands for the rest.
+The core is solved again on finer cells (zoom.py), the half, the quarter or the sector of it that stands for the rest.
 """
 
 from __future__ import annotations

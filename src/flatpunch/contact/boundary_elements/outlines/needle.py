@@ -2,7 +2,7 @@
 
 An edge draws the contact out into a tongue that ends in a point, narrower than a cell long before its end; the cells lose
 the last two to nine of it, or break it up. So the tongue is solved again on finer cells that lie along the edge, two or three
-times (contact/boundary_elements/outlines/zoom.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
+times (zoom.py). Beside its end the tongue is a wedge pressed in, and a wedge's half-width b is proportional to the load
 per length q. So b = q (c_0 + c_1 q + c_2 q^2) is fitted where the tongue is wide enough to be measured, each side of the edge by
 itself, and q gives the rest. A rounded edge is a cylinder there, and b has a term in the root of q besides. Along needles, which
 are a few cells wide over hundreds of them, q tells b by itself (across.py), and only their ends want finer cells. A line load
