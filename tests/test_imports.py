@@ -45,6 +45,7 @@ _INSIDE = {
         {"perturbation", "axisymmetric"},
         {"boundary_elements", "adhesion", "viscoelastic"},
         {"refined"},
+        {"methods"},
         {"indent"},
         {"__init__"},
     ],

@@ -36,22 +36,6 @@ def test_helpers_load_no_more_of_scipy_than_they_need():
     assert not {"scipy.interpolate", "scipy.integrate", "scipy.optimize", "scipy.sparse"} & set(loaded)
 
 
-def test_helpers_load_beside_the_refined_method():
-    """They are called before this process loads what its first refined curve needs, and not where it is loaded already."""
-    code = """
-import sys
-import flatpunch as fp
-called = []
-fp.indent
-sys.modules["flatpunch.contact.indent"].call_helpers = lambda module, common, calls, meanwhile: called.append(
-    (module, calls, "flatpunch.contact.refined.method" in sys.modules, module in sys.modules))
-for _ in range(2):
-    fp.indent(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.3), depth=[1.0, 2.0], method="refined", cells=32)
-print(*called[0], len(called))
-"""
-    assert run(code) == ["flatpunch.contact.refined.one_solution", "2", "False", "False", "1"]
-
-
 @pytest.mark.parametrize(
     "call", ["fp.indent(gel, tip, depth=[0.1, 0.2])", "fp.adhesion_loop(gel, tip, depth=0.1, work_of_adhesion=0.01)"]
 )

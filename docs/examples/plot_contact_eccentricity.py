@@ -53,7 +53,7 @@ for bonded, colour in ((False, "C0"), (True, "C1")):
         cut.plot(log_thickness, eccentricity(bonded, chosen, name) - chosen, style, color=colour, label=label)
     tip = fp.EllipticParaboloid(A=1 - chosen**2, B=1.0)
     depth = fp.indent(layer(bonded), tip, radius=nodes, method="second-order", angles=4).depth.values
-    exact = fp.indent(layer(bonded), tip, depth=depth, method="bem", grid=200, angles=360)
+    exact = fp.indent(layer(bonded), tip, depth=depth, method=fp.BoundaryElements(grid=200), angles=360)
     measured = np.sqrt(1 - (exact.contour[:, 90] / exact.contour[:, 0]) ** 2)
     cut.plot(-np.log10(exact.radius), measured - chosen, "o", color=colour, mfc="w", ms=5)
 cut.axhline(0, color="0.8", lw=0.8, zorder=0)

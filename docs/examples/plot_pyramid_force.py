@@ -26,7 +26,7 @@ for ratio, colour in zip((0.25, 0.5, 1, 2, 5), plt.cm.viridis(np.linspace(0, 0.8
     thickness = ratio * float(reference["first-order"].radius[0])
     layer = fp.Medium([fp.Layer(0.75, 0.5, thickness, bonded=False)], base=fp.RigidBase())
     line = fp.indent(layer, tip, depth=lines, method="first-order", angles=60)
-    mark = fp.indent(layer, tip, depth=marks, method="bem", grid=96, angles=60)
+    mark = fp.indent(layer, tip, depth=marks, method=fp.BoundaryElements(grid=96), angles=60)
     radii.semilogy(lines, line.radius / thickness, color=colour, label=rf"$h/a_\infty = {ratio:g}$")
     radii.plot(marks, mark.radius / thickness, "o", color=colour, mfc="w")
     forces.semilogy(lines, line.force / float(reference["first-order"].force[0]), color=colour)

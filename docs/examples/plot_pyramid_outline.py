@@ -20,7 +20,7 @@ figure, panels = plt.subplots(1, 2, figsize=(8.4, 4.6), layout="constrained", sh
 for axes, bonded in zip(panels, (False, True), strict=True):
     layer = fp.Medium([fp.Layer(0.75, 0.5, 1.0, bonded=bonded)], base=fp.RigidBase())
     depth = float(fp.indent(layer, tip, radius=1.0, method="first-order").depth[0])
-    exact = fp.indent(layer, tip, depth=depth, method="bem", grid=160, fields=True)
+    exact = fp.indent(layer, tip, depth=depth, method=fp.BoundaryElements(grid=160, fields=True))
     scale = slope / depth
     cells = np.where(exact.contact[0], 0.8, np.nan)
     axes.pcolormesh(exact.x * scale, exact.y * scale, cells, cmap="gray", vmin=0, vmax=1)

@@ -8,7 +8,17 @@ from . import media as media
 from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
-from .contact import adhesion_loop, indent, pressure, pull_off
+from .contact import (
+    BoundaryElements,
+    FirstOrder,
+    FourthOrder,
+    Refined,
+    SecondOrder,
+    adhesion_loop,
+    indent,
+    pressure,
+    pull_off,
+)
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from .indenters import (
@@ -60,6 +70,7 @@ __all__ = [
     "AfmPyramid",
     "AreaFunction",
     "Berkovich",
+    "BoundaryElements",
     "Cone",
     "CubeCorner",
     "Curve",
@@ -70,8 +81,10 @@ __all__ = [
     "EllipticParaboloid",
     "ExponentialModulus",
     "FacetedPyramid",
+    "FirstOrder",
     "FlatpunchWarning",
     "Formula",
+    "FourthOrder",
     "Free",
     "GradedLayer",
     "HalfSpace",
@@ -88,8 +101,10 @@ __all__ = [
     "Prony",
     "Pyramid",
     "RadialProfile",
+    "Refined",
     "RigidBase",
     "Rounded",
+    "SecondOrder",
     "Sphere",
     "SpheroCone",
     "Spheroid",

@@ -17,20 +17,20 @@ TIP = fp.Pyramid(4, 0.3)
 
 def test_curve_by_depth_and_back_by_force():
     depths = np.array([0.0, 1e-7, 1.1e-7, 2e-7])
-    curve = fp.indent(COATED, TIP, depth=depths, method="bem", grid=64)
+    curve = fp.indent(COATED, TIP, depth=depths, method=fp.BoundaryElements(grid=64))
     assert curve.valid.all()
     assert curve.force[0] == 0
     assert (np.diff(curve.force) > 0).all()
     assert curve.gap_error.max() <= 1e-6
     assert curve.penetration.min() >= 0
     assert curve.penetration.max() <= 1e-6
-    again = fp.indent(COATED, TIP, force=curve.force.values, method="bem", grid=64)
+    again = fp.indent(COATED, TIP, force=curve.force.values, method=fp.BoundaryElements(grid=64))
     # gap error 1e-6 of the depth, twice; grids of 64 cells that fit to a part in twenty
     np.testing.assert_allclose(again.depth, depths, rtol=1e-3)
 
 
 def test_fields_on_request():
-    curve = fp.indent(COATED, TIP, depth=[1e-7, 2e-7], method="bem", grid=64, fields=True)
+    curve = fp.indent(COATED, TIP, depth=[1e-7, 2e-7], method=fp.BoundaryElements(grid=64, fields=True))
     assert curve.pressure.dims == ("step", "y", "x")
     assert curve.contact.dtype == bool
     cell = float(np.diff(curve.x)[0]) ** 2
@@ -40,7 +40,7 @@ def test_fields_on_request():
     height = np.tan(0.3) * np.maximum(abs(x), abs(y))
     gap = curve.displacement + height - curve.depth
     assert float(abs(gap).where(curve.contact).max()) <= 1.1e-6 * 2e-7
-    assert "pressure" not in fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=64)
+    assert "pressure" not in fp.indent(COATED, TIP, depth=1e-7, method=fp.BoundaryElements(grid=64))
 
 
 @pytest.mark.parametrize("cells", [40, 64, 256])
@@ -48,7 +48,7 @@ def test_estimates_of_force_and_outline(cells):
     """The exact ellipse: true errors are below their estimates, and these no more than thirty times as large."""
     tip = fp.EllipticParaboloid(5e5, 1.5e6)
     exact = elliptic.elliptic_paraboloid(tip.A, tip.B, 1e9 / 0.91, depth=1e-8)
-    curve = fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=1e-8, method="bem", grid=cells)
+    curve = fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=1e-8, method=fp.BoundaryElements(grid=cells))
     phi = curve.phi.values
     contour = 1 / np.hypot(np.cos(phi) / exact.half_axis_x, np.sin(phi) / exact.half_axis_y)
     force = abs(float(curve.force[0]) / exact.force - 1)
@@ -59,12 +59,12 @@ def test_estimates_of_force_and_outline(cells):
 
 def test_estimates_along_a_curve():
     """Close steps have that of the one they began with; before contact there is nothing to be wrong."""
-    curve = fp.indent(COATED, TIP, depth=[0.0, 1e-7, 1.001e-7, 1.002e-7, 3e-7], method="bem", grid=64)
+    curve = fp.indent(COATED, TIP, depth=[0.0, 1e-7, 1.001e-7, 1.002e-7, 3e-7], method=fp.BoundaryElements(grid=64))
     error = curve.force_error.values
     assert error[0] == curve.contour_error[0] == 0
     assert error[1] == error[2] == error[3] != error[4]
     # a contact that fills less of its grid has fewer cells
-    wide = fp.indent(COATED, TIP, depth=[1e-7, 3e-7], method="bem", grid=64, fields=True)
+    wide = fp.indent(COATED, TIP, depth=[1e-7, 3e-7], method=fp.BoundaryElements(grid=64, fields=True))
     assert wide.force_error[0] > 2 * error[1]
     assert wide.contour_error[0] > 1.5 * curve.contour_error[1]
 
@@ -72,7 +72,10 @@ def test_estimates_along_a_curve():
 def test_estimates_where_cells_are_too_wide():
     """Between their centres there is a contact that none of them knows of."""
     curve = fp.indent(
-        fp.HalfSpace(1.0, 0.3), fp.Sphere(1.0), depth=[1e-6, 0.3], method="bem", grid=bem.Grid(64, 64, 0.1)
+        fp.HalfSpace(1.0, 0.3),
+        fp.Sphere(1.0),
+        depth=[1e-6, 0.3],
+        method=fp.BoundaryElements(grid=bem.Grid(64, 64, 0.1)),
     )
     assert curve.force[0] == curve.radius[0] == curve.area[0] == 0
     assert np.isinf(curve.force_error[0])
@@ -90,25 +93,28 @@ def test_pressure_at_points():
 
 
 def test_single_precision_has_its_own_tolerance():
-    one, two = (fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=64, single=single) for single in (True, False))
+    one, two = (
+        fp.indent(COATED, TIP, depth=1e-7, method=fp.BoundaryElements(grid=64, single=single))
+        for single in (True, False)
+    )
     assert one.valid.all()
     # gap error 1e-5 of the depth
     np.testing.assert_allclose(one.force, two.force, rtol=3e-5)
     with pytest.raises(ValueError, match="out of reach of single precision"):
-        fp.indent(COATED, TIP, depth=1e-7, method="bem", single=True, tolerance=1e-8)
+        fp.indent(COATED, TIP, depth=1e-7, method=fp.BoundaryElements(single=True, tolerance=1e-8))
 
 
 def test_too_small_a_grid_says_how_large_it_must_be():
     sphere = fp.Sphere(1e-5)
     with pytest.raises(bem.ContactTouchesEdge, match="It needs about") as failure:
-        fp.indent(COATED, sphere, depth=1e-7, method="bem", grid=bem.Grid(64, 64, 2e-8))
+        fp.indent(COATED, sphere, depth=1e-7, method=fp.BoundaryElements(grid=bem.Grid(64, 64, 2e-8)))
     nx, ny = (int(n) for n in re.search(r"(\d+) x (\d+) cells of this size", str(failure.value)).groups())
-    assert fp.indent(COATED, sphere, depth=1e-7, method="bem", grid=bem.Grid(nx, ny, 2e-8)).valid.all()
+    assert fp.indent(COATED, sphere, depth=1e-7, method=fp.BoundaryElements(grid=bem.Grid(nx, ny, 2e-8))).valid.all()
 
 
 def test_not_converged_is_a_result():
     with pytest.warns(FlatpunchWarning, match="not converged after 2 iterations"):
-        curve = fp.indent(COATED, TIP, depth=1e-7, method="bem", grid=bem.Grid(48, 48, 1.2e-8), limit=2)
+        curve = fp.indent(COATED, TIP, depth=1e-7, method=fp.BoundaryElements(grid=bem.Grid(48, 48, 1.2e-8), limit=2))
     assert not curve.valid.any()
     assert "not converged" in curve.attrs["notes"]
     assert curve.gap_error[0] > 1e-6
@@ -122,9 +128,9 @@ def test_memory_is_said_before_the_work(caplog):
             COATED,
             TIP,
             depth=1e-7,
-            method="bem",
-            grid=64,
-            progress=lambda done, total: seen.append((done, total, "MB" in caplog.text)),
+            method=fp.BoundaryElements(
+                grid=64, progress=lambda done, total: seen.append((done, total, "MB" in caplog.text))
+            ),
         )
     assert seen[-1] == (1, 1, True)
 
@@ -140,7 +146,7 @@ def test_close_steps_share_grid_and_operator(monkeypatch):
         return original(kernel, grid, **options)
 
     monkeypatch.setattr(levels, "build_operator", counted)
-    fp.indent(COATED, TIP, depth=np.linspace(1e-7, 1.02e-7, 5)[::-1], method="bem", grid=96)
+    fp.indent(COATED, TIP, depth=np.linspace(1e-7, 1.02e-7, 5)[::-1], method=fp.BoundaryElements(grid=96))
     # searching for the contact takes coarse grids of its own
     assert len({grid for grid in built if grid.nx * grid.ny > 80**2}) <= 3
 
@@ -148,7 +154,8 @@ def test_close_steps_share_grid_and_operator(monkeypatch):
 def test_outlines_reach_into_the_points_that_edges_draw():
     """The cells lose the last two or three of a point; along the edge it is followed to a fraction of one."""
     coarse, fine = (
-        fp.indent(fp.HalfSpace(1e9, 0.3), TIP, depth=1e-7, method="bem", grid=grid, angles=72) for grid in (128, 512)
+        fp.indent(fp.HalfSpace(1e9, 0.3), TIP, depth=1e-7, method=fp.BoundaryElements(grid=grid), angles=72)
+        for grid in (128, 512)
     )
     # 128 cells: 50 to the mean radius
     np.testing.assert_allclose(coarse.contour / coarse.radius, fine.contour / fine.radius, atol=0.5 / 50)

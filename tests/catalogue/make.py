@@ -107,7 +107,7 @@ def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
         elif method == "refined-single":
             # no solutions of the curve before
             correction.cache_clear()
-            single = fp.indent(medium, tip, depth=truth.depth, method="refined", tables=False, angles=ANGLES)
+            single = fp.indent(medium, tip, depth=truth.depth, method=fp.Refined(tables=False), angles=ANGLES)
             result = single.isel(step=0)
         else:
             result = fp.indent(medium, tip, depth=truth.depth, method=method, angles=ANGLES).isel(step=-1)
@@ -127,7 +127,7 @@ def _refined_within_a_range(medium: fp.Medium, tip: object, depth: float) -> obj
     for beyond in (1.5, 1.05):
         depths = depth * np.unique([*np.geomspace(1 / 8, beyond, _STEPS), 1.0])
         try:
-            curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False, angles=ANGLES)
+            curve = fp.indent(medium, tip, depth=depths, method=fp.Refined(tables=False), angles=ANGLES)
             return curve.isel(step=int(np.searchsorted(depths, depth)))
         except ValueError:
             # the tip's shape ends there

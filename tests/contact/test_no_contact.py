@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.contact.indent import METHODS
+from flatpunch.contact import METHODS
 
 X = np.linspace(-1e-6, 1e-6, 41)
 TIPS = {
@@ -34,9 +34,9 @@ CASES = [
 @pytest.mark.parametrize("medium", MEDIA)
 @pytest.mark.parametrize(("method", "tip", "quantity"), CASES)
 def test_nothing_has_happened(method, tip, quantity, medium, share):
-    options = {"refined": {"cells": 32}, "bem": {"grid": 32}}.get(method, {})
+    configured = {"refined": fp.Refined(cells=32), "bem": fp.BoundaryElements(grid=32)}.get(method, method)
     values = np.array(share) * LARGEST[quantity]
-    result = fp.indent(MEDIA[medium], TIPS[tip], method=method, **{quantity: values}, **options)
+    result = fp.indent(MEDIA[medium], TIPS[tip], method=configured, **{quantity: values})
     for name in ("depth", "force", "radius", "area"):
         np.testing.assert_array_equal(result[name][values == 0], 0.0, err_msg=name)
     np.testing.assert_allclose(result[quantity], values, rtol=1e-6)

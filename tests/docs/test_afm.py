@@ -63,7 +63,9 @@ def test_new_formula_for_pyramids():
         moment = {True: 1.77022, False: 1.16758}[bonded]
         assert numbers[0] == pytest.approx(2 * module.FORCE[n] * moment / np.pi, abs=5e-5)
     # boundary elements, of which 128 cells leave 1e-4
-    bem = float(fp.indent(module.layer(), fp.Pyramid(4, np.pi / 4), depth=0.7, method="bem", grid=128).force[0])
+    bem = float(
+        fp.indent(module.layer(), fp.Pyramid(4, np.pi / 4), depth=0.7, method=fp.BoundaryElements(grid=128)).force[0]
+    )
     assert bem / (module.FORCE[4] * 0.7**2) == pytest.approx(float(module.new_factor(0.7)), rel=1.5e-3)
 
 

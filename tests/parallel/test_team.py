@@ -206,7 +206,7 @@ from flatpunch.parallel import team
 import flatpunch._support.threads
 flatpunch._threads.cores = lambda: 2
 film = fp.Medium([fp.Layer(4.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-result = fp.indent(film, fp.Pyramid(4, 0.35), depth=np.geomspace(0.05, 2.0, 50), method="refined", cells=64)
+result = fp.indent(film, fp.Pyramid(4, 0.35), depth=np.geomspace(0.05, 2.0, 50), method=fp.Refined(cells=64))
 print(len(team._team._helpers), repr(float(result.force[-1])))
 """
 
@@ -235,7 +235,7 @@ def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
     for threads in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         correction.cache_clear()
-        results.append(fp.indent(film, tip, depth=depth, method="refined", cells=64))
+        results.append(fp.indent(film, tip, depth=depth, method=fp.Refined(cells=64)))
     alone, shared = results
     assert len(team._team._helpers) == 1
     for name in ("force", "stiffness", "area", "contour"):

@@ -89,11 +89,11 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     contour = traced(kernel, tip, cut, 360).contour
     larger = outgrown(cut.grid, contour)
     assert larger is not None
-    curve = fp.indent(_film(50.0), tip, depth=[0.3, 1.4374], method="bem", grid=128)
-    fine = fp.indent(_film(50.0), tip, depth=1.4374, method="bem", grid=512)
+    curve = fp.indent(_film(50.0), tip, depth=[0.3, 1.4374], method=fp.BoundaryElements(grid=128))
+    fine = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=512))
     radius = float(fine.radius[0])
     assert contour.max() < float(fine.contour.max()) - 0.1 * radius
     assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=0.01 * radius)
     # a grid that was asked for stays
-    same = fp.indent(_film(50.0), tip, depth=1.4374, method="bem", grid=cut.grid)
+    same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid))
     assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)

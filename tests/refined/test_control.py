@@ -121,7 +121,7 @@ def test_a_few_values_far_apart_have_solutions_of_their_own(name: str, monkeypat
     np.testing.assert_allclose(result[name], values, rtol=1e-9)
     assert taken <= 18
     # depths in between, to the error of so few cells, and estimates that know of no neighbours far away
-    direct = fp.indent(medium, tip, depth=result.depth, method="bem", grid=128)
+    direct = fp.indent(medium, tip, depth=result.depth, method=fp.BoundaryElements(grid=128))
     np.testing.assert_allclose(direct.force, result.force, rtol=1e-3)
     assert np.all(result.force_error < 2e-3)
 

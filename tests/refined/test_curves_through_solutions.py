@@ -211,9 +211,9 @@ def test_no_gap_is_wider_than_the_spacing(tip: object) -> None:
 
 def test_a_single_step_takes_a_single_solution(solved: list[float]) -> None:
     medium, tip = fp.Medium([fp.Layer(3.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.31)
-    one = fp.indent(medium, tip, depth=0.2, method="refined", cells=128)
+    one = fp.indent(medium, tip, depth=0.2, method=fp.Refined(cells=128))
     assert len(solved) == 1
-    around = fp.indent(medium, tip, depth=0.2 * np.exp([-1e-3, 1e-3]), method="bem", grid=128)
+    around = fp.indent(medium, tip, depth=0.2 * np.exp([-1e-3, 1e-3]), method=fp.BoundaryElements(grid=128))
     slope = float(np.diff(around.force)[0] / np.diff(around.depth)[0])
     # the stiffness is known to a quarter over the number of cells, both grids scatter by 1e-5 of the force
     assert float(one.stiffness[0]) == pytest.approx(slope, rel=0.01)
@@ -222,7 +222,7 @@ def test_a_single_step_takes_a_single_solution(solved: list[float]) -> None:
 def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     """So they are as good as boundary elements, whatever happens between them."""
     film, tip = fp.Medium([fp.Layer(20.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.37)
-    depth, options = np.array([0.3, 2.7, 1.1, 0.3]), {"method": "refined", "cells": 96}
+    depth, options = np.array([0.3, 2.7, 1.1, 0.3]), {"method": fp.Refined(cells=96)}
     few = fp.indent(film, tip, depth=depth, **options)
     # needles on so few cells are solved anew on smaller ones
     np.testing.assert_allclose(np.unique(solved), np.unique(depth))
@@ -258,7 +258,7 @@ def test_depths_that_differ_by_rounding_are_the_same(solved: list[float]) -> Non
     tip, depth, options = (
         Rounded(fp.Pyramid(3, 1.1), 0.3),
         np.array([0.1, 0.4, 1.25]),
-        {"method": "refined", "cells": 64},
+        {"method": fp.Refined(cells=64)},
     )
     first = fp.indent(film, tip, depth=depth, **options)
     assert len(solved) == 3
@@ -276,13 +276,13 @@ def test_where_the_round_base_turns_back() -> None:
     film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)
     assert expansion_of(compliance(film), tip).descent(np.geomspace(0.3, 3.0, 200)).depth_slope.min() < 0
     depth = np.geomspace(1.2, 5.0, 30)
-    curve = fp.indent(film, tip, depth=depth, method="refined", cells=128)
+    curve = fp.indent(film, tip, depth=depth, method=fp.Refined(cells=128))
     growth = np.diff(np.log(curve.force.values)) / np.diff(np.log(depth))
     assert growth.min() > 1.0
     assert growth.max() < 1.9
     assert np.abs(np.diff(growth)).max() < 0.15
     for step in (8, 17):
-        truth = fp.indent(film, tip, depth=depth[step], method="bem", grid=256)
+        truth = fp.indent(film, tip, depth=depth[step], method=fp.BoundaryElements(grid=256))
         # tongues are a few of 128 cells wide
         assert abs(float(curve.force[step]) / float(truth.force[0]) - 1) < 2e-3
 
@@ -290,9 +290,9 @@ def test_where_the_round_base_turns_back() -> None:
 def test_pressure_of_a_star() -> None:
     """Where the round contacts are far off, superposed punches would be off by many orders; the pressure is a solution's."""
     film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)
-    curve = fp.indent(film, tip, depth=4.0, method="refined", cells=128)
+    curve = fp.indent(film, tip, depth=4.0, method=fp.Refined(cells=128))
     r, phi = np.meshgrid(np.linspace(1e-3, 12.0, 1200), np.linspace(0, np.pi / 2, 721))
-    p = fp.pressure(film, tip, r * np.cos(phi), r * np.sin(phi), depth=4.0, method="refined", cells=128)
+    p = fp.pressure(film, tip, r * np.cos(phi), r * np.sin(phi), depth=4.0, method=fp.Refined(cells=128))
     force = 4 * trapezoid(trapezoid(p * r, r[0], axis=1), phi[:, 0])
     # tongues are a cell or two wide, between whose centres the pressure is linear
     assert force == pytest.approx(float(curve.force[0]), rel=0.02)
@@ -312,7 +312,7 @@ def test_small_grids_take_one_thread_of_linear_algebra() -> None:
 
 def test_a_step_within_a_known_gap_costs_one_solution_at_most(solved: list[float]) -> None:
     tip, film = fp.Pyramid(3, 0.31), fp.Medium([fp.Layer(7.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-    options = {"method": "refined", "tables": False, "cells": 64}
+    options = {"method": fp.Refined(cells=64, tables=False)}
     fp.indent(film, tip, depth=np.geomspace(0.01, 1.0, 30), **options)
     solved.clear()
     step = fp.indent(film, tip, depth=0.0771, **options)
@@ -325,7 +325,7 @@ def test_a_step_within_a_known_gap_costs_one_solution_at_most(solved: list[float
 def test_solutions_next_to_each_other_do_no_harm_to_curves() -> None:
     """Curves through them followed what they scatter by: estimates grew from 3e-5 to 0.1, on stiff films beyond all bounds."""
     tip, film = fp.Pyramid(4, 0.33), fp.Medium([fp.Layer(6.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-    options = {"method": "refined", "tables": False, "cells": 64}
+    options = {"method": fp.Refined(cells=64, tables=False)}
     for share in (1.0, 1 - 1e-6, 1.0001, 1.001):
         fp.indent(film, tip, depth=0.3 * share, **options)
     for depth in (np.linspace(0.2, 0.45, 20), np.linspace(0.3, 0.3002, 20), [0.3, 0.3003, 0.301]):

@@ -51,7 +51,7 @@ def test_outline_between_solutions(number: int, grid: int) -> None:
     # by itself: of two contacts on one film and tip the second would lie between the solutions of the first
     correction.cache_clear()
     depths = depth * np.unique([*np.geomspace(1 / 8, 1.5, 40), 1.0])
-    curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False)
+    curve = fp.indent(medium, tip, depth=depths, method=fp.Refined(tables=False))
     found = curve.isel(step=int(np.searchsorted(depths, depth)))
     kernel = compliance(medium)
     (solution,) = bem.solve(kernel, tip, depths=depth, grid=grid, tolerance=1e-6, angles=RAYS)
@@ -68,7 +68,7 @@ def test_outline_between_solutions_of_another_range() -> None:
         case = KNOWN[number]
         (medium, tip), depth = case.build(), case.depth()
         depths = depth * np.unique([*np.geomspace(1 / 8, 1.5, 40), 1.0])
-        curve = fp.indent(medium, tip, depth=depths, method="refined", tables=False)
+        curve = fp.indent(medium, tip, depth=depths, method=fp.Refined(tables=False))
     found = curve.isel(step=int(np.searchsorted(depths, depth)))
     kernel = compliance(medium)
     (solution,) = bem.solve(kernel, tip, depths=depth, grid=1024, tolerance=1e-6, angles=RAYS)

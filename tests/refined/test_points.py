@@ -163,7 +163,9 @@ def test_the_estimate_holds_on_rays_beside_a_needle(depth: float, reach: float) 
 @pytest.mark.parametrize("angles", [1, 4, 7, 500])
 def test_radius_and_area_do_not_depend_on_the_angles_asked_for(angles: int) -> None:
     medium, tip = fp.HalfSpace(1.0, 0.3), fp.EllipticParaboloid(1.0, 0.3)
-    usual, found = (fp.indent(medium, tip, depth=0.1, method="bem", grid=64, angles=n) for n in (360, angles))
+    usual, found = (
+        fp.indent(medium, tip, depth=0.1, method=fp.BoundaryElements(grid=64), angles=n) for n in (360, angles)
+    )
     assert found.contour.shape == (1, angles)
     assert float(found.radius[0]) == pytest.approx(float(usual.radius[0]), rel=1e-3)
     assert float(found.area[0]) == pytest.approx(float(usual.area[0]), rel=2e-3)

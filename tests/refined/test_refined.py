@@ -26,9 +26,9 @@ TABLE_OFF = {"tables": False, "cells": 128}
 @pytest.mark.parametrize("medium", [INCOMPRESSIBLE, FILM_10, SOFT], ids=["incompressible", "film", "soft"])
 def test_against_boundary_elements_between_its_own(medium: fp.Medium) -> None:
     depth = np.geomspace(0.05, 0.6, 40)
-    curve = fp.indent(medium, TRIANGLE, depth=depth, method="refined", **TABLE_OFF)
+    curve = fp.indent(medium, TRIANGLE, depth=depth, method=fp.Refined(**TABLE_OFF))
     for step in (13, 29):
-        truth = fp.indent(medium, TRIANGLE, depth=depth[step], method="bem", grid=192)
+        truth = fp.indent(medium, TRIANGLE, depth=depth[step], method=fp.BoundaryElements(grid=192))
         force = abs(float(curve.force[step]) / float(truth.force[0]) - 1)
         # the goal of the method, and its own word
         assert force < 1e-3
@@ -43,7 +43,7 @@ def test_stiffness_is_the_derivative_of_the_force() -> None:
     depth = np.geomspace(0.05, 0.6, 41)
     middle = 0.2 * np.exp(2e-3 * np.array([-2, -1, 0, 1, 2]))
     both = np.sort(np.concatenate([depth, middle]))
-    curve = fp.indent(SOFT, TRIANGLE, depth=both, method="refined", **TABLE_OFF)
+    curve = fp.indent(SOFT, TRIANGLE, depth=both, method=fp.Refined(**TABLE_OFF))
     at = np.searchsorted(both, middle)
     force = curve.force.values[at]
     slope = (force[0] - 8 * force[1] + 8 * force[3] - force[4]) / (12 * 2e-3) / middle[2]
@@ -53,23 +53,23 @@ def test_stiffness_is_the_derivative_of_the_force() -> None:
 
 def test_force_and_radius_control_return_the_depth() -> None:
     depth = np.array([0.1, 0.3])
-    first = fp.indent(SOFT, TRIANGLE, depth=depth, method="refined", **TABLE_OFF)
+    first = fp.indent(SOFT, TRIANGLE, depth=depth, method=fp.Refined(**TABLE_OFF))
     # other nodes may carry the curve, so the interpolation's error enters twice; radii of 128 cells scatter by a thousandth
     for control, error in (("force", float(first.force_error.max())), ("radius", 1e-3)):
-        again = fp.indent(SOFT, TRIANGLE, method="refined", **{control: first[control].values}, **TABLE_OFF)
+        again = fp.indent(SOFT, TRIANGLE, method=fp.Refined(**TABLE_OFF), **{control: first[control].values})
         np.testing.assert_allclose(again.depth, depth, rtol=2 * error, err_msg=control)
 
 
 def test_pressure_integrates_to_the_force() -> None:
     tip = fp.EllipticParaboloid(0.2, 1.0)
-    curve = fp.indent(SOFT, tip, depth=0.3, method="refined", **TABLE_OFF)
+    curve = fp.indent(SOFT, tip, depth=0.3, method=fp.Refined(**TABLE_OFF))
     phi = curve.phi.values[::6]
     outline = curve.contour.values[0, ::6]
     t, weight = np.polynomial.legendre.leggauss(16)
     theta = np.pi / 4 * (t + 1)
     r = outline[:, None] * np.sin(theta)
     x, y = r * np.cos(phi)[:, None], r * np.sin(phi)[:, None]
-    p = fp.pressure(SOFT, tip, x, y, depth=0.3, method="refined", **TABLE_OFF)
+    p = fp.pressure(SOFT, tip, x, y, depth=0.3, method=fp.Refined(**TABLE_OFF))
     force = 2 * np.pi * np.mean((p * np.sin(theta) * np.cos(theta)) @ (np.pi / 4 * weight) * outline**2)
     # the outlines of the history are traced to a tenth of a cell of 128, and the area goes with their square
     assert force == pytest.approx(float(curve.force[0]), rel=5e-3)
@@ -79,28 +79,28 @@ def test_pressure_integrates_to_the_force() -> None:
 def test_bodies_without_a_length_need_one_solution(exponent: float) -> None:
     body = PowerLawHalfSpace(2.0, 1.0, exponent, 0.3) if exponent else fp.HalfSpace(2.0, 0.3)
     depth = np.geomspace(1e-3, 1e3, 20)
-    curve = fp.indent(body, TRIANGLE, depth=depth, method="refined", cells=128)
+    curve = fp.indent(body, TRIANGLE, depth=depth, method=fp.Refined(cells=128))
     # self-similar: F ~ d^(2 + k) at every depth
     np.testing.assert_allclose(
         curve.force / depth ** (2 + exponent), float(curve.force[0] / depth[0] ** (2 + exponent)), rtol=1e-9
     )
-    truth = fp.indent(body, TRIANGLE, depth=3.0, method="bem", grid=192)
-    alone = fp.indent(body, TRIANGLE, depth=3.0, method="refined", cells=128)
+    truth = fp.indent(body, TRIANGLE, depth=3.0, method=fp.BoundaryElements(grid=192))
+    alone = fp.indent(body, TRIANGLE, depth=3.0, method=fp.Refined(cells=128))
     assert float(alone.force[0]) == pytest.approx(float(truth.force[0]), rel=3e-4)
 
 
 def test_tip_far_smaller_than_the_layer() -> None:
     """A rounded tip changes its shape at its own radius, however thin it is against the layer."""
     tip = Rounded(fp.Pyramid(4, 0.4), 1e-4)
-    curve = fp.indent(INCOMPRESSIBLE, tip, depth=np.array([1e-5, 1e-4]), method="refined", **TABLE_OFF)
+    curve = fp.indent(INCOMPRESSIBLE, tip, depth=np.array([1e-5, 1e-4]), method=fp.Refined(**TABLE_OFF))
     for step in (0, 1):
-        truth = fp.indent(INCOMPRESSIBLE, tip, depth=float(curve.depth[step]), method="bem", grid=192)
+        truth = fp.indent(INCOMPRESSIBLE, tip, depth=float(curve.depth[step]), method=fp.BoundaryElements(grid=192))
         assert float(curve.force[step]) == pytest.approx(float(truth.force[0]), rel=1e-3)
 
 
 def test_solutions_are_kept_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     depth = np.array([0.1, 0.2])
-    first = fp.indent(SOFT, TRIANGLE, depth=depth, method="refined", cache=tmp_path, **TABLE_OFF)
+    first = fp.indent(SOFT, TRIANGLE, depth=depth, method=fp.Refined(cache=tmp_path, **TABLE_OFF))
     assert [path.suffix for path in tmp_path.iterdir()] == [".npz"]
     correction.cache_clear()
 
@@ -110,18 +110,18 @@ def test_solutions_are_kept_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("flatpunch.bem.solve", refuse)
     # ratios do not depend on the modulus: twice as stiff is the same file
     stiffer = fp.Medium([fp.Layer(0.1, 0.45, 1.0)], base=fp.HalfSpace(2.0, 0.3))
-    again = fp.indent(stiffer, TRIANGLE, depth=depth, method="refined", cache=tmp_path, **TABLE_OFF)
+    again = fp.indent(stiffer, TRIANGLE, depth=depth, method=fp.Refined(cache=tmp_path, **TABLE_OFF))
     np.testing.assert_allclose(again.force, 2 * first.force, rtol=1e-9)
     correction.cache_clear()
 
 
 def test_damaged_file_is_made_anew(tmp_path: Path) -> None:
     depth = 0.1
-    first = fp.indent(fp.HalfSpace(1.0, 0.3), TRIANGLE, depth=depth, method="refined", cache=tmp_path, **TABLE_OFF)
+    first = fp.indent(fp.HalfSpace(1.0, 0.3), TRIANGLE, depth=depth, method=fp.Refined(cache=tmp_path, **TABLE_OFF))
     correction.cache_clear()
     (file,) = tmp_path.iterdir()
     file.write_bytes(b"no archive")
-    again = fp.indent(fp.HalfSpace(1.0, 0.3), TRIANGLE, depth=depth, method="refined", cache=tmp_path, **TABLE_OFF)
+    again = fp.indent(fp.HalfSpace(1.0, 0.3), TRIANGLE, depth=depth, method=fp.Refined(cache=tmp_path, **TABLE_OFF))
     np.testing.assert_allclose(again.force, first.force, rtol=1e-12)
     correction.cache_clear()
 
@@ -129,7 +129,7 @@ def test_damaged_file_is_made_anew(tmp_path: Path) -> None:
 def test_contacts_without_outline_say_so() -> None:
     """Under a film a hundred times stiffer than its base a wide blunt contact opens: faces begin to touch around its middle."""
     film = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-    curve = fp.indent(film, fp.Pyramid(8, 0.35), depth=12.0, method="refined", **TABLE_OFF)
+    curve = fp.indent(film, fp.Pyramid(8, 0.35), depth=12.0, method=fp.Refined(**TABLE_OFF))
     assert "no outline" in curve.attrs["notes"]
     assert np.isnan(curve.contour.values[-1]).all()
     assert np.isinf(curve.contour_error.values[-1])
@@ -165,8 +165,8 @@ def test_fewer_cells_where_many_needles_grow(sides: int, ratio: float, cells: in
     """Five edges and more on films stiffer than their base; `cells` says so for others."""
     film = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     tip = fp.Pyramid(sides, 0.3)
-    usual, told = (fp.indent(film, tip, depth=0.3, method="refined", **options) for options in ({}, {"cells": cells}))
+    usual, told = (fp.indent(film, tip, depth=0.3, method=fp.Refined(cells=n)) for n in (None, cells))
     assert usual.force.values == told.force.values
-    other = fp.indent(film, tip, depth=0.3, method="refined", cells=448 - cells)
+    other = fp.indent(film, tip, depth=0.3, method=fp.Refined(cells=448 - cells))
     assert other.force.values != usual.force.values
     assert other.force.values == pytest.approx(usual.force.values, rel=2e-4)

@@ -159,11 +159,11 @@ def test_stiff_films_between_solutions(ratio: float, sides: int, depth: float, a
     tip = Pyramid(sides, 0.35)
     correction.cache_clear()
     depths = np.union1d(np.geomspace(depth / 6, 1.5 * depth, 100), depth)
-    curve = fp.indent(film, tip, depth=depths, method="refined", tables=False)
+    curve = fp.indent(film, tip, depth=depths, method=fp.Refined(tables=False))
     found = curve.isel(step=int(np.searchsorted(depths, depth)))
     # a single contact has a solution of its own
     correction.cache_clear()
-    own = fp.indent(film, tip, depth=depth, method="refined", tables=False).isel(step=0)
+    own = fp.indent(film, tip, depth=depth, method=fp.Refined(tables=False)).isel(step=0)
     assert float(found.force) == pytest.approx(float(own.force), rel=1e-3)
     assert float(found.radius) == pytest.approx(float(own.radius), rel=0.015)
     assert float(found.area) == pytest.approx(float(own.area), rel=0.03)

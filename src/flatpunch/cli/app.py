@@ -190,7 +190,9 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
     # the stiffness of a sudden step, infinite under power laws, is of no use in a history
     columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
     table = Table(
-        title=case.title, caption=f"{len(chosen)} of {steps} steps, method {case.method}", title_justify="left"
+        title=case.title,
+        caption=f"{len(chosen)} of {steps} steps, method {result.attrs['method']}",
+        title_justify="left",
     )
     shown = []
     for name, unit in columns.items():

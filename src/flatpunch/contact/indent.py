@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 import json
-import sys
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,23 +14,23 @@ from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.indenters import Cylinder
+from flatpunch.contact.methods import (
+    BoundaryElements,
+    FirstOrder,
+    FourthOrder,
+    Method,
+    Refined,
+    SecondOrder,
+    check_indenter,
+    method_of,
+    solver_of,
+)
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
 from flatpunch.media.tabulated import TabulatedMedium
-from flatpunch.parallel.team import call_helpers
 
 if TYPE_CHECKING:
     import xarray as xr
-
-METHODS = {
-    "first-order": "perturbation.first_order",
-    "second-order": "perturbation.second_order",
-    "fourth-order": "perturbation.fourth_order",
-    "refined": "refined.method",
-    "bem": "boundary_elements.method",
-}
-"""Contact methods by name: modules with `solve` (a whole curve) and `pressure` (one contact), loaded when first asked for."""
 
 _VARIABLES = {
     "depth": ("m", "indentation depth"),
@@ -52,13 +49,12 @@ def indent(
     depth: float | Array | None = None,
     force: float | Array | None = None,
     radius: float | Array | None = None,
-    method: str | None = None,
+    method: str | Method | None = None,
     angles: int = 360,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
     time: Array | None = None,
     relaxation: Relaxation | None = None,
-    **options: Any,
 ) -> xr.Dataset:
     """Press an indenter into a medium: a whole curve in one call.
 
@@ -70,11 +66,12 @@ def indent(
         The rigid indenter.
     depth, force, radius : float or array, shape (n,)
         Exactly one: indentation depth [m], normal force [N], or mean contact radius a0 [m].
-    method : str, optional
-        "first-order": the paper's method. "second-order": exact perturbation theory, any shape. "fourth-order": the same for
-        power-law shapes, far closer. "refined": round contacts corrected by a few boundary element solutions. "bem":
-        boundary elements. All are exact for round indenters except "bem". By default the one that measured best for its
-        cost, `default_method`.
+    method : str or method, optional
+        `FirstOrder()`, "first-order": the paper's method. `SecondOrder()`, "second-order": exact perturbation theory, any
+        shape. `FourthOrder()`, "fourth-order": the same for power-law shapes, far closer. `Refined(...)`, "refined": round
+        contacts corrected by a few boundary element solutions. `BoundaryElements(...)`, "bem": boundary elements. All are
+        exact for round indenters except boundary elements. By default the one that measured best for its cost,
+        `default_method`.
     angles : int
         Number of polar angles of the outline, evenly spaced from 0.
     work_of_adhesion : float, optional
@@ -85,43 +82,39 @@ def indent(
         Times [s], ascending: depth or force is then a history, linear in between; see `flatpunch.contact.viscoelastic`.
     relaxation : Relaxation, optional
         psi(t) of the medium, e.g. Prony(...); goes with `time`.
-    **options
-        Further settings of the method.
 
     Returns
     -------
     xarray.Dataset
         Along `step`: depth [m], force [N], radius (a0) [m], area [m^2], stiffness dF/dd [N/m], valid (False where the
-        theory does not hold) and contour(step, phi) [m]. The attributes say what was solved, and in `notes` with which
-        limits.
+        theory does not hold) and contour(step, phi) [m]. The attributes say what was solved (`method` and its
+        `method_settings` among them), and in `notes` with which limits.
 
     Raises
     ------
     ValueError, TypeError
         On bad input, before any work.
     """
-    if method is None and work_of_adhesion is not None:
-        # adhesion is known to second order
-        method = "second-order"
+    check_indenter(indenter)
+    chosen = None if method is None else method_of(method)
     if time is not None or relaxation is not None:
         given = {"depth": depth, "force": force, "radius": radius, "work_of_adhesion": work_of_adhesion}
-        return _history(medium, indenter, given, time, relaxation, method or _best(indenter), angles, options)
+        return _history(medium, indenter, given, time, relaxation, chosen or _best(indenter), angles)
     if work_of_adhesion is not None:
-        solver, method = adhesive_method(method or "second-order", indenter), method or "second-order"
-        control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
+        from flatpunch.contact.adhesion import method as adhesive
+
+        chosen = adhesive_method(chosen, indenter)
+        control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles)
-        curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
-        result = _dataset(curve, phi, medium, indenter, control, method)
+        curve = adhesive.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action)
+        result = _dataset(curve, phi, medium, indenter, control, chosen)
         ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
         return result.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
-    control = control_from(depth=depth, force=force, radius=radius)
-    if method == "refined" and not getattr(indenter, "round", True):
-        _load_beside(medium, indenter, control)
-    solver, kernel, method = _solver(method, medium, indenter, control)
-    phi = _angles(angles)
-    _known(options, _module(METHODS[method]).solve, method)
-    curve = solver.solve(kernel, indenter, control, phi, **options)
-    return _dataset(curve, phi, medium, indenter, control, method)
+    control, phi = control_from(depth=depth, force=force, radius=radius), _angles(angles)
+    kernel = compliance(medium)
+    chosen = chosen or _best(indenter, kernel, control)
+    curve = solver_of(chosen, indenter).solve(kernel, indenter, control, phi)
+    return _dataset(curve, phi, medium, indenter, control, chosen)
 
 
 @one_blas_thread()
@@ -134,9 +127,8 @@ def pressure(
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | None = None,
+    method: str | Method | None = None,
     work_of_adhesion: float | None = None,
-    **options: Any,
 ) -> Array:
     """Contact pressure p(x, y) at one depth, force or mean radius.
 
@@ -156,43 +148,27 @@ def pressure(
     ndarray
         Pressure [Pa], zero outside the contact, in the broadcast shape of x and y.
     """
+    check_indenter(indenter)
+    chosen = None if method is None else method_of(method)
     if work_of_adhesion is None:
         control = control_from(depth=depth, force=force, radius=radius)
-        solver, kernel, method = _solver(method, medium, indenter, control)
-        _known(options, _module(METHODS[method]).pressure, method)
     else:
-        control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
-        solver, kernel = adhesive_method(method or "second-order", indenter), compliance(medium)
-        options = {**options, "work": work_of_adhesion}
+        from flatpunch.contact.adhesion import method as adhesive
+
+        adhesive_method(chosen, indenter)
+        control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
-    field = solver.pressure(kernel, indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options)
+    r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
+    if work_of_adhesion is not None:
+        field = adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion)
+    else:
+        solver = solver_of(chosen or _best(indenter, kernel, control), indenter)
+        field = solver.pressure(kernel, indenter, control, r, phi)
     return np.asarray(field).reshape(x.shape)
-
-
-def _solver(method: str | None, medium: Any, indenter: Indenter, control: Control) -> tuple[Any, Kernel, str]:
-    """Module of the method asked for or chosen, the medium's kernel, and the method's name."""
-    solver = _method(method or "first-order", indenter)
-    kernel = compliance(medium)
-    if method is None:
-        method = _best(indenter, kernel, control)
-        solver = _method(method, indenter)
-    return solver, kernel, method
-
-
-def _known(options: dict[str, Any], function: Any, method: str) -> None:
-    """Refuse settings that the method does not have."""
-    parameters = list(inspect.signature(function).parameters.values())
-    settings = [p.name for p in parameters if p.default is not p.empty]
-    if any(p.kind is p.VAR_KEYWORD for p in parameters):
-        return
-    for name, value in options.items():
-        if name not in settings:
-            have = f"it has {', '.join(settings)}" if settings else "it has none"
-            raise TypeError(f"{name} = {value!r} is no setting of method {method!r}: {have}. Check the spelling.")
 
 
 def default_method(
@@ -211,55 +187,36 @@ def default_method(
     which is the shortest.
     """
     if medium is None:
-        return _best(indenter)
-    return _best(indenter, compliance(medium), control_from(depth=depth, force=force, radius=radius))
+        return _best(indenter).name
+    return _best(indenter, compliance(medium), control_from(depth=depth, force=force, radius=radius)).name
 
 
-def _best(indenter: Indenter, kernel: Kernel | None = None, control: Control | None = None) -> str:
+def _best(indenter: Indenter, kernel: Kernel | None = None, control: Control | None = None) -> Method:
     if getattr(indenter, "round", False):
-        return "first-order"
-    if kernel is not None and control is not None and _module(METHODS["refined"]).covered(kernel, indenter, control):
-        return "refined"
-    return "second-order" if getattr(indenter, "exponent", None) is None else "fourth-order"
+        return FirstOrder()
+    if kernel is not None and control is not None and _covered(kernel, indenter, control):
+        return Refined()
+    return SecondOrder() if getattr(indenter, "exponent", None) is None else FourthOrder()
 
 
-def _method(method: str, indenter: Indenter) -> Any:
-    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
-        raise TypeError(
-            f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
-        )
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
-    return _module("round.cylinder" if isinstance(indenter, Cylinder) else METHODS[method])
+def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
+    from flatpunch.contact.refined.method import covered
+
+    return covered(kernel, indenter, control)
 
 
-def _module(name: str) -> Any:
-    """A module of this package; all of them together take longer to load than most of them to answer."""
-    return import_module(f"flatpunch.contact.{name}")
-
-
-def _load_beside(medium: Any, indenter: Indenter, control: Control) -> None:
-    """Let other processes load the refined method while this one does, where that has not been needed so far.
-
-    What curves and results are made of is loaded while the others solve: later they would have nothing to do meanwhile.
-    """
-    if f"flatpunch.contact.{METHODS['refined']}" not in sys.modules:
-        shared = medium, indenter
-        later = "xarray", "scipy.interpolate"
-        call_helpers("flatpunch.contact.refined.one_solution", shared, control.values.size, meanwhile=later)
-
-
-def adhesive_method(method: str, indenter: Indenter) -> Any:
-    """Return the module that solves adhesive contacts by this method, or refuse it."""
-    _method(method, indenter)
-    if method == "bem":
+def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
+    """Return the method by which adhesive contacts are solved, second order if none is named, or refuse it."""
+    if method is None:
+        return SecondOrder()
+    if isinstance(method, BoundaryElements):
         raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")
-    if method != "second-order" and not indenter.round:
+    if not isinstance(method, SecondOrder) and not indenter.round:
         raise ValueError(
-            f"method = {method!r} does not know adhesion of non-round tips; it is solved to second order: choose "
+            f"method = {method.name!r} does not know adhesion of non-round tips; it is solved to second order: choose "
             "method='second-order'."
         )
-    return _module("adhesion.method")
+    return method
 
 
 def _history(
@@ -268,9 +225,8 @@ def _history(
     given: dict[str, Any],
     time: Any,
     relaxation: Any,
-    method: str,
+    method: Method,
     angles: int,
-    options: dict[str, Any],
 ) -> xr.Dataset:
     """Viscoelastic contact: a history instead of a curve."""
     if given.pop("work_of_adhesion") is not None:
@@ -282,12 +238,13 @@ def _history(
             "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
             f"Prony(weights, times). Got time = {time!r}, relaxation = {relaxation!r}."
         )
-    if method == "bem":
+    if isinstance(method, BoundaryElements):
         raise ValueError("relaxation needs a whole elastic curve; choose a fast method or 'refined' instead of 'bem'.")
-    viscoelastic = _module("viscoelastic")
-    solver, phi, control = _method(method, indenter), _angles(angles), viscoelastic.history_control(**given)
+    from flatpunch.contact import viscoelastic
+
+    phi, control = _angles(angles), viscoelastic.history_control(**given)
     times = values("time", time, minimum=-np.inf)
-    curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver.solve, options)
+    curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver_of(method, indenter).solve, {})
     result = _dataset(curve, phi, medium, indenter, control, method)
     return result.assign_attrs(relaxation=json.dumps(record(relaxation)))
 
@@ -297,7 +254,7 @@ def _angles(angles: int) -> Array:
     return np.asarray(np.arange(count) * (2 * np.pi / count))
 
 
-def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
+def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: Method) -> xr.Dataset:
     data: dict[str, Column] = {
         name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
         for name, (unit, text) in _VARIABLES.items()
@@ -312,7 +269,8 @@ def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control:
     }
     attributes = {
         "title": "Indentation computed by flatpunch",
-        "method": method,
+        "method": method.name,
+        "method_settings": json.dumps({k: v for k, v in record(method).items() if k not in ("type", "progress")}),
         "control": control.name,
         "medium": json.dumps(record(medium)),
         "indenter": json.dumps(record(indenter)),

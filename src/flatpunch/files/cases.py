@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import Field
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.contact import METHODS, default_method
+from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.indent import adhesive_method
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
@@ -36,8 +36,8 @@ class Case:
         The quantity that is given.
     values : ndarray of shape (steps,)
         Its values [m] or [N].
-    method : str
-        Contact method, passed on to `indent`.
+    method : str, method or None
+        Contact method, passed on to `indent`; None leaves the choice to it.
     angles : int
         Number of polar angles of the contour.
     work_of_adhesion, range_of_action : float or None
@@ -55,7 +55,7 @@ class Case:
     indenter: Any
     control: str
     values: Array
-    method: str
+    method: str | Method | None
     angles: int
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
@@ -105,7 +105,7 @@ class CaseTable(Table):
             return self._history(medium, self.history)
         assert self.control is not None
         control, steps = self.control.built
-        method = self._method(medium, {control: steps})
+        method = self._method()
         return Case(
             self.title,
             medium,
@@ -138,21 +138,18 @@ class CaseTable(Table):
                 "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."
             )
 
-    def _method(self, medium: Any, steps: dict[str, Any]) -> str:
+    def _method(self) -> str | None:
         if self.work_of_adhesion is None:
-            return self.method or default_method(self.indenter.built, medium, **steps)
+            return self.method
         for name in ("work_of_adhesion", "range_of_action"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
-        method = self.method or "second-order"  # adhesion is known to second order
-        adhesive_method(method, self.indenter.built)
-        return method
+        return adhesive_method(None if self.method is None else method_of(self.method), self.indenter.built).name
 
     def _history(self, medium: Any, table: HistoryTable) -> Case:
         check_medium(medium)
         history, indenter = table.built, self.indenter.built
-        method = self.method or default_method(indenter)
-        if method == "bem":
+        if self.method == "bem":
             raise ValueError("method = 'bem' does not go with [history]; choose a fast method or 'refined'.")
         assert self.relaxation is not None
         return Case(
@@ -161,7 +158,7 @@ class CaseTable(Table):
             indenter,
             history.control,
             history.values,
-            method,
+            self.method,
             self.angles,
             time=history.time,
             relaxation=self.relaxation.built,

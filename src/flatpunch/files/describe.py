@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import Array
+from flatpunch.contact import default_method, method_of
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies
@@ -45,7 +46,16 @@ def describe(case: Case) -> Iterator[str]:
         yield f"Control   {_control(case)}"
     else:
         yield f"History   {_history(case, case.time)}"
-    yield f"Method    {case.method}, outline at {case.angles} polar angles"
+    yield f"Method    {_method(case)}, outline at {case.angles} polar angles"
+
+
+def _method(case: Case) -> str:
+    """Name of the method; where the choice is left to `indent`, what it would choose."""
+    if case.method is not None:
+        return method_of(case.method).name
+    if case.time is not None:
+        return default_method(case.indenter)
+    return default_method(case.indenter, case.medium, **{case.control: case.values})
 
 
 def describe_sample(

@@ -256,7 +256,8 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     contact = "free" if settings.contact == "free" else quantity(settings.contact, "m")
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
     method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
-    yield f"Method    {method or method_for(case.indenter, settings.method)}"
+    chosen = method or method_for(case.indenter, settings.method)
+    yield f"Method    {chosen if isinstance(chosen, str) else chosen.name}"
 
 
 def _segment(case: FitCase) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, real
 from flatpunch._support.threads import one_blas_thread
+from flatpunch.contact import Method
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.model import ForwardModel
@@ -88,7 +89,7 @@ def fit(
     return fit_model(curve, model_of(sample, wanted, chosen.method), wanted, chosen)
 
 
-def model_of(sample: Sample, free: Mapping[str, Free], method: str) -> Model:
+def model_of(sample: Sample, free: Mapping[str, Free], method: str | Method) -> Model:
     """The forward model of a case, kept for the next curve.
 
     Parameters
@@ -97,7 +98,7 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: str) -> Model:
         The case.
     free : mapping of str to Free
         What is fitted, with starting values that differ from the case's.
-    method : str
+    method : str or method
         Contact method.
     """
     for name in free:
@@ -111,11 +112,11 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: str) -> Model:
 
 
 @lru_cache(maxsize=64)
-def _kept(sample: Sample, free: tuple[str, ...], method: str) -> Model:
+def _kept(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
     return _made(sample, free, method)
 
 
-def _made(sample: Sample, free: tuple[str, ...], method: str) -> Model:
+def _made(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
     if sample.work_of_adhesion is not None:
         return AdhesiveModel(sample, free, method)
     if sample.relaxation is not None:

@@ -19,7 +19,7 @@ import xarray as xr
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
-from flatpunch.contact import indent
+from flatpunch.contact import indent, method_of
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
@@ -81,7 +81,7 @@ def sweep(
     axes = axes_of(data, vary)
     cases = _cases(data, axes, path)
     # "refined" is chosen by itself only where it is as fast as the others
-    slow = "method" in data and any(found.method in _SLOW for found in cases)
+    slow = any(found.method is not None and method_of(found.method).name in _SLOW for found in cases)
     few = len(cases) if slow else 1 + len(cases) // _WORTH_A_PROCESS
     solved = solve_points(
         partial(_solve, contours=contours),

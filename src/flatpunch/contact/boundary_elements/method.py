@@ -138,13 +138,16 @@ def pressure(
     phi: Array,
     *,
     grid: bem.Grid | int | None = None,
-    tolerance: float = _TOLERANCE,
+    tolerance: float | None = None,
     limit: int = _LIMIT,
+    single: bool = False,
 ) -> Array:
     """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres."""
     if not _live(control).any():
         return np.zeros_like(r)
-    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, False, limit=limit)[0]
+    if tolerance is None:
+        tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
+    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, single, limit=limit)[0]
     between = scipy.interpolate.RegularGridInterpolator(
         (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
     )

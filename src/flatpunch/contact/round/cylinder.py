@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from flatpunch._support.checks import Array
@@ -14,7 +12,7 @@ from flatpunch.indenters import Cylinder
 from flatpunch.punch.family import punch_family
 
 
-def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array, **_: Any) -> Curve:
+def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array) -> Curve:
     """Force and depth in proportion, F = K d."""
     a = np.full_like(control.values, indenter.radius)
     stiffness = punch_stiffness(kernel, a)
@@ -36,7 +34,7 @@ def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array, **_:
     )
 
 
-def pressure(kernel: Kernel, indenter: Cylinder, control: Control, r: Array, phi: Array, **_: Any) -> Array:
+def pressure(kernel: Kernel, indenter: Cylinder, control: Control, r: Array, phi: Array) -> Array:
     """Pressure of the flat punch at polar coordinates (r, phi), shape (n,) [Pa]; infinite at the edge."""
     a = np.full(1, indenter.radius)
     depth = float(_depth(control, punch_stiffness(kernel, a))[0])

@@ -14,6 +14,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch.compliance import compliance
+from flatpunch.contact import Method
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.indent import indent
 from flatpunch.fit.adhesion.branch import StableBranch
@@ -25,11 +26,12 @@ from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, 
 _METHODS = ("auto", "first-order", "second-order")
 
 
-def adhesive_method(indenter: Any, method: str) -> str:
+def adhesive_method(indenter: Any, method: str | Method) -> str:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
-    if method not in _METHODS or (method == "first-order" and not indenter.round):
+    name = method if isinstance(method, str) else method.name
+    if name not in _METHODS or (name == "first-order" and not indenter.round):
         raise ValueError(
-            f"method = {method!r} does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known "
+            f"method = {name!r} does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known "
             "to second order for others."
         )
     return "first-order" if indenter.round else "second-order"
@@ -45,7 +47,7 @@ class AdhesiveModel(SampleParameters):
         The case with its work of adhesion.
     free : tuple of str
         Names such as "layers[0].young", "work_of_adhesion".
-    method : str
+    method : str or method
         "auto", or a method that knows adhesion.
     approximate : bool
         Take the round tip of the same mean profile: to find a start.
@@ -53,7 +55,7 @@ class AdhesiveModel(SampleParameters):
 
     sample: Sample
     free: tuple[str, ...] = ()
-    method: str = "auto"
+    method: str | Method = "auto"
     approximate: bool = False
     _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)

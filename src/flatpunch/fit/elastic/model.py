@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import METHODS, indent
+from flatpunch.contact import Method, indent, method_of
 from flatpunch.fit.elastic.table import Table
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
@@ -30,21 +30,18 @@ _FEW_ANGLES = 8
 _THIRD_OF_DECADE = 10 ** (1 / 3)
 
 
-def method_for(indenter: Any, method: str = "auto") -> str:
+def method_for(indenter: Any, method: str | Method = "auto") -> str | Method:
     """Contact method of a fit: exact for round tips, else the best of the fast ones.
 
     Parameters
     ----------
     indenter : Indenter
         The tip.
-    method : str
-        "auto", or a method of `indent`.
+    method : str or method
+        "auto", or a method of `indent`: its short name, or its configuration such as `Refined(cells=128)`.
     """
     if method != "auto":
-        if method not in METHODS:
-            raise ValueError(
-                f"method = {method!r} is unknown; choose 'auto' or one of {', '.join(map(repr, METHODS))}."
-            )
+        method_of(method)
         return method
     if indenter.round:
         return "first-order"
@@ -61,14 +58,14 @@ class ForwardModel(FreeParameters):
         The case; free parameters have their starting values in it.
     free : tuple of str
         Names such as "layers[0].young", "base.poisson", "indenter.radius".
-    method : str
+    method : str or method
         Contact method, or "auto".
     """
 
     medium: Any
     indenter: Any
     free: tuple[str, ...] = ()
-    method: str = "auto"
+    method: str | Method = "auto"
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
 
@@ -155,7 +152,7 @@ def free_coordinates(found: Scaling) -> tuple[str, ...]:
     return tuple(c.name for c in found.coordinates)
 
 
-def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: str) -> Table:
+def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: str | Method) -> Table:
     try:
         return _shared(_Family(medium, indenter, tuple(names), method, found))
     except TypeError:
@@ -171,7 +168,7 @@ class _Family:
     medium: Any
     indenter: Any
     names: tuple[str, ...]
-    method: str
+    method: str | Method
     scaling: Scaling = field(compare=False)
 
 
@@ -181,7 +178,7 @@ def _shared(family: _Family) -> Table:
     return Table(solve, family.scaling.coordinates, limit)
 
 
-def _solver(found: Scaling, method: str) -> tuple[Any, Any]:
+def _solver(found: Scaling, method: str | Method) -> tuple[Any, Any]:
     """The exact solution of the scaled problem, and how deep it goes."""
 
     def limit(q: tuple[float, ...]) -> float:

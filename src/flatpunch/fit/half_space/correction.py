@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from flatpunch._support.checks import Array, poisson_ratio, positive
 from flatpunch._support.threads import one_blas_thread
+from flatpunch.contact import Method
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.half_space import published
 from flatpunch.fit.parameters.scaling import replaced
@@ -147,7 +148,7 @@ def correct(
     model: str | None = None,
     reported_poisson: float | None = None,
     over: Over = "curve",
-    method: str = "auto",
+    method: str | Method = "auto",
 ) -> Correction:
     """Return the layer modulus behind a reported half-space modulus.
 
@@ -167,7 +168,7 @@ def correct(
         Poisson ratio that the software used; that of the layer if left out.
     over : "curve" or "depth"
         Whether the software fitted the curve from 0 to the depth by least squares, or used the force at the depth.
-    method : str
+    method : str or method
         Contact method, or "auto".
 
     Returns

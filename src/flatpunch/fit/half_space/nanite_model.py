@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flatpunch.contact import Method
 from flatpunch.files.results import whole_file
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
@@ -84,7 +85,13 @@ class _Entry:
 
 
 def write_nanite_model(
-    path: str | Path, medium: Any, indenter: Any, *, title: str = "", key: str | None = None, method: str = "auto"
+    path: str | Path,
+    medium: Any,
+    indenter: Any,
+    *,
+    title: str = "",
+    key: str | None = None,
+    method: str | Method = "auto",
 ) -> Path:
     """Write a model file for nanite.
 
@@ -101,8 +108,8 @@ def write_nanite_model(
         Name shown in the programs.
     key : str, optional
         Identifier; from the file's name if left out.
-    method : str
-        Contact method, or "auto".
+    method : str or method
+        Contact method, or "auto"; the model file keeps its short name.
 
     Returns
     -------
@@ -113,10 +120,11 @@ def write_nanite_model(
         raise ValueError(f"{path}: a model file is a Python module; name it like model_thin_gel.py.")
     entries = _affordable(medium, indenter, _entries(medium, indenter))
     title = (title or "Layered sample (flatpunch)").replace('"', "'").replace("\\", "/")
+    chosen = method_for(indenter, method)
     tips, media = sorted(_types(repr(indenter))), sorted(_types(repr(medium)))
     text = _TEMPLATE.format(
         title=title,
-        method=method_for(indenter, method),
+        method=chosen if isinstance(chosen, str) else chosen.name,
         tips=", ".join(tips),
         media=", ".join(media),
         medium=repr(medium),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from flatpunch._support.checks import real
+from flatpunch.contact import Method
 from flatpunch.fit.measured.curve import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
@@ -47,8 +48,8 @@ class Settings:
         What to do about a dip below the baseline, see `flatpunch.fit.measured.curve.check_signal`.
     depth_to, force_to : float, optional
         Use the curve up to this tip position [m] or force [N] only.
-    method : str
-        Contact method, or "auto".
+    method : str or method
+        Contact method, its short name or its configuration, or "auto".
     level : float
         Confidence level of intervals.
     segment : "auto", "approach", "retract" or "both"
@@ -63,7 +64,7 @@ class Settings:
     adhesion: Adhesion = "refuse"
     depth_to: float | None = None
     force_to: float | None = None
-    method: str = "auto"
+    method: str | Method = "auto"
     level: float = 0.95
     engine: Engine = "lmfit"
     segment: Literal["auto", "approach", "retract", "both"] = "auto"

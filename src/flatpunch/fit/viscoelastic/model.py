@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch.contact import Method
 from flatpunch.contact.viscoelastic.monotone import one_cycle
 from flatpunch.contact.viscoelastic.series import exponential_series
 from flatpunch.contact.viscoelastic.solve import refined
@@ -42,13 +43,13 @@ class HistoryModel(SampleParameters):
         The case with its relaxation.
     free : tuple of str
         Names such as "layers[0].young", "relaxation.time".
-    method : str
+    method : str or method
         Contact method, or "auto".
     """
 
     sample: Sample
     free: tuple[str, ...] = ()
-    method: str = "auto"
+    method: str | Method = "auto"
     elastic: ForwardModel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -1,0 +1,295 @@
+"""Contact methods as frozen configurations: what `method=` of `indent` and `pressure` takes, besides their short names.
+
+Each has `solve` (a whole curve) and `pressure` (one contact), both with the medium as its kernel and the points in polar
+coordinates. The imports inside them keep the methods from being loaded before they are used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import TYPE_CHECKING, ClassVar
+
+from flatpunch._support.checks import Array, positive, whole
+from flatpunch._support.progress import Report
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+
+if TYPE_CHECKING:
+    from flatpunch.bem import Grid
+
+
+@dataclass(frozen=True, slots=True)
+class FirstOrder:
+    """The method of Forsbach and Willert (2023): force and depth of the angular mean profile, outline to first order.
+
+    Exact for round indenters.
+
+    Examples
+    --------
+    >>> fp.indent(medium, tip, depth=1e-7, method=fp.FirstOrder())
+    """
+
+    name: ClassVar[str] = "first-order"
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.perturbation import first_order
+
+        return first_order.solve(kernel, indenter, control, phi)
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.perturbation import first_order
+
+        return first_order.pressure(kernel, indenter, control, r, phi)
+
+
+@dataclass(frozen=True, slots=True)
+class SecondOrder:
+    """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters."""
+
+    name: ClassVar[str] = "second-order"
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.perturbation import second_order
+
+        return second_order.solve(kernel, indenter, control, phi)
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.perturbation import second_order
+
+        return second_order.pressure(kernel, indenter, control, r, phi)
+
+
+@dataclass(frozen=True, slots=True)
+class FourthOrder:
+    """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters."""
+
+    name: ClassVar[str] = "fourth-order"
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.perturbation import fourth_order
+
+        return fourth_order.solve(kernel, indenter, control, phi)
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.perturbation import fourth_order
+
+        return fourth_order.pressure(kernel, indenter, control, r, phi)
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """Round contacts corrected by a few boundary element solutions along the curve; exact for round indenters.
+
+    Parameters
+    ----------
+    rtol : float
+        Relative error of the force that the interpolation between boundary element solutions may have, > 0.
+    cells : int, optional
+        Cells per side of their grids, at least 8; chosen by tip and medium if left out (256 or fewer).
+    cache : path, optional
+        Folder in which the solutions are kept, so that a later session need not repeat them.
+    tables : bool
+        Whether the corrections of standard tips on one layer that come with the package may replace solutions; they hold
+        the force to 0.02 %.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For settings out of range.
+    """
+
+    name: ClassVar[str] = "refined"
+
+    rtol: float = 5e-4
+    cells: int | None = None
+    cache: str | PathLike[str] | None = None
+    tables: bool = True
+
+    def __post_init__(self) -> None:
+        from flatpunch.bem.grid import SMALLEST
+
+        object.__setattr__(self, "rtol", positive("rtol", self.rtol))
+        if self.cells is not None:
+            object.__setattr__(
+                self, "cells", whole("cells", self.cells, SMALLEST, "It is the number of cells per side.")
+            )
+        if self.cache is not None:
+            if not isinstance(self.cache, (str, PathLike)):
+                raise TypeError(
+                    f"cache = {self.cache!r} must be a folder, as text or Path; None keeps nothing on disk."
+                )
+            object.__setattr__(self, "cache", str(self.cache))
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.refined import method
+
+        cache = None if self.cache is None else str(self.cache)
+        return method.solve(
+            kernel, indenter, control, phi, rtol=self.rtol, cells=self.cells, cache=cache, tables=self.tables
+        )
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.refined import method
+
+        cache = None if self.cache is None else str(self.cache)
+        return method.pressure(
+            kernel, indenter, control, r, phi, rtol=self.rtol, cells=self.cells, cache=cache, tables=self.tables
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class BoundaryElements:
+    """Boundary elements on a grid: the rigorous reference for every medium and indenter.
+
+    Parameters
+    ----------
+    grid : flatpunch.bem.Grid or int, optional
+        One grid for all steps, or cells per side (256) of a grid fitted to each contact.
+    tolerance : float, optional
+        Largest gap error in contact and penetration outside it, relative to the depth: 1e-6, or 1e-5 in single precision.
+    limit : int
+        Largest number of iterations on one grid; a step that needs more is marked in `valid` and `notes`.
+    fields : bool
+        Whether `indent` returns pressure(step, y, x), displacement and contact; they then share one grid, that of the largest
+        contact.
+    single : bool
+        Single precision: half the memory.
+    progress : bool or callable, optional
+        True shows a bar; a function is called with (steps done, steps in all).
+
+    Raises
+    ------
+    ValueError, TypeError
+        For settings out of range.
+    """
+
+    name: ClassVar[str] = "bem"
+
+    grid: Grid | int | None = None
+    tolerance: float | None = None
+    limit: int = 1000
+    fields: bool = False
+    single: bool = False
+    progress: bool | Report | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        from flatpunch.bem.grid import SMALLEST, Grid
+        from flatpunch.bem.solution import check_tolerance
+
+        if self.grid is not None and not isinstance(self.grid, Grid):
+            cells = whole("grid", self.grid, SMALLEST, "It is the number of cells per side, or a Grid.")
+            object.__setattr__(self, "grid", cells)
+        if self.tolerance is not None:
+            check_tolerance(self.tolerance, self.single)
+        limit = whole("limit", self.limit, 1, "It is the largest number of iterations on one grid.")
+        object.__setattr__(self, "limit", limit)
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.boundary_elements import method
+
+        return method.solve(
+            kernel,
+            indenter,
+            control,
+            phi,
+            grid=self.grid,
+            tolerance=self.tolerance,
+            limit=self.limit,
+            fields=self.fields,
+            single=self.single,
+            progress=self.progress,
+        )
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.boundary_elements import method
+
+        return method.pressure(
+            kernel,
+            indenter,
+            control,
+            r,
+            phi,
+            grid=self.grid,
+            tolerance=self.tolerance,
+            limit=self.limit,
+            single=self.single,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FlatEnd:
+    """The cylinder with a flat end, whose contact is its end face: solved exactly, whatever method is named."""
+
+    name: ClassVar[str] = "first-order"
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact.round import cylinder
+
+        assert isinstance(indenter, Cylinder)
+        return cylinder.solve(kernel, indenter, control, phi)
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
+        """Return the pressure [Pa] at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.round import cylinder
+
+        assert isinstance(indenter, Cylinder)
+        return cylinder.pressure(kernel, indenter, control, r, phi)
+
+
+Method = FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
+
+METHODS: dict[str, type[Method]] = {
+    "first-order": FirstOrder,
+    "second-order": SecondOrder,
+    "fourth-order": FourthOrder,
+    "refined": Refined,
+    "bem": BoundaryElements,
+}
+"""Short names of the methods, with the classes whose defaults they mean."""
+
+
+def method_of(method: object) -> Method:
+    """Return a method by its short name, or as it is.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an unknown name, or a class in the place of its configuration.
+    """
+    if isinstance(method, Method):
+        return method
+    if isinstance(method, type) and method in METHODS.values():
+        raise TypeError(f"method = {method.__name__} is a class; write {method.__name__}(), with its settings if any.")
+    if not isinstance(method, str) or method not in METHODS:
+        classes = ", ".join(f"fp.{known.__name__}(...)" for known in METHODS.values())
+        raise ValueError(
+            f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings."
+        )
+    return METHODS[method]()
+
+
+def solver_of(method: Method, indenter: Indenter) -> Method | FlatEnd:
+    """What solves this indenter when `method` is asked for."""
+    return FlatEnd() if isinstance(indenter, Cylinder) else method
+
+
+def check_indenter(indenter: object) -> None:
+    """Refuse what is no indenter."""
+    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
+        raise TypeError(
+            f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
+        )
