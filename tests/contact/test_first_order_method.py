@@ -22,6 +22,10 @@ SHAPES = {
 shapes = pytest.mark.parametrize("indenter", SHAPES.values(), ids=SHAPES)
 
 
+formal = pytest.mark.filterwarnings("ignore:First-order pressures")
+"""What they differ by from boundary elements is of no interest."""
+
+
 def indent(*what, **how):
     return fp.indent(*what, method="first-order", **how)
 
@@ -133,6 +137,7 @@ def test_mean_radius_and_area_are_those_of_the_outline(indenter):
     np.testing.assert_allclose(np.pi * (outline**2).mean(axis=1), curve["area"], rtol=1e-6)
 
 
+@formal
 def test_pressure_has_its_integral_and_outline():
     indenter = fp.EllipticParaboloid(0.05 / H, 0.08 / H)
     for medium in (BODY, GEL, FILM):
@@ -150,6 +155,7 @@ def test_pressure_has_its_integral_and_outline():
         assert np.all(pressure(medium, indenter, outside * np.cos(phi), outside * np.sin(phi), radius=1.5 * H) == 0)
 
 
+@formal
 def test_pressure_of_a_pyramid_turns_with_its_faces():
     indenter = fp.Pyramid(4, 0.3)
     r = 0.4 * H
@@ -187,7 +193,7 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
     first = float(bad["depth"].values[gone].min())
     assert f"{first:.4g}" in bad.attrs["notes"]
     assert np.isfinite(bad["force"]).all()
-    with pytest.raises(ValueError, match="outline does not exist along the whole history"):
+    with pytest.warns(fp.FlatpunchWarning, match="outline does not exist along the whole history"):
         pressure(
             fp.Medium([fp.Layer(lost * 1e9, 0.3, H)], base=fp.HalfSpace(1e9, 0.3)),
             indenter,

@@ -83,8 +83,9 @@ def test_pressure_integrates_to_the_force(tip: object, method: str) -> None:
     p = fp.pressure(INCOMPRESSIBLE, tip, r * np.cos(phi)[:, None], r * np.sin(phi)[:, None], depth=0.5, method=method)
     rings = (p * np.sin(theta) * np.cos(theta)) @ (np.pi / 4 * weight)
     force = np.mean(rings * outline**2) * 2 * np.pi
-    # at the corners of a pyramid the outline has cusps: the sum over 720 angles there leaves 5e-4 of the area too
-    assert force == pytest.approx(float(result.force[0]), rel=1e-6 if tip is ELLIPSE else 1e-3)
+    # pressures are those of boundary elements at the same depth: 5e-4 between 256 cells a side, and the same of the area from
+    # the cusps at the corners of a pyramid
+    assert force == pytest.approx(float(result.force[0]), rel=1e-3 + float(result.force_error[0]))
 
 
 @pytest.mark.parametrize("tip", [ELLIPSE, SQUARE, Disguised(ELLIPSE)], ids=["ellipse", "square", "general"])

@@ -120,11 +120,15 @@ def test_stiff_film_is_drawn_up_to_where_the_outline_ends(tmp_path):
     assert not valid.all()
     first_failure = int(np.argmin(valid))
     assert valid[first_failure:].any()
-    drawn = plots.figure(result, film, pyramid)
+    with pytest.warns(
+        fp.FlatpunchWarning, match="there are none of the first order, as the superposed pressure adds up to"
+    ):
+        drawn = plots.figure(result, film, pyramid)
     last = float(result["depth"][first_failure - 1]) * 1e9
     assert f"{last:.3g} nm" in drawn.axes[1].get_title()
     only_beyond = fp.indent(film, pyramid, depth=[1.9e-6, 2e-6], angles=48, method="first-order")
-    assert "No pressure map" in plots.figure(only_beyond, film, pyramid).axes[2].texts[0].get_text()
+    with pytest.warns(fp.FlatpunchWarning, match="first-order outline does not exist along the whole history"):
+        assert plots.figure(only_beyond, film, pyramid).axes[2].get_title().startswith("Pressure at")
 
 
 def test_refusals(result, tmp_path):

@@ -15,7 +15,7 @@ from flatpunch.indenters.geometry.flat_end import flat_radius
 
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 FILM_50 = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
-COARSE = {"method": "refined", "tables": False, "cells": 64}
+COARSE = {"method": fp.Refined(cells=64, tables=False)}
 
 
 class Ladder:

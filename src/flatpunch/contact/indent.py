@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from flatpunch.contact.methods import (
     Refined,
     SecondOrder,
     check_indenter,
+    exact,
     method_of,
     solver_of,
 )
@@ -117,6 +118,34 @@ def indent(
     return _dataset(curve, phi, medium, indenter, control, chosen)
 
 
+@overload
+def pressure(
+    medium: Any,
+    indenter: Indenter,
+    x: float | Array,
+    y: float | Array,
+    *,
+    depth: float | None = None,
+    force: float | None = None,
+    radius: float | None = None,
+    method: str | Method | None = None,
+    work_of_adhesion: float | None = None,
+    return_error: Literal[False] = False,
+) -> Array: ...
+@overload
+def pressure(
+    medium: Any,
+    indenter: Indenter,
+    x: float | Array,
+    y: float | Array,
+    *,
+    depth: float | None = None,
+    force: float | None = None,
+    radius: float | None = None,
+    method: str | Method | None = None,
+    work_of_adhesion: float | None = None,
+    return_error: Literal[True],
+) -> tuple[Array, Array]: ...
 @one_blas_thread()
 def pressure(
     medium: Any,
@@ -129,8 +158,13 @@ def pressure(
     radius: float | None = None,
     method: str | Method | None = None,
     work_of_adhesion: float | None = None,
-) -> Array:
+    return_error: bool = False,
+) -> Array | tuple[Array, Array]:
     """Contact pressure p(x, y) at one depth, force or mean radius.
+
+    Exact under round indenters. Under all others it comes from boundary elements, whatever the method: perturbation theory gives
+    force and outline, and no pressure. Only "first-order" superposes the pressures of stretched flat punches, as Forsbach and
+    Willert do; they are compared with boundary elements, and a warning says by how much they differ.
 
     Parameters
     ----------
@@ -142,11 +176,16 @@ def pressure(
         Exactly one of them.
     work_of_adhesion : float, optional
         [J/m^2]: with adhesion the pressure at the edge is minus infinity.
+    return_error : bool
+        Whether the estimated error of each value is returned as well.
 
     Returns
     -------
-    ndarray
+    pressure : ndarray
         Pressure [Pa], zero outside the contact, in the broadcast shape of x and y.
+    error : ndarray
+        Estimated error of each value [Pa], if `return_error`: what cells twice as wide would change, and the difference to
+        boundary elements for "first-order".
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
@@ -164,11 +203,12 @@ def pressure(
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
     if work_of_adhesion is not None:
-        field = adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion)
+        field = exact(adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion))
     else:
         solver = solver_of(chosen or _best(indenter, kernel, control), indenter)
         field = solver.pressure(kernel, indenter, control, r, phi)
-    return np.asarray(field).reshape(x.shape)
+    values = field.pressure.reshape(x.shape)
+    return (values, field.error.reshape(x.shape)) if return_error else values
 
 
 def default_method(

@@ -22,6 +22,10 @@ _FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c
 _MAP_POINTS = 121
 
 
+_NOTABLE = 0.01
+"""Median error of a pressure over its mean above which a picture shows it."""
+
+
 _FREE = 0.87
 """Half-widths of the picture up to which labels of level lines are written."""
 
@@ -107,10 +111,17 @@ def pressure_map(
     half = _half_width(result, indenter, last)
     x = np.linspace(-half, half, points)
     # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
-    control = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    control: dict[str, Any] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
     work = result.attrs.get("work_of_adhesion")
-    field = pressure(
-        medium, indenter, x[None, :], x[:, None], method=result.attrs["method"], work_of_adhesion=work, **control
+    field, error = pressure(
+        medium,
+        indenter,
+        x[None, :],
+        x[:, None],
+        method=result.attrs["method"],
+        work_of_adhesion=work,
+        return_error=True,
+        **control,
     )
     factor, unit = readable(half, "m")
     values, pressure_unit = _scaled(field, "Pa", quantile=True)
@@ -123,8 +134,15 @@ def pressure_map(
     axes.grid(visible=False)
     _frame(axes, half * factor, unit)
     force, force_unit = _scaled(result["force"].values[last : last + 1], "N")
-    axes.set_title(f"Pressure at $F$ = {force[0]:.3g} {force_unit}")
+    axes.set_title(f"Pressure at $F$ = {force[0]:.3g} {force_unit}{_doubt(field, error)}")
     return axes
+
+
+def _doubt(field: Array, error: Array) -> str:
+    """Typical error of a pressure over its mean, where it is worth a word."""
+    inside = (field != 0) & np.isfinite(field)
+    share = float(np.median(error[inside]) / np.abs(field[inside]).mean()) if inside.any() else 0.0
+    return f", $\\pm$ {100 * share:.2g} %" if share > _NOTABLE else ""
 
 
 def _shown(values: Array, clipped: bool) -> Array:

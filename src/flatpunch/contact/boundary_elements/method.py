@@ -16,7 +16,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
-from flatpunch.contact.curve import Control, Curve, Extra
+from flatpunch.contact.curve import Control, Curve, Extra, PressureField
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.indenters.profile import Indenter
@@ -141,17 +141,33 @@ def pressure(
     tolerance: float | None = None,
     limit: int = _LIMIT,
     single: bool = False,
-) -> Array:
-    """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres."""
+) -> PressureField:
+    """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres.
+
+    The error is the difference that cells twice as wide make, the largest of a cell and its neighbours.
+    """
     if not _live(control).any():
-        return np.zeros_like(r)
+        return PressureField(np.zeros_like(r), np.zeros_like(r))
     if tolerance is None:
         tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
     solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, single, limit=limit)[0]
-    between = scipy.interpolate.RegularGridInterpolator(
-        (solution.grid.y, solution.grid.x), solution.pressure, bounds_error=False, fill_value=0.0
-    )
-    return np.asarray(between(np.column_stack([r * np.sin(phi), r * np.cos(phi)])))
+    x, y, field = solution.grid.x, solution.grid.y, np.asarray(solution.pressure, dtype=float)
+    points = np.column_stack([r * np.sin(phi), r * np.cos(phi)])
+    return PressureField(*(_between(y, x, cells)(points) for cells in (field, _cell_width_error(y, x, field))))
+
+
+def _between(y: Array, x: Array, field: Array) -> scipy.interpolate.RegularGridInterpolator:
+    """Linear interpolation between the centres of cells, zero outside."""
+    return scipy.interpolate.RegularGridInterpolator((y, x), field, bounds_error=False, fill_value=0.0)
+
+
+def _cell_width_error(y: Array, x: Array, field: Array) -> Array:
+    """Difference between a field and the same on cells twice as wide, the largest of a cell and its neighbours."""
+    ny, nx = field.shape[0] // 2, field.shape[1] // 2
+    wide = field[: 2 * ny, : 2 * nx].reshape(ny, 2, nx, 2).mean(axis=(1, 3))
+    y_wide, x_wide = (axis[: 2 * n].reshape(n, 2).mean(axis=1) for axis, n in ((y, ny), (x, nx)))
+    at = np.stack(np.meshgrid(y, x, indexing="ij"), axis=-1)
+    return np.asarray(scipy.ndimage.maximum_filter(np.abs(field - _between(y_wide, x_wide, wide)(at)), size=3))
 
 
 def _live(control: Control) -> Any:

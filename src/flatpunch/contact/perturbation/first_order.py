@@ -23,13 +23,21 @@ from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.contact.round.superposition import History, log_radii, round_history, spline, spline_outline, superpose
 from flatpunch.indenters.geometry.angle_rule import angular_rule
+from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family
 
 Outline = Callable[[Array, Array], tuple[Array, Array]]
 
 _ANGLES = 720
 """Angles of the outline spline for general shapes."""
+
+_RADIAL_NODES = 12
+"""Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex."""
+
+_FORCE_TOLERANCE = 0.02
+"""Relative difference between the integral of a pressure and the force that counts as agreement."""
 
 
 def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
@@ -71,15 +79,48 @@ def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flag
     return estimates(error, error)
 
 
+class NoSuperposition(ValueError):
+    """The pressures of growing punches cannot be superposed for this contact; the message says why."""
+
+
 def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]; its integral over the outline is the force."""
+    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]; its integral over the outline is the force.
+
+    Raises
+    ------
+    NoSuperposition
+        If the outline does not grow continuously, or the superposed pressure does not add up to the force.
+    """
     evaluate, contact = mean_contact(kernel, indenter, control)
     if contact.radius[0] == 0:
         return np.zeros_like(r)
     history = round_history(evaluate, float(contact.radius[0]))
-    if not indenter.round:
-        history = _with_outline(kernel, indenter, evaluate, history)
+    if indenter.round:
+        return superpose(kernel, history, r, phi)
+    if flat_radius(indenter) > 0:
+        raise NoSuperposition(
+            "the flat end of this tip is in contact as a whole from the first touch on, so the outline does not grow "
+            "continuously from a point"
+        )
+    history = _with_outline(kernel, indenter, evaluate, history)
+    _check_force(kernel, indenter, history, float(contact.force[0]))
     return superpose(kernel, history, r, phi)
+
+
+def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: float) -> None:
+    """Refuse a superposed pressure whose integral over the contact is not the force."""
+    phi, weights = angular_rule(indenter)
+    t, weight = gauss(_RADIAL_NODES)
+    theta = np.pi / 4 * (t + 1)
+    edge = history.radius * history.outline(np.full_like(phi, np.log(history.radius)), phi)[0]
+    r = edge[:, None] * np.sin(theta)
+    field = superpose(kernel, history, r.ravel(), np.repeat(phi, theta.size)).reshape(r.shape)
+    total = 2 * np.pi * weights @ (edge**2 * (field @ (np.pi / 4 * weight * np.sin(theta) * np.cos(theta))))
+    if not abs(total / force - 1) <= _FORCE_TOLERANCE:
+        raise NoSuperposition(
+            f"the superposed pressure adds up to {total:.4g} N where the force is {force:.4g} N: the outline changes too fast "
+            "while the contact grows"
+        )
 
 
 def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
@@ -89,9 +130,9 @@ def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, histor
     angles, weights = angular_rule(indenter)
     relative = outline(kernel, indenter, contact, angles) / contact.radius[:, None]
     if not np.all(np.isfinite(relative)):
-        raise ValueError(
-            "The first-order outline does not exist along the whole history of this contact (stiff film), so its pressure "
-            "cannot be superposed. Choose method='bem'."
+        raise NoSuperposition(
+            "the first-order outline does not exist along the whole history of this contact, as the medium responds too "
+            "strongly to the asymmetry (a stiff film)"
         )
     share = spline(x, 1 / (relative**2 @ weights))
     if indenter.exponent is not None:

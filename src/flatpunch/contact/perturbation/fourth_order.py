@@ -12,7 +12,7 @@ from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.perturbation import first_order, second_order
 from flatpunch.contact.perturbation.error import estimates, fourth_order_error
 from flatpunch.contact.perturbation.power_law_series import power_expansion
-from flatpunch.contact.perturbation.series_method import controlled, solve_expansion, superpose_expansion
+from flatpunch.contact.perturbation.series_method import solve_expansion
 from flatpunch.indenters.profile import Indenter
 
 
@@ -32,17 +32,6 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         "film); these steps are second order. method='refined' holds there, at the cost of some seconds.",
     )
     return _merged(curve, second_order.solve(kernel, indenter, control, phi), contact.sound, note)
-
-
-def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
-    if indenter.round:
-        return first_order.pressure(kernel, indenter, control, r, phi)
-    _check(indenter)
-    expansion = power_expansion(kernel, indenter, "fourth")
-    if not controlled(kernel, indenter, expansion, control).sound.all():
-        return second_order.pressure(kernel, indenter, control, r, phi)
-    return superpose_expansion(kernel, indenter, expansion, control, r, phi)
 
 
 def _check(indenter: Indenter) -> None:

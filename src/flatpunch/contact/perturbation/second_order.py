@@ -11,7 +11,7 @@ from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates, second_order_error
 from flatpunch.contact.perturbation.general_series import general_expansion
 from flatpunch.contact.perturbation.power_law_series import power_expansion
-from flatpunch.contact.perturbation.series_method import Expansion, solve_expansion, superpose_expansion
+from flatpunch.contact.perturbation.series_method import Expansion, solve_expansion
 from flatpunch.indenters.profile import Indenter
 
 
@@ -21,13 +21,6 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         return first_order.solve(kernel, indenter, control, phi)
     curve, contact = solve_expansion(kernel, indenter, expansion_of(kernel, indenter), control, phi)
     return replace(curve, extra=estimates(*second_order_error(indenter, contact)))
-
-
-def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa]."""
-    if indenter.round:
-        return first_order.pressure(kernel, indenter, control, r, phi)
-    return superpose_expansion(kernel, indenter, expansion_of(kernel, indenter), control, r, phi)
 
 
 def expansion_of(kernel: Kernel, indenter: Indenter) -> Expansion:

@@ -1,4 +1,4 @@
-"""Curves and pressures from a perturbation series, whatever its order and kind of profile."""
+"""Curves from a perturbation series, whatever its order and kind of profile."""
 
 from __future__ import annotations
 
@@ -15,15 +15,11 @@ from flatpunch.contact.limits import steepness
 from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
 from flatpunch.contact.perturbation.limits import outline_causes
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
-from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import half_space_radius, resolved_radius
 from flatpunch.contact.round.profile import RoundProfile
 from flatpunch.contact.round.radius_search import Loading, radius_for
 from flatpunch.contact.round.soundness import soundness
-from flatpunch.contact.round.superposition import History, log_radii, spline, spline_outline, superpose
 from flatpunch.indenters.profile import Indenter
-
-_OUTLINE_ANGLES = 720
 
 _SPACING, _MARGIN = np.log(10) / 12, 1.0
 """Grid over ln a in which a mean radius is looked for, and by how much it reaches beyond the wanted ones."""
@@ -153,29 +149,3 @@ def solve_expansion(
         notes=notes,
     )
     return curve, contact
-
-
-def superpose_expansion(
-    kernel: Kernel, indenter: Indenter, expansion: Expansion, control: Control, r: Array, phi: Array
-) -> Array:
-    """Pressure at polar coordinates (r, phi), shape (n,) [Pa].
-
-    Flat-punch pressures, stretched to the outline of the series, are superposed over the history; each increment of the depth
-    carries the stiffness of the series, so that the pressure integrates to the force.
-    """
-    end = float(controlled(kernel, indenter, expansion, control).radius[0])
-    if end == 0:
-        return np.zeros_like(r)
-    x = log_radii(end)
-    contact = expansion.evaluate(np.exp(x))
-    angles = np.linspace(-np.pi, np.pi, _OUTLINE_ANGLES, endpoint=False)
-    relative = expansion.outline(contact, angles) / contact.radius[:, None]
-    square = contact.area / (np.pi * contact.radius**2)
-    share = contact.stiffness / (punch_stiffness(kernel, contact.radius) * square)
-    history = History(
-        radius=end,
-        rate=spline(x, contact.depth_slope / contact.radius),
-        outline=spline_outline(x, relative),
-        share=spline(x, share),
-    )
-    return superpose(kernel, history, r, phi)

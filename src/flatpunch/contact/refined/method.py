@@ -18,13 +18,12 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, positive, whole
 from flatpunch.bem.grid import SMALLEST
 from flatpunch.compliance import Kernel
-from flatpunch.contact.boundary_elements import method as boundary_elements
 from flatpunch.contact.curve import Control, ControlName, Curve, first_failure
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact, selected
-from flatpunch.contact.perturbation.series_method import controlled, superpose_expansion
+from flatpunch.contact.perturbation.series_method import controlled
 from flatpunch.contact.refined.one_solution import FORCE, RADIUS
 from flatpunch.contact.refined.round_series import round_series
 from flatpunch.contact.refined.solutions import Correction, Refined, correction
@@ -44,10 +43,6 @@ so many needles carries much, and finer cells are laid along them anyway. Outlin
 from 256 cells (0.62 for 0.68 % rms), forces by 1.6e-4 at most in the place of 1.2e-4."""
 _EDGE_ERROR = 0.5
 """Force error of the grid times the cells per side where the pressure is still nearly singular at the edge of a flat end."""
-_ASTRAY = 0.5
-"""|ln(mean radius/base radius)| beyond which round contacts tell nothing of the pressure; sharp tips on soft bodies reach 0.2."""
-_HISTORY = 3.0
-"""Logarithm of the radii that a contact is looked at back to."""
 _SHALLOW = 1e-4
 """Share of the largest depth below which mean radii are those of a flat end."""
 _PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
@@ -296,42 +291,6 @@ def _settings(
         many = len(wedges_of(indenter)) >= _EDGES
         cells = _FEWER if many and kernel.response(np.array([_LONG_WAVE]))[0] > _STIFF else _CELLS
     return positive("rtol", rtol), whole("cells", cells, SMALLEST, "It is the number of cells per side."), folder
-
-
-def pressure(
-    kernel: Kernel,
-    indenter: Indenter,
-    control: Control,
-    r: Array,
-    phi: Array,
-    *,
-    rtol: float = 5e-4,
-    cells: int | None = None,
-    cache: str | Path | None = None,
-    tables: bool = True,
-) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,) [Pa].
-
-    Punches are superposed where contacts grow with the round ones; elsewhere it is that of a boundary element solution.
-    """
-    rtol, cells, folder = _settings(kernel, indenter, rtol, cells, cache)
-    if indenter.round:
-        return first_order.pressure(kernel, indenter, control, r, phi)
-    if _untouched(indenter, control).any():
-        return np.zeros_like(r)
-    expansion = RefinedExpansion(kernel, indenter, rtol, cells, folder, tables)
-    contact, refined = _contacts(kernel, indenter, expansion, control)
-    depth = Control("depth", contact.depth)
-    if refined is not None and (not refined.traced.all() or _astray(expansion, contact, refined)):
-        return boundary_elements.pressure(kernel, indenter, depth, r, phi, grid=cells)
-    return superpose_expansion(kernel, indenter, expansion, depth, r, phi)
-
-
-def _astray(expansion: RefinedExpansion, contact: PerturbedContact, refined: Refined) -> bool:
-    """Whether a refined contact, or those before it, are far from the round ones of equal depth: stars under stiff films."""
-    path = expansion.series.descent(contact.radius * np.exp(np.linspace(-_HISTORY, 0, 200)))
-    off = np.abs(refined.shape[:, 0] - np.log(contact.radius))
-    return bool(off.max() > _ASTRAY or path.depth_slope.min() < 0)
 
 
 def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
