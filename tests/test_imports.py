@@ -46,6 +46,7 @@ _INSIDE = {
         {"boundary_elements", "adhesion", "viscoelastic"},
         {"refined"},
         {"methods"},
+        {"default"},
         {"indent"},
         {"__init__"},
     ],

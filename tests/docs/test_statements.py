@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.contact.default import FORCE_LIMIT, OUTLINE_LIMIT
 
 ROOT = Path(__file__).resolve().parents[2]
 STIFF = {f"film-{ratio}" for ratio in (2, 3, 4, 7, 10, 20, 30, 50, 100)} | {
@@ -36,6 +37,30 @@ def test_errors_of_the_methods():
                 else:
                     # two digits are printed
                     assert 100 * max(errors) == pytest.approx(float(cell), rel=0.05), (tip, method, stiff)
+
+
+def test_promises_of_the_default():
+    """Errors in the catalogue of the method that is chosen by the estimates in it."""
+    lines = (ROOT / "tests" / "catalogue" / "catalogue.csv").read_text(encoding="utf-8").splitlines()
+    force, outline, series = [], [], []
+    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        estimates = [row[f"fourth-order {name}"] for name in ("estimate", "outline_estimate")]
+        # general shapes have no fourth order
+        fast = all(
+            text and float(text) <= limit for text, limit in zip(estimates, (FORCE_LIMIT, OUTLINE_LIMIT), strict=True)
+        )
+        method = "fourth-order" if fast else "refined"
+        force.append(float(row[f"{method} force"]))
+        series.append(fast)
+        outline.append(float(row[f"{method} outline"] or "nan"))
+    force, outline = np.array(force), np.array(outline)
+    assert force.size > 600
+    page = (ROOT / "docs" / "choose_method.md").read_text(encoding="utf-8")
+    for method, chosen in (("fourth-order", series), ("refined", ~np.array(series))):
+        promised = re.findall(rf"^\| .* \| `{method}` \| .* \| ([\d.]+) % \|$", page, re.MULTILINE)
+        assert 100 * force[chosen].max() < float(promised[-1]), method
+    assert (np.nan_to_num(outline, posinf=1.0) < 0.03).mean() > 0.99
+    assert np.nanmedian(outline) < 0.002
 
 
 @pytest.mark.parametrize(

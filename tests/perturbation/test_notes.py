@@ -18,7 +18,10 @@ def _notes(medium: object, tip: object, **control: float) -> str:
 
 def test_mild_tips_have_no_notes() -> None:
     assert _notes(INCOMPRESSIBLE, fp.EllipticParaboloid(0.5, 1.0), depth=0.03) == ""
-    assert _notes(INCOMPRESSIBLE, fp.Pyramid(4, 0.3), depth=0.3) == ""
+    # of a sharp tip the force is well known, and the outline less so
+    assert _notes(INCOMPRESSIBLE, fp.Pyramid(4, 0.3), depth=0.3) == (
+        "From a depth of 0.3 m on: the outline is expected to be off by up to 31 % of the mean radius."
+    )
 
 
 def test_strong_asymmetry_and_edges() -> None:
@@ -41,9 +44,9 @@ def test_negative_pressure() -> None:
 
 @pytest.mark.parametrize("method", ["first-order", "second-order", "fourth-order", "refined", "bem"])
 def test_steep_faces(method: str) -> None:
-    options = {"method": method} | ({"grid": 32} if method == "bem" else {})
+    configured = fp.BoundaryElements(grid=32) if method == "bem" else method
     for inclination, steep in ((50, True), (20, False)):
-        curve = fp.indent(INCOMPRESSIBLE, fp.Pyramid(4, np.radians(inclination)), depth=0.3, **options)
+        curve = fp.indent(INCOMPRESSIBLE, fp.Pyramid(4, np.radians(inclination)), depth=0.3, method=configured)
         assert ("inclined by up to" in curve.attrs["notes"]) == steep
 
 

@@ -1,11 +1,13 @@
 from .adhesion.loop import adhesion_loop
 from .adhesion.pull_off import PullOff, pull_off
-from .indent import default_method, indent, pressure
+from .default import Choice
+from .indent import default_choice, default_method, indent, pressure
 from .methods import METHODS, BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder, method_of
 
 __all__ = [
     "METHODS",
     "BoundaryElements",
+    "Choice",
     "FirstOrder",
     "FourthOrder",
     "Method",
@@ -13,6 +15,7 @@ __all__ = [
     "Refined",
     "SecondOrder",
     "adhesion_loop",
+    "default_choice",
     "default_method",
     "indent",
     "method_of",

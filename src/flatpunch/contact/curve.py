@@ -13,6 +13,9 @@ from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]
 
+NOTABLE_FORCE, NOTABLE_OUTLINE = 0.01, 0.05
+"""Estimated errors of the force, and of the outline over the mean radius, above which a result has a note about them."""
+
 Extra = Mapping[str, tuple[tuple[str, ...], Array | Flags, str, str]]
 """Further arrays of a result: name -> (dimensions, values, unit, description)."""
 
@@ -78,6 +81,21 @@ def check_reach(indenter: Indenter, radius: Array) -> None:
             f"radius[{i}] = {radius[i]:.6g} m is beyond this indenter, whose shape is defined up to {indenter.reach:.6g} m. "
             "Ask for a smaller contact, or give the shape further out."
         )
+
+
+def uncertain(curve: Curve) -> tuple[str, ...]:
+    """Sentences about steps whose estimated errors exceed a bound; contacts without an outline have their own."""
+    found: tuple[str, ...] = ()
+    bounds = (("force_error", NOTABLE_FORCE, "the force"), ("contour_error", NOTABLE_OUTLINE, "the outline"))
+    for name, bound, what in bounds:
+        error = np.asarray(curve.extra[name][1] if name in curve.extra else np.zeros(0), dtype=float)
+        large = np.isfinite(error) & (error > bound)
+        if large.any():
+            whole = " of the mean radius" if name == "contour_error" else ""
+            found += first_failure(
+                large, curve.depth, f"{what} is expected to be off by up to {100 * error[large].max():.2g} %{whole}."
+            )
+    return found
 
 
 def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:

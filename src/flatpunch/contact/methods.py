@@ -99,6 +99,10 @@ class FourthOrder:
 
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact.perturbation import fourth_order
+
+        if not indenter.round:
+            fourth_order.check(indenter)
         return _cell_pressure(self, kernel, indenter, control, r, phi)
 
 

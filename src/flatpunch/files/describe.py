@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import default_method, method_of
+from flatpunch.contact import default_choice, method_of
+from flatpunch.contact.default import EXACT
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies
@@ -52,10 +53,12 @@ def describe(case: Case) -> Iterator[str]:
 def _method(case: Case) -> str:
     """Name of the method; where the choice is left to `indent`, what it would choose."""
     if case.method is not None:
-        return method_of(case.method).name
+        method = method_of(case.method).name
+        return EXACT if case.indenter.round and method != "bem" else method
     if case.time is not None:
-        return default_method(case.indenter)
-    return default_method(case.indenter, case.medium, **{case.control: case.values})
+        return "chosen at the largest " + case.control
+    choice = default_choice(case.indenter, case.medium, **{case.control: case.values})
+    return f"{choice.method.name} ({choice.reason})" if choice.reason != EXACT else choice.reason
 
 
 def describe_sample(

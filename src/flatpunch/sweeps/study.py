@@ -19,7 +19,7 @@ import xarray as xr
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
-from flatpunch.contact import indent, method_of
+from flatpunch.contact import default_choice, indent, method_of
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
@@ -80,8 +80,8 @@ def sweep(
     data = parsed(text, path)
     axes = axes_of(data, vary)
     cases = _cases(data, axes, path)
-    # "refined" is chosen by itself only where it is as fast as the others
-    slow = any(found.method is not None and method_of(found.method).name in _SLOW for found in cases)
+    # the last of the points tells for all what would be chosen
+    slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))
     few = len(cases) if slow else 1 + len(cases) // _WORTH_A_PROCESS
     solved = solve_points(
         partial(_solve, contours=contours),
@@ -106,6 +106,13 @@ def sweep(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         conventions="SI units; pressure positive in compression; depth and gap as in the documentation",
     )
+
+
+def _slow(case: Case) -> bool:
+    """Whether a point takes boundary element solutions; where the choice is left to `indent`, whether it would."""
+    if case.method is None and case.time is None:
+        return not default_choice(case.indenter, case.medium, **{case.control: case.values}).quick
+    return case.method is not None and method_of(case.method).name in _SLOW
 
 
 def _source(case: Any) -> tuple[Path, str]:
@@ -156,7 +163,12 @@ def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
         for kind, found in (("coords", kept.coords), ("data", kept.data_vars))
     }
     arrays = {str(name): kept[name].values for name in kept.variables}
-    return {**arrays, "_structure": json.dumps(structure), "_notes": "\n".join(line for line in notes if line)}
+    return {
+        **arrays,
+        "_method": result.attrs["method"],
+        "_structure": json.dumps(structure),
+        "_notes": "\n".join(line for line in notes if line),
+    }
 
 
 def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
@@ -173,6 +185,7 @@ def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
     texts = {
         "status": (["solved" if outcome.ok else "failed" for outcome in outcomes], "whether the point was solved"),
         "reason": ([outcome.reason for outcome in outcomes], "why the point failed"),
+        "method_used": ([str((o.numbers or {}).get("_method", "")) for o in outcomes], "contact method"),
         "notes": ([str((o.numbers or {}).get("_notes", "")) for o in outcomes], "limits of the method at this point"),
     }
     for name, (lines, long_name) in texts.items():

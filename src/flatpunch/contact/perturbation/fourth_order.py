@@ -20,7 +20,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     """A whole curve; steps at which the series is not sound fall back to second order, and a note says from where on."""
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
-    _check(indenter)
+    check(indenter)
     curve, contact = solve_expansion(kernel, indenter, power_expansion(kernel, indenter, "fourth"), control, phi)
     curve = replace(curve, extra=estimates(*fourth_order_error(indenter, contact)))
     if contact.sound.all():
@@ -34,7 +34,8 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     return _merged(curve, second_order.solve(kernel, indenter, control, phi), contact.sound, note)
 
 
-def _check(indenter: Indenter) -> None:
+def check(indenter: Indenter) -> None:
+    """Refuse shapes that are no power law."""
     if indenter.exponent is None:
         raise ValueError(
             f"method = 'fourth-order' needs a power-law shape f = r^n psi(phi); {type(indenter).__name__} is none. "

@@ -1,0 +1,88 @@
+"""The default method: chosen by estimated error and cost, with the reason in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.methods import FirstOrder, FourthOrder, Method, Refined, SecondOrder
+from flatpunch.indenters.profile import Indenter
+
+FORCE_LIMIT = 0.005
+"""Estimated relative error of the force above which a series is not taken by default."""
+
+OUTLINE_LIMIT = 0.05
+"""Estimated error of the outline over the mean radius above which a series is not taken by default."""
+
+EXACT = "exact (round tip)"
+"""Reason of round contacts, which all methods but boundary elements solve exactly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A method and why it was chosen.
+
+    Attributes
+    ----------
+    method : Method
+        The method.
+    reason : str
+        Why, as the end of a sentence.
+    quick : bool
+        Whether a curve takes milliseconds, and no boundary element solutions.
+    curve : Curve, optional
+        The solution, where the choice took one.
+    """
+
+    method: Method
+    reason: str
+    quick: bool
+    curve: Curve | None = None
+
+
+def series_of(indenter: Indenter) -> FirstOrder | SecondOrder | FourthOrder:
+    """The fast method that is closest for a shape, whatever the medium."""
+    if indenter.round:
+        return FirstOrder()
+    return SecondOrder() if indenter.exponent is None else FourthOrder()
+
+
+def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Choice:
+    """Choose the method for some steps.
+
+    Round tips are exact. Tips whose corrections come with the package take these. Of other power laws the series costs
+    milliseconds: it is solved and taken if its own estimate is within `FORCE_LIMIT` and `OUTLINE_LIMIT` at all steps. The series
+    of all other shapes takes as long as the boundary element solutions of the refined method, which are closer.
+    """
+    series = series_of(indenter)
+    if indenter.round:
+        return Choice(series, EXACT, quick=True)
+    if _covered(kernel, indenter, control):
+        return Choice(Refined(), "its corrections for this tip on one layer come with the package", quick=True)
+    if indenter.exponent is None:
+        return Choice(
+            Refined(), "the shape is no power law: the series would take as long and be less accurate", quick=False
+        )
+    curve = series.solve(kernel, indenter, control, phi)
+    force, outline = (float(np.max(curve.extra[name][1])) for name in ("force_error", "contour_error"))
+    expected = f"the {series.name} series may be off by {_percent(force)} in force and {_percent(outline)} in outline"
+    if force <= FORCE_LIMIT and outline <= OUTLINE_LIMIT and curve.valid.all():
+        return Choice(series, expected, quick=True, curve=curve)
+    if not curve.valid.all():
+        expected = f"the {series.name} series does not hold at all steps"
+    return Choice(Refined(), expected, quick=False)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if np.isfinite(share) else "any amount"
+
+
+def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
+    """Whether the corrections that come with the package reach all steps."""
+    from flatpunch.contact.refined.method import covered
+
+    return covered(kernel, indenter, control)
