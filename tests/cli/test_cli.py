@@ -57,6 +57,30 @@ def test_solve_writes_what_it_prints(case, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gel.nc", "gel.png", "gel.toml", "out.csv"]
 
 
+def test_the_error_of_the_force_is_a_column(case):
+    done = run("solve", case)
+    assert "force error" in done.output
+    # of the corrections that come with the package
+    assert "0.05" in done.output
+
+
+def test_round_contacts_are_exact_and_have_no_such_column(case):
+    tip = case.read_text(encoding="utf-8").replace('kind = "pyramid"', 'kind = "cone"').replace("sides = 4, ", "")
+    case.write_text(tip, encoding="utf-8")
+    for command in ("solve", "check"):
+        done = run(command, case)
+        assert "exact (round tip)" in done.output
+        assert "first-order" not in done.output
+        assert "force error" not in done.output
+
+
+def test_large_errors_have_a_note(case):
+    case.write_text('method = "first-order"\n' + case.read_text(encoding="utf-8"), encoding="utf-8")
+    done = run("solve", case)
+    assert re.search(r"Note: From a depth of .* m on: the\s+force is expected to be off by up to [\d.]+ %", done.output)
+    assert re.search(r"outline is expected to be off by up to \d+ % of the mean radius", " ".join(done.output.split()))
+
+
 def test_solve_alone_prints_only(case, tmp_path):
     done = run("solve", case)
     assert done.exit_code == 0

@@ -124,3 +124,14 @@ def test_unknown_parameter_is_named():
     with pytest.raises(ValueError, match=r"'layers\[1\].young' is not part of this case; it has layers\[0\].young"):
         ForwardModel(GEL, Paraboloid(1e-6), ("layers[1].young",))
     assert parameter_names(GEL, Cone(0.3))[-1] == "indenter.inclination"
+
+
+def test_notes_have_the_error_of_the_force():
+    """Of tips that are not round; outlines, which are less well known, are no part of a fit."""
+    depth = np.array([1e-7, 3e-7])
+    medium = fp.Medium([fp.Layer(5e3, 0.5, 1.2e-6)], base=fp.RigidBase())
+    for tip, said in ((fp.Pyramid(4, 0.9), "fourth-order method, which expects to be within"), (fp.Cone(0.9), "")):
+        notes = ForwardModel(medium, tip).exact(depth, {})[1]
+        assert said in notes
+        assert "outline" not in notes
+        assert bool(said) == ("Forces are those of" in notes)

@@ -43,6 +43,23 @@ def test_force_depth_draws_the_numbers(result, axes):
     assert "mN/m" in right.get_ylabel()
 
 
+def test_error_of_the_force_is_drawn_and_said(result, axes):
+    rough = fp.indent(GEL, TIP, depth=result["depth"], angles=48, method="first-order")
+    plots.force_depth(rough, axes)
+    error = float(rough["force_error"].max())
+    assert f"force to {100 * error:.2g} %" in axes.texts[0].get_text()
+    (band,) = axes.collections
+    top = band.get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(float(rough["force"][-1]) * 1e12 * (1 + float(rough["force_error"][-1])), rel=1e-9)
+    plots.outline(rough, TIP, axes)
+    assert f"{100 * float(rough['contour_error'][-1]):.0f} %" in axes.get_title()
+
+
+def test_round_contacts_are_drawn_as_exact(axes):
+    plots.force_depth(fp.indent(GEL, fp.Paraboloid(2e-6), depth=1e-7), axes)
+    assert axes.texts[0].get_text() == "exact (round tip)"
+
+
 def test_steps_where_the_theory_fails_are_drawn_apart(result, axes):
     broken = result.copy(deep=True)
     broken["valid"][15:] = False

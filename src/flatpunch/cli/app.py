@@ -182,6 +182,7 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
     import numpy as np
     from rich.table import Table
 
+    from flatpunch.contact.default import EXACT
     from flatpunch.files.units import readable
 
     steps = result.sizes["step"]
@@ -191,7 +192,7 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
     columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
     table = Table(
         title=case.title,
-        caption=f"{len(chosen)} of {steps} steps, method {result.attrs['method']}",
+        caption=f"{len(chosen)} of {steps} steps, {_solved_by(result)}",
         title_justify="left",
     )
     shown = []
@@ -201,6 +202,9 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
         factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
         table.add_column(f"{name}\n{prefixed}".replace("^2", "²"), justify="right")
         shown.append([f"{values[i] * factor:.4g}" for i in chosen])
+    if "force_error" in result and result.attrs["method_reason"] != EXACT:
+        table.add_column("force error\n%", justify="right")
+        shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
     valid = result["valid"].values
     if not valid.all():
         table.add_column("theory\nholds")
@@ -208,6 +212,13 @@ def _print_curve(case: Case, result: xr.Dataset) -> None:
     for row in zip(*shown, strict=True):
         table.add_row(*row)
     Console().print(table)
+
+
+def _solved_by(result: xr.Dataset) -> str:
+    """The method, unless it is exact whatever its name."""
+    from flatpunch.contact.default import EXACT
+
+    return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
 
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:

@@ -93,9 +93,18 @@ def uncertain(curve: Curve) -> tuple[str, ...]:
         if large.any():
             whole = " of the mean radius" if name == "contour_error" else ""
             found += first_failure(
-                large, curve.depth, f"{what} is expected to be off by up to {100 * error[large].max():.2g} %{whole}."
+                large,
+                curve.depth,
+                f"{what} is expected to be off by up to {percent(float(error[large].max()))}{whole}.",
             )
     return found
+
+
+def percent(share: float) -> str:
+    """A relative error in words, with two digits."""
+    if not np.isfinite(share):
+        return "an unknown amount"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.curve import Control, Curve, percent
 from flatpunch.contact.methods import FirstOrder, FourthOrder, Method, Refined, SecondOrder
 from flatpunch.indenters.profile import Indenter
 
@@ -65,20 +65,16 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
         return Choice(Refined(), "its corrections for this tip on one layer come with the package", quick=True)
     if indenter.exponent is None:
         return Choice(
-            Refined(), "the shape is no power law: the series would take as long and be less accurate", quick=False
+            Refined(), "the series of a shape that is no power law takes as long and is less accurate", quick=False
         )
     curve = series.solve(kernel, indenter, control, phi)
     force, outline = (float(np.max(curve.extra[name][1])) for name in ("force_error", "contour_error"))
-    expected = f"the {series.name} series may be off by {_percent(force)} in force and {_percent(outline)} in outline"
+    expected = f"the {series.name} series may be off by {percent(force)} in force and {percent(outline)} in outline"
     if force <= FORCE_LIMIT and outline <= OUTLINE_LIMIT and curve.valid.all():
         return Choice(series, expected, quick=True, curve=curve)
     if not curve.valid.all():
         expected = f"the {series.name} series does not hold at all steps"
     return Choice(Refined(), expected, quick=False)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if np.isfinite(share) else "any amount"
 
 
 def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:

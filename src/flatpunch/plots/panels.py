@@ -14,6 +14,8 @@ from scipy.ndimage import distance_transform_edt
 from flatpunch._support.checks import Array, Flags
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact import pressure
+from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
+from flatpunch.contact.default import EXACT
 from flatpunch.files.units import readable
 
 _FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c8c"
@@ -56,8 +58,23 @@ def force_depth(result: xr.Dataset, axes: Axes) -> Axes:
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})", color=_FORCE)
     right.set_ylabel(f"stiffness d$F$/d$d$ ({stiffness_unit})", color=_STIFFNESS)
+    _error_band(result, axes, depth, force)
     axes.set_title("Force (solid) and stiffness (dashed)" + ("" if valid.all() else ", grey where the theory fails"))
     return axes
+
+
+def _error_band(result: xr.Dataset, axes: Axes, depth: Array, force: Array) -> None:
+    """Draw the estimated error of the force as a band, and say how large it is."""
+    if "force_error" not in result:
+        return
+    known = np.isfinite(result["force_error"].values)
+    error = np.where(known, result["force_error"].values, 0.0)
+    axes.fill_between(
+        depth, force * (1 - error), force * (1 + error), where=known, color=_FORCE, alpha=0.25, linewidth=0
+    )
+    exact = result.attrs.get("method_reason") == EXACT
+    said = EXACT if exact else f"force to {percent(float(error.max()))} ({result.attrs['method']})"
+    axes.text(0.03, 0.95, said, transform=axes.transAxes, va="top", fontsize=7.5)
 
 
 def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None = None) -> Axes:
@@ -85,8 +102,14 @@ def outline(result: xr.Dataset, indenter: Any, axes: Axes, *, step: int | None =
     _frame(axes, half * factor, unit)
     depth, depth_unit = _scaled(result["depth"].values[last : last + 1], "m")
     what = "Contact outline (red)" if _outlined(result)[last] else "Several parts, no outline"
-    axes.set_title(f"{what} at $d$ = {depth[0]:.3g} {depth_unit}")
+    axes.set_title(f"{what} at $d$ = {depth[0]:.3g} {depth_unit}{_outline_doubt(result, last)}")
     return axes
+
+
+def _outline_doubt(result: xr.Dataset, step: int) -> str:
+    """Estimated error of an outline over its mean radius, where it is worth a word."""
+    error = float(result["contour_error"].values[step]) if "contour_error" in result else 0.0
+    return f", $\\pm$ {percent(error)}" if NOTABLE_OUTLINE < error < np.inf else ""
 
 
 def pressure_map(
@@ -142,7 +165,7 @@ def _doubt(field: Array, error: Array) -> str:
     """Typical error of a pressure over its mean, where it is worth a word."""
     inside = (field != 0) & np.isfinite(field)
     share = float(np.median(error[inside]) / np.abs(field[inside]).mean()) if inside.any() else 0.0
-    return f", $\\pm$ {100 * share:.2g} %" if share > _NOTABLE else ""
+    return f", $\\pm$ {percent(share)}" if share > _NOTABLE else ""
 
 
 def _shown(values: Array, clipped: bool) -> Array:

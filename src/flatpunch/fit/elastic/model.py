@@ -18,6 +18,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.contact import Method, indent, method_of
+from flatpunch.contact.curve import percent
 from flatpunch.fit.elastic.table import Table
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
@@ -144,7 +145,12 @@ class ForwardModel(FreeParameters):
         """The same without tables, from `indent`, and the notes of the method."""
         medium, indenter = self.case(values)
         curve = indent(medium, indenter, depth=depth, method=self.method, angles=_FEW_ANGLES)
-        return np.asarray(curve["force"].values), str(curve.attrs["notes"])
+        # outlines are no part of a fit
+        notes = [note for note in str(curve.attrs["notes"]).splitlines() if "the outline" not in note]
+        if not indenter.round:
+            error = percent(float(curve["force_error"].max()))
+            notes.append(f"Forces are those of the {curve.attrs['method']} method, which expects to be within {error}.")
+        return np.asarray(curve["force"].values), "\n".join(notes)
 
 
 def free_coordinates(found: Scaling) -> tuple[str, ...]:
