@@ -129,9 +129,8 @@ def test_unknown_parameter_is_named():
 def test_notes_have_the_error_of_the_force():
     """Of tips that are not round; outlines, which are less well known, are no part of a fit."""
     depth = np.array([1e-7, 3e-7])
-    medium = fp.Medium([fp.Layer(5e3, 0.5, 1.2e-6)], base=fp.RigidBase())
-    for tip, said in ((fp.Pyramid(4, 0.9), "fourth-order method, which expects to be within"), (fp.Cone(0.9), "")):
-        notes = ForwardModel(medium, tip).exact(depth, {})[1]
+    for tip, said in ((Pyramid(4, 0.9), "fourth-order method, which expects to be within"), (Cone(0.9), "")):
+        notes = ForwardModel(GEL, tip).exact(depth, {})[1]
         assert said in notes
         assert "outline" not in notes
         assert bool(said) == ("Forces are those of" in notes)
