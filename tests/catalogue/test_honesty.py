@@ -8,11 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flatpunch.compliance import compliance
+from flatpunch.contact.curve import Control
+from flatpunch.contact.perturbation.fourth_order import BlendedExpansion
+from flatpunch.contact.perturbation.series_method import controlled
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 from cases import DRAWN, FITTED, LATEST, UNSEEN  # noqa: E402
-from make import HEAD, METHODS, judge, read_catalogue, read_truth, solve  # noqa: E402
+from make import HEAD, METHODS, Truth, judge, read_catalogue, read_truth, solve  # noqa: E402
 
 WANTED = 0.95
 
@@ -47,17 +52,33 @@ def test_true_errors_are_below_their_estimates(method: str, error: str, estimate
     true, told = _pairs(method, error, estimate)
     assert true.size >= 190
     assert np.mean(true <= told) >= WANTED
-    # and the estimates are no idle fears: most are within ten times the error
-    assert np.mean(told <= 10 * true) > 0.5
+    # and the estimates are no idle fears: most are within ten times the error, which is known to 1e-6
+    assert np.mean(told <= 10 * np.maximum(true, 1e-6)) > 0.5
 
 
 def test_guard_of_fourth_order_on_fresh_cases() -> None:
-    """Where the guard lets pass the force is right to 0.22 %; where it does not, the result is that of second order."""
+    """Where fourth order counts alone the force is right to 0.22 %; blended with second order it is no worse than that."""
     fresh = [row for row in _rows() if FITTED <= int(row["number"]) < LATEST and row["fourth-order force"]]
-    passed = [row for row in fresh if row["fourth-order force"] != row["second-order force"]]
-    assert len(fresh) >= 80
-    assert len(passed) >= 0.8 * len(fresh)
-    assert max(float(row["fourth-order force"]) for row in passed) < 2.2e-3
+    truths = {truth.case.number: truth for truth in read_truth()}
+    weight = np.array([_weight_of_fourth_order(truths[int(row["number"])]) for row in fresh])
+    fourth, second = (
+        np.array([float(row[f"{order} force"]) for row in fresh]) for order in ("fourth-order", "second-order")
+    )
+    assert weight.size >= 80
+    assert (weight == 1).mean() >= 0.7
+    assert fourth[weight == 1].max() < 2.2e-3
+    assert (weight < 1).sum() >= 5
+    # the two may err in opposite directions, by the truth's own error in the sixth digit
+    assert (fourth[weight < 1] < 1.05 * second[weight < 1] + 1e-5).all()
+    np.testing.assert_allclose(fourth[weight == 0], second[weight == 0], rtol=1e-3, atol=1e-8)
+
+
+def _weight_of_fourth_order(truth: Truth) -> float:
+    medium, tip = truth.case.build()
+    kernel = compliance(medium)
+    series = BlendedExpansion(kernel, tip)
+    contact = controlled(kernel, tip, series, Control("depth", np.array([truth.depth])))
+    return float(series.parts(contact.radius)[2][0])
 
 
 @pytest.mark.parametrize(("method", "share"), [("refined", 0.92), ("refined-single", 0.95)])

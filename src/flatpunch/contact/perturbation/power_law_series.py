@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_terms import (
@@ -90,12 +90,12 @@ class PowerExpansion:
 
     def loading(self, radius: Array) -> PathPoint:
         """Depth, force and their derivatives alone, at base radii of shape (n,), >= 0 [m]."""
-        return self._loading(radius, *self.series.at(radius))[0]
+        return self._loading(radius, *self.series.at(radius))
 
     def evaluate(self, radius: Array) -> PerturbedContact:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self.series.at(radius)
-        path, sound = self._loading(radius, values, slopes)
+        path = self._loading(radius, values, slopes)
         shape_radius, shape = self._shape_at(radius, path.depth, values)
         size = radius_of_stiffness(self.kernel, path.stiffness, shape[:, STIFFENING], radius)
         return PerturbedContact(
@@ -110,7 +110,7 @@ class PowerExpansion:
             area=np.pi * size**2 * np.exp(shape[:, LOG_SQUARE]),
             swing=shape[:, SWING],
             terms=values[:, [X2, X3, X4]],
-            sound=sound,
+            sound=np.ones(radius.size, dtype=bool) if self.order == "second" else self.doubt(radius) < 1,
         )
 
     def _shape_at(self, radius: Array, depth: Array, values: Array) -> tuple[Array, Array]:
@@ -124,14 +124,14 @@ class PowerExpansion:
             other[live] *= np.exp((depth[live] - contact.depth) / contact.depth_slope)
         return other, self._shape.at(other)[0]
 
-    def _loading(self, radius: Array, values: Array, slopes: Array) -> tuple[PathPoint, Flags]:
+    def _loading(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
         base = round_contact(self.kernel, self.base, radius)
-        logarithm, growth, sound = self._force(values, slopes)
+        logarithm, growth = self._force(values, slopes)
         # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
         slope = np.where(radius > 0, base.depth_slope, 1.0)
         slope = np.where(np.abs(slope) > _TINY, slope, _TINY)
         stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
-        return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope), sound
+        return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope)
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""
@@ -139,11 +139,19 @@ class PowerExpansion:
         outline *= contact.size[:, None]
         return outline
 
-    def _force(self, values: Array, slopes: Array) -> tuple[Array, Array, Flags]:
-        """ln(F/F_base), its derivative by ln a, and whether the series holds."""
+    def doubt(self, radius: Array) -> Array:
+        """How close the fourth order comes to where it ceases to hold, which is 1; shape (n,)."""
+        values, slopes = self.series.at(radius)
+        x2, x4, growth = values[:, X2], values[:, X4], slopes[:, X4]
+        safe = np.where(x2 == 0, 1.0, x2)
+        shares = np.abs([x4 / (_LARGEST_X4 * safe), x4 / _LARGEST_LAST, growth / (_LARGEST_GROWTH * safe)])
+        return np.where(x2 == 0, 0.0, shares.max(axis=0))
+
+    def _force(self, values: Array, slopes: Array) -> tuple[Array, Array]:
+        """ln(F/F_base) and its derivative by ln a."""
         x2, x3, x4 = values[:, X2], values[:, X3], values[:, X4]
         if self.order == "second":
-            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes[:, X2]), np.isfinite(x2)
+            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes[:, X2])
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
         # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
@@ -153,10 +161,8 @@ class PowerExpansion:
         bottom += 2 * x3 * slopes[:, X3] / safe - x3**2 * slopes[:, X2] / safe**2
         pade = x2**2 / denominator
         growth = 2 * x2 * slopes[:, X2] / denominator - pade * bottom / denominator
-        quiet = np.abs(slopes[:, X4]) < _LARGEST_GROWTH * np.abs(x2)
-        sound = (quiet & (np.abs(x4) < np.minimum(_LARGEST_X4 * np.abs(x2), _LARGEST_LAST))) | flat
         kept = np.where(flat, 0.0, _where_kept(pade, growth))
-        return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept, sound
+        return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept
 
 
 def _where_kept(logarithm: Array, growth: Array) -> Array:
