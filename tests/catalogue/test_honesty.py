@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,12 +9,8 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.perturbation.fourth_order import BlendedExpansion
 from flatpunch.contact.perturbation.series_method import controlled
-
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
-
-from cases import DRAWN, FITTED, LATEST, UNSEEN  # noqa: E402
-from make import HEAD, METHODS, Truth, judge, read_catalogue, read_truth, solve  # noqa: E402
+from support.catalogue import HEAD, METHODS, Truth, judge, read_catalogue, read_truth, solve
+from support.catalogue_cases import DRAWN, FITTED, LATEST, UNSEEN
 
 WANTED = 0.95
 
