@@ -26,7 +26,7 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.profile import Indenter
 
-_WIDTH = 1.0
+_WIDTH = 0.5
 """Range of ln a within which fourth order passes over to second, on the side where it holds. In a narrower one the stiffness
 departs farther from that of either: by 1.5 times their difference in force over this width."""
 
