@@ -8,7 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.compliance.power_law import stiffness_factor
-from flatpunch.contact.perturbation.power_law_terms import SWING, X2, X3, X4, PowerPerturbation
+from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.radius_search import radius_for
 from flatpunch.contact.round.round_contact import round_contact
@@ -36,8 +36,8 @@ def test_half_space_constants() -> None:
     tip = fp.PowerLaw(2, lambda phi: np.exp(g * np.cos(2 * phi)))
     values, _ = PowerPerturbation(compliance(HALF_SPACE), tip, 0.0, fourth=False).at(np.ones(1))
     # ln psi has a single harmonic; what is left is rounding
-    assert values[0, SWING] == pytest.approx(2 / 3 * g, rel=1e-12)
-    assert values[0, X2] == pytest.approx(5 / 24 * g**2, rel=1e-11)
+    assert values.swing[0] == pytest.approx(2 / 3 * g, rel=1e-12)
+    assert values.x2[0] == pytest.approx(5 / 24 * g**2, rel=1e-11)
 
 
 ASYMMETRIES = np.array([0.2, 0.25, 0.32, 0.4])
@@ -91,7 +91,7 @@ def _log_force(medium: object, tip: fp.EllipticParaboloid, lam: float, depth: fl
     radius = radius_for(lambda a: round_contact(kernel, base, a), "depth", np.array([depth]), 1.0, np.inf)
     values, _ = series.at(radius)
     force = round_contact(kernel, base, radius).force[0]
-    return float(np.log(force) + values[0, [X2, X3, X4]].sum())
+    return float(np.log(force) + sum(term[0] for term in (values.x2, values.x3, values.x4)))
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,7 +48,47 @@ _LARGEST_TERM = 2.0
 """|ln(F/F_base)| at which the force term is cut."""
 _TINY = 1e-300
 
-_DEPTH, _SLOPE, _SHIFT, _FORCE, _X2, _STIFFENING, _LOG_MEAN, _LOG_SQUARE, _SKEW, _SWING = range(10)
+
+class Terms(NamedTuple):
+    """Scaled base contact, force term and outline at n base radii, or their derivatives by ln a; shape (n,) each.
+
+    Attributes
+    ----------
+    depth, depth_slope, shift : ndarray
+        d, a d' and the depth that a shift of the tip takes away, over a.
+    force, stiffness : ndarray
+        F over E* a^2 and K over E* a of the base.
+    x2 : ndarray
+        Second-order term of ln F.
+    stiffening, log_mean, log_square, skew, swing : ndarray
+        Measures of the outline abar exp(w): sum_m eta_m h_m^2, ln<e^w>, ln<e^2w>, x2 <w^3>/<w^2>, largest |w|.
+    waves : ndarray, shape (n, 2 orders)
+        Harmonics of w, real parts before imaginary ones.
+    """
+
+    depth: Array
+    depth_slope: Array
+    shift: Array
+    force: Array
+    stiffness: Array
+    x2: Array
+    stiffening: Array
+    log_mean: Array
+    log_square: Array
+    skew: Array
+    swing: Array
+    waves: Array
+
+    @classmethod
+    def of(cls, columns: Array) -> Terms:
+        """The terms from an array of shape (n, outputs)."""
+        count = len(cls._fields) - 1
+        return cls._make([*columns[:, :count].T, columns[:, count:]])
+
+    @property
+    def columns(self) -> Array:
+        """All of them side by side, shape (n, outputs)."""
+        return np.column_stack(self)
 
 
 class GeneralExpansion:
@@ -81,7 +122,7 @@ class GeneralExpansion:
         """Contacts at base radii, shape (n,), >= 0 [m]."""
         values, slopes = self._at(radius)
         path = self._path(radius, values, slopes)
-        size = radius_of_stiffness(self.kernel, path.stiffness, values[:, _STIFFENING], radius)
+        size = radius_of_stiffness(self.kernel, path.stiffness, values.stiffening, radius)
         zero = np.zeros_like(radius)
         return PerturbedContact(
             radius=radius,
@@ -91,10 +132,10 @@ class GeneralExpansion:
             depth_slope=path.depth_slope,
             shape_radius=radius,
             size=size,
-            mean_radius=size * np.exp(values[:, _LOG_MEAN]),
-            area=np.pi * size**2 * np.exp(values[:, _LOG_SQUARE]),
-            swing=values[:, _SWING],
-            terms=np.column_stack([values[:, _X2], values[:, _SKEW], zero]),
+            mean_radius=size * np.exp(values.log_mean),
+            area=np.pi * size**2 * np.exp(values.log_square),
+            swing=values.swing,
+            terms=np.column_stack([values.x2, values.skew, zero]),
             sound=np.ones(radius.size, dtype=bool),
         )
 
@@ -103,33 +144,32 @@ class GeneralExpansion:
         values, _ = self._at(contact.radius)
         count = self._orders.size
         waves = np.exp(1j * np.outer(self._orders, phi - self._shape.start))
-        harmonics = values[:, _SWING + 1 : -1]
-        w = harmonics[:, :count] @ waves.real - harmonics[:, count:] @ waves.imag
+        w = values.waves[:, :count] @ waves.real - values.waves[:, count:] @ waves.imag
         return np.asarray(contact.size[:, None] * np.exp(w))
 
-    def _path(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
-        depth = radius * (values[:, _DEPTH] - values[:, _SHIFT])
-        force = self.kernel.modulus * radius**2 * values[:, _FORCE]
-        base_slope = radius * values[:, _SLOPE]
-        slope = base_slope - radius * (values[:, _SHIFT] + slopes[:, _SHIFT])
-        flat = self.kernel.modulus * radius * values[:, -1]
-        factor = np.exp(values[:, _X2])
+    def _path(self, radius: Array, values: Terms, slopes: Terms) -> PathPoint:
+        depth = radius * (values.depth - values.shift)
+        force = self.kernel.modulus * radius**2 * values.force
+        base_slope = radius * values.depth_slope
+        slope = base_slope - radius * (values.shift + slopes.shift)
+        flat = self.kernel.modulus * radius * values.stiffness
+        factor = np.exp(values.x2)
         # dF/dd = exp(X) (K a d_b' + F_b dX/dln a)/(a d')
         moving = slope > 0
         stretch = np.where(moving, base_slope / np.where(moving, slope, 1.0), 1.0)
-        growth = np.where(moving, slopes[:, _X2] / np.where(moving, slope, 1.0), 0.0)
+        growth = np.where(moving, slopes.x2 / np.where(moving, slope, 1.0), 0.0)
         return PathPoint(radius, depth, factor * force, factor * (flat * stretch + force * growth), slope)
 
-    def _at(self, radius: Array) -> tuple[Array, Array]:
+    def _at(self, radius: Array) -> tuple[Terms, Terms]:
         live = radius > 0
-        outputs = _SWING + 2 + 2 * self._orders.size
+        outputs = len(Terms._fields) - 1 + 2 * self._orders.size
         values, slopes = np.zeros((radius.size, outputs)), np.zeros((radius.size, outputs))
         if live.any():
             values[live], slopes[live] = self._table.at(radius[live])
-        return values, slopes
+        return Terms.of(values), Terms.of(slopes)
 
     def _columns(self, radius: Array) -> Array:
-        """Scaled base contact, force term, outline measures, harmonics of w (real, imaginary) and K, shape (n, outputs)."""
+        """All of `Terms` side by side, shape (n, outputs)."""
         base = round_contact(self.kernel, self.base, radius)
         size = max(1, _CHUNK // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
         parts = [
@@ -156,21 +196,22 @@ class GeneralExpansion:
             first = rate * np.abs(h[:, 0]) ** 2 / 2
             pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
         force = base.force / (self.kernel.modulus * radius)
-        columns = [
-            base.depth / radius,
-            base.depth_slope / radius,
-            shift / radius,
-            force / radius,
-            np.clip(pull / np.maximum(force, _TINY), -_LARGEST_TERM, _LARGEST_TERM),
-            rise * stiffened,
-            np.log(np.mean(np.exp(w), axis=1)),
-            np.log(np.mean(np.exp(2 * w), axis=1)),
+        x2 = pull / np.maximum(force, _TINY)
+        return Terms(
+            depth=base.depth / radius,
+            depth_slope=base.depth_slope / radius,
+            shift=shift / radius,
+            force=force / radius,
+            stiffness=2 * np.pi * base.answers.flat[:, 0],
+            x2=np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM),
+            stiffening=rise * stiffened,
+            log_mean=np.log(np.mean(np.exp(w), axis=1)),
+            log_square=np.log(np.mean(np.exp(2 * w), axis=1)),
             # of the size of x3, which is not known here; zero of an ellipse as x3 is
-            pull / np.maximum(force, _TINY) * np.mean(w**3, axis=1) / np.maximum(mean_square, _TINY),
-            np.abs(w).max(axis=1),
-        ]
-        flat = 2 * np.pi * base.answers.flat[:, :1]
-        return np.hstack([np.column_stack(columns), h.real, h.imag, flat])
+            skew=x2 * np.mean(w**3, axis=1) / np.maximum(mean_square, _TINY),
+            swing=np.abs(w).max(axis=1),
+            waves=np.hstack([h.real, h.imag]),
+        ).columns
 
     def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
         """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, 2 orders), and the mean's part."""

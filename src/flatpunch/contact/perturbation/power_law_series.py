@@ -15,17 +15,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
-from flatpunch.contact.perturbation.power_law_terms import (
-    LOG_MEAN,
-    LOG_SQUARE,
-    STIFFENING,
-    SWING,
-    X2,
-    X3,
-    X4,
-    PowerPerturbation,
-    limited_exponential,
-)
+from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, Terms, limited_exponential
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.radius_search import Loading
@@ -97,7 +87,7 @@ class PowerExpansion:
         values, slopes = self.series.at(radius)
         path = self._loading(radius, values, slopes)
         shape_radius, shape = self._shape_at(radius, path.depth, values)
-        size = radius_of_stiffness(self.kernel, path.stiffness, shape[:, STIFFENING], radius)
+        size = radius_of_stiffness(self.kernel, path.stiffness, shape.stiffening, radius)
         return PerturbedContact(
             radius=radius,
             depth=path.depth,
@@ -106,15 +96,15 @@ class PowerExpansion:
             depth_slope=path.depth_slope,
             shape_radius=shape_radius,
             size=size,
-            mean_radius=size * np.exp(shape[:, LOG_MEAN]),
-            area=np.pi * size**2 * np.exp(shape[:, LOG_SQUARE]),
-            swing=shape[:, SWING],
-            terms=values[:, [X2, X3, X4]],
+            mean_radius=size * np.exp(shape.log_mean),
+            area=np.pi * size**2 * np.exp(shape.log_square),
+            swing=shape.swing,
+            terms=np.column_stack(values[:3]),
             sound=np.ones(radius.size, dtype=bool) if self.order == "second" else self.doubt(radius) < 1,
         )
 
-    def _shape_at(self, radius: Array, depth: Array, values: Array) -> tuple[Array, Array]:
-        """Base radii and columns of the series that gives the outline, at the same depths."""
+    def _shape_at(self, radius: Array, depth: Array, values: Terms) -> tuple[Array, Terms]:
+        """Base radii and terms of the series that gives the outline, at the same depths."""
         if self._shape is self.series:
             return radius, values
         shift = (self.base.factor / self._shape_base.factor) ** (1 / self.base.exponent)
@@ -124,7 +114,7 @@ class PowerExpansion:
             other[live] *= np.exp((depth[live] - contact.depth) / contact.depth_slope)
         return other, self._shape.at(other)[0]
 
-    def _loading(self, radius: Array, values: Array, slopes: Array) -> PathPoint:
+    def _loading(self, radius: Array, values: Terms, slopes: Terms) -> PathPoint:
         base = round_contact(self.kernel, self.base, radius)
         logarithm, growth = self._force(values, slopes)
         # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
@@ -142,25 +132,25 @@ class PowerExpansion:
     def doubt(self, radius: Array) -> Array:
         """How close the fourth order comes to where it ceases to hold, which is 1; shape (n,)."""
         values, slopes = self.series.at(radius)
-        x2, x4, growth = values[:, X2], values[:, X4], slopes[:, X4]
+        x2, x4, growth = values.x2, values.x4, slopes.x4
         safe = np.where(x2 == 0, 1.0, x2)
         shares = np.abs([x4 / (_LARGEST_X4 * safe), x4 / _LARGEST_LAST, growth / (_LARGEST_GROWTH * safe)])
         return np.where(x2 == 0, 0.0, shares.max(axis=0))
 
-    def _force(self, values: Array, slopes: Array) -> tuple[Array, Array]:
+    def _force(self, values: Terms, slopes: Terms) -> tuple[Array, Array]:
         """ln(F/F_base) and its derivative by ln a."""
-        x2, x3, x4 = values[:, X2], values[:, X3], values[:, X4]
+        x2, x3, x4 = values.x2, values.x3, values.x4
         if self.order == "second":
-            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes[:, X2])
+            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes.x2)
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
         # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
         denominator = safe - x3 + x3**2 / safe - x4
         denominator = np.where(np.abs(denominator) > _SMALLEST * np.abs(safe), denominator, safe)
-        bottom = slopes[:, X2] - slopes[:, X3] - slopes[:, X4]
-        bottom += 2 * x3 * slopes[:, X3] / safe - x3**2 * slopes[:, X2] / safe**2
+        bottom = slopes.x2 - slopes.x3 - slopes.x4
+        bottom += 2 * x3 * slopes.x3 / safe - x3**2 * slopes.x2 / safe**2
         pade = x2**2 / denominator
-        growth = 2 * x2 * slopes[:, X2] / denominator - pade * bottom / denominator
+        growth = 2 * x2 * slopes.x2 / denominator - pade * bottom / denominator
         kept = np.where(flat, 0.0, _where_kept(pade, growth))
         return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,8 +33,29 @@ from flatpunch.punch.power_law import power_law_punch
 _LARGEST_WAVE = 20.0
 """|w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow."""
 
-X2, X3, X4, STIFFENING, LOG_MEAN, LOG_SQUARE, SWING = range(7)
-"""Columns of `PowerPerturbation.at`: terms of ln F; sum of eta_m h_m^2; ln<e^w>; ln<e^2w>; largest |w|."""
+
+class Terms(NamedTuple):
+    """Terms of ln F and measures of the outline abar exp(w), or their derivatives by ln a; shape (n,) each.
+
+    Attributes
+    ----------
+    x2, x3, x4 : ndarray
+        Terms of ln(F/F_base).
+    stiffening : ndarray
+        sum_m eta_m h_m^2, by which the outline makes the punch stiffer.
+    log_mean, log_square : ndarray
+        ln<e^w> and ln<e^2w>.
+    swing : ndarray
+        Largest |w|.
+    """
+
+    x2: Array
+    x3: Array
+    x4: Array
+    stiffening: Array
+    log_mean: Array
+    log_square: Array
+    swing: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +105,11 @@ class PowerPerturbation:
         self._outlines: dict[bytes, Panels] = {}
         self._known: dict[bytes, tuple[Array, Array, Base]] = {}
 
-    def at(self, radius: Array) -> tuple[Array, Array]:
-        """Columns X2 ... SWING and their derivatives by ln a at base radii, shapes (n, 7)."""
+    def at(self, radius: Array) -> tuple[Terms, Terms]:
+        """Terms and their derivatives by ln a at base radii, shape (n,) each."""
         beta = radius / self.kernel.length
         live = (beta > SMALLEST) & (not self.kernel.homogeneous)
-        values = np.empty((radius.size, SWING + 1))
+        values = np.empty((radius.size, len(Terms._fields)))
         slopes = np.zeros_like(values)
         if not live.all():
             values[~live] = self._columns(np.zeros(1))
@@ -95,7 +117,7 @@ class PowerPerturbation:
             check_resolution(self.kernel, float(beta.max()))
             logs = np.log(beta[live])
             values[live], slopes[live] = self._panels.with_slope(logs)
-        return values, slopes
+        return Terms(*values.T), Terms(*slopes.T)
 
     def outline(self, radius: Array, phi: Array) -> Array:
         """w(phi) at base radii, a(phi) = abar exp(w); shape (n, p)."""
@@ -125,6 +147,7 @@ class PowerPerturbation:
         return self._known[key]
 
     def _columns(self, beta: Array) -> Array:
+        """All of `Terms` side by side, shape (nb, 7)."""
         response, stiffening, base = self._response(beta)
         derivative = log_derivative(beta) if beta.all() else np.zeros((1, 1))
         w = -act(response, self.angles.u)
@@ -229,4 +252,5 @@ def _mean(field: Array) -> Array:
 
 def _judge(series: Array) -> float:
     """Tail of the force's second-order term and of the outline's mean; the higher terms are small and noisier."""
-    return max(tail(series[:, [X2]]), tail(series[:, [LOG_SQUARE]]))
+    terms = Terms(*series.T)
+    return max(tail(terms.x2[:, None]), tail(terms.log_square[:, None]))
