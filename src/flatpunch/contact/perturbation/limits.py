@@ -16,11 +16,11 @@ from flatpunch.media import HalfSpace
 LARGEST_SWING = 1.2
 """|ln a(phi)/abar| above which outlines were off by tens of per cent."""
 _AMPLIFIED = 1.5
-"""Swing over that on a half-space from which on the medium is the cause, not the tip."""
+"""Swing over that on a half-space above which the medium is the cause, not the tip."""
 
 
 def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:
-    """What makes the outline uncertain, with the depths from which on it does."""
+    """What makes the outline uncertain, with the depths beyond which it does."""
     wide = contact.swing > LARGEST_SWING
     if not wide.any():
         return ()

@@ -1,4 +1,4 @@
-"""Round contact of the angular mean of a profile: the ground on which every fast method stands."""
+"""Round contact of the angular mean of a profile, on which every fast method is based."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
 _TABLE_NODES = 256
+"""Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
 
 Evaluate = Callable[[Array], RoundContact]
 
