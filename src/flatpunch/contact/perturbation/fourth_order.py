@@ -32,7 +32,7 @@ _WIDTH = 0.5
 departs farther from that of either: by 1.5 times their difference in force over this width."""
 
 _SPACING = 0.05
-"""Spacing of the radii, in ln a, at which it is looked whether fourth order holds; the same ones whatever contacts are wanted."""
+"""Spacing, in ln a, of the radii at which fourth order is checked; the same ones for every curve. A wider one may miss a pole."""
 
 _NEWTON = 4
 """Newton steps from one base radius to that of equal depth, per cent away; each doubles the digits."""

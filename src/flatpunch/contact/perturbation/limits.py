@@ -33,7 +33,7 @@ def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact
     return first_failure(
         amplified,
         contact.depth,
-        f"the medium (a stiff film) answers the tip's asymmetry with a strong outline {remedy}",
+        f"the medium (a stiff film) amplifies the asymmetry of the tip in the outline {remedy}",
     ) + first_failure(
         wide & ~amplified,
         contact.depth,

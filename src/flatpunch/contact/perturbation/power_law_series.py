@@ -58,7 +58,7 @@ class PowerExpansion:
         Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form. Outlines come from sqrt(psi)
         for tips with edges under fourth order and from ln psi for all others, which measured best (validation page).
     terms : bool
-        Whether second order should know its third and fourth terms, by which it tells its error; else they are zero.
+        Whether second order computes the third and fourth terms too, for its error estimate; else they are zero.
     """
 
     def __init__(self, kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> None:

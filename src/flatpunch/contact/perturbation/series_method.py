@@ -22,7 +22,7 @@ from flatpunch.contact.round.soundness import soundness
 from flatpunch.indenters.profile import Indenter
 
 _SPACING = np.log(10) / 12
-"""Grid over ln a in which a mean radius is looked for; in a wider one a turn of the path may be missed."""
+"""Grid over ln a in which a mean radius is searched for; in a wider one a turn of the path may be missed."""
 
 _MARGIN = 1.0
 """By how much that grid reaches beyond the wanted radii, in ln a; it grows where that is not enough."""
@@ -58,7 +58,7 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
     path = expansion.descent if control.name == "depth" else expansion.loading
     radius = radius_for(path, control.name, control.values, guess, indenter.reach, resolved)
     contact = expansion.evaluate(radius)
-    # what rounding leaves of the radius goes along the curve, so that the prescribed value is met exactly
+    # the rounding error of the radius is removed along the curve, so that the prescribed value is met exactly
     if control.name == "depth":
         rest = control.values - contact.depth
         return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)

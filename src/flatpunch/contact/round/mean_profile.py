@@ -59,7 +59,7 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
 def _on_target(contact: RoundContact, control: Control) -> RoundContact:
     """The contact at exactly the prescribed depth or force.
 
-    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that what rounding leaves of the
+    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that the rounding error of the
     radius enters squared. It matters where the radius barely moves: a truncated tip begins as a flat punch.
     """
     if control.name == "depth":

@@ -16,7 +16,7 @@ TINY = 1e-300
 """Takes the place of zeros in denominators whose numerators vanish as well."""
 
 _AT_RIM = 1 - 1e-12
-"""Radius of a ring over that of a disc from which on it is the rim: between them rounding would count."""
+"""Radius of a ring over that of a disc above which the ring is its rim: in between, rounding would count."""
 
 _BESIDE_CUTS = 16
 """Quadrature points for what f does beside a ring, whatever the distance to the next."""

@@ -151,7 +151,7 @@ def _bracket(
             raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
         # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
         most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
-        # by its growth the curve tells about how far that is
+        # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
         enough = last * np.exp(min(left + _SPARE, 1.0))
         above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
