@@ -8,10 +8,14 @@ from typing import Literal
 
 import numpy as np
 
+from flatpunch._support.ceilings import STEPS
 from flatpunch._support.checks import Array, Flags, values
 from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]
+
+UNITS = {"depth": "m", "force": "N", "radius": "m"}
+"""SI units of what may be prescribed."""
 
 Extra = Mapping[str, tuple[tuple[str, ...], Array | Flags, str, str]]
 """Further arrays of a result: name -> (dimensions, values, unit, description)."""
@@ -47,7 +51,14 @@ class Curve:
 def control_from(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius, checked."""
     name, value = prescribed(depth=depth, force=force, radius=radius)
-    return Control(name, values(name, value))
+    return Control(name, few(name, values(name, value, unit=UNITS[name])))
+
+
+def few(name: str, steps: Array) -> Array:
+    """Return the steps, or refuse more than a result can hold."""
+    if steps.size > STEPS:
+        raise ValueError(f"{name} has {steps.size} values; a curve has at most {STEPS} steps. Solve it in parts.")
+    return steps
 
 
 def prescribed(*, depth: object, force: object, radius: object) -> tuple[ControlName, object]:

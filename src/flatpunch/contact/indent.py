@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values, whole
+from flatpunch._support.ceilings import ANGLES, OUTLINES
+from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -107,18 +108,21 @@ def indent(
         given = {"depth": depth, "force": force, "radius": radius, "work_of_adhesion": work_of_adhesion}
         return _history(medium, indenter, given, time, relaxation, method or _best(indenter), angles, options)
     if work_of_adhesion is not None:
+        work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
+        if range_of_action is not None:
+            range_of_action = positive("range_of_action", range_of_action, unit="m")
         solver, method = adhesive_method(method or "second-order", indenter), method or "second-order"
         control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
-        phi = _angles(angles)
+        phi = _angles(angles, control)
         curve = solver.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action, **options)
         result = _dataset(curve, phi, medium, indenter, control, method)
-        ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
-        return result.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
+        ranges = {} if range_of_action is None else {"range_of_action": range_of_action}
+        return result.assign_attrs(work_of_adhesion=work_of_adhesion, **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
     if method == "refined" and not getattr(indenter, "round", True):
         _load_beside(medium, indenter, control)
     solver, kernel, method = _solver(method, medium, indenter, control)
-    phi = _angles(angles)
+    phi = _angles(angles, control)
     _known(options, _module(METHODS[method]).solve, method)
     curve = solver.solve(kernel, indenter, control, phi, **options)
     return _dataset(curve, phi, medium, indenter, control, method)
@@ -163,10 +167,10 @@ def pressure(
     else:
         control = _module("adhesion.method").adhesive_control(depth=depth, force=force, radius=radius)
         solver, kernel = adhesive_method(method or "second-order", indenter), compliance(medium)
-        options = {**options, "work": work_of_adhesion}
+        options = {**options, "work": positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")}
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
-    x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    x, y = np.broadcast_arrays(numbers("x", x, "m"), numbers("y", y, "m"))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
     field = solver.pressure(kernel, indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options)
@@ -192,7 +196,7 @@ def _known(options: dict[str, Any], function: Any, method: str) -> None:
     for name, value in options.items():
         if name not in settings:
             have = f"it has {', '.join(settings)}" if settings else "it has none"
-            raise TypeError(f"{name} = {value!r} is no setting of method {method!r}: {have}. Check the spelling.")
+            raise TypeError(f"{name} = {shown(value)} is no setting of method {method!r}: {have}. Check the spelling.")
 
 
 def default_method(
@@ -226,10 +230,11 @@ def _best(indenter: Indenter, kernel: Kernel | None = None, control: Control | N
 def _method(method: str, indenter: Indenter) -> Any:
     if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
-            f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
+            f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
+            "inclination=...)."
         )
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
+        raise ValueError(f"method = {shown(method)} is unknown; choose one of {', '.join(map(repr, METHODS))}.")
     return _module("round.cylinder" if isinstance(indenter, Cylinder) else METHODS[method])
 
 
@@ -280,20 +285,26 @@ def _history(
     if time is None or not isinstance(relaxation, Relaxation):
         raise ValueError(
             "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
-            f"Prony(weights, times). Got time = {time!r}, relaxation = {relaxation!r}."
+            f"Prony(weights, times). Got time = {shown(time)}, relaxation = {shown(relaxation)}."
         )
     if method == "bem":
         raise ValueError("relaxation needs a whole elastic curve; choose a fast method or 'refined' instead of 'bem'.")
     viscoelastic = _module("viscoelastic")
-    solver, phi, control = _method(method, indenter), _angles(angles), viscoelastic.history_control(**given)
-    times = values("time", time, minimum=-np.inf)
+    solver, control = _method(method, indenter), viscoelastic.history_control(**given)
+    phi = _angles(angles, control)
+    times = values("time", time, minimum=-np.inf, unit="s")
     curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solver.solve, options)
     result = _dataset(curve, phi, medium, indenter, control, method)
     return result.assign_attrs(relaxation=json.dumps(record(relaxation)))
 
 
-def _angles(angles: int) -> Array:
-    count = whole("angles", angles, 1, "It is the number of polar angles of the outline.")
+def _angles(angles: int, control: Control) -> Array:
+    count = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
+    if count * control.values.size > OUTLINES:
+        raise ValueError(
+            f"angles = {count} times {control.values.size} steps make {count * control.values.size:.3g} points of outlines; "
+            f"{OUTLINES:.0e} are the most. Take fewer angles, or solve the steps in parts."
+        )
     return np.asarray(np.arange(count) * (2 * np.pi / count))
 
 

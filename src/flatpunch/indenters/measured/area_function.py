@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, non_negative, positive, real
+from flatpunch._support.checks import Array, non_negative, positive, values
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
@@ -51,13 +51,13 @@ class AreaFunction(RoundShape):
     _inverse: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        numbers = tuple(real(f"AreaFunction.coefficients[{i}]", c) for i, c in enumerate(self.coefficients))
-        if not any(numbers):
+        found = tuple(values("AreaFunction.coefficients", self.coefficients, minimum=-np.inf, unit="1").tolist())
+        if not any(found):
             raise ValueError("AreaFunction.coefficients are all zero; C0 of a sharp Berkovich tip is 24.5.")
-        object.__setattr__(self, "coefficients", numbers)
-        object.__setattr__(self, "limit", positive("AreaFunction.limit", self.limit))
-        object.__setattr__(self, "unit", positive("AreaFunction.unit", self.unit))
-        object.__setattr__(self, "start", non_negative("AreaFunction.start", self.start))
+        object.__setattr__(self, "coefficients", found)
+        object.__setattr__(self, "limit", positive("AreaFunction.limit", self.limit, unit="m"))
+        object.__setattr__(self, "unit", positive("AreaFunction.unit", self.unit, unit="m"))
+        object.__setattr__(self, "start", non_negative("AreaFunction.start", self.start, unit="m"))
         if self.start >= self.limit:
             raise ValueError(f"AreaFunction.start = {self.start!r} must be below the limit, {self.limit!r}.")
         object.__setattr__(self, "_inverse", self._table())

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, switch
 from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cone import Cone
@@ -53,8 +53,8 @@ class Rounded(Shape):
                 f"Rounded.tip = {self.tip!r} must be a Pyramid, FacetedPyramid or Cone: other shapes are round at the "
                 "apex already."
             )
-        object.__setattr__(self, "radius", positive("Rounded.radius", self.radius))
-        object.__setattr__(self, "true_sphere", bool(self.true_sphere))
+        object.__setattr__(self, "radius", positive("Rounded.radius", self.radius, unit="m"))
+        object.__setattr__(self, "true_sphere", switch("Rounded.true_sphere", self.true_sphere))
         object.__setattr__(self, "_gradients", None if isinstance(self.tip, Cone) else face_gradients(self.tip))
 
     @property

@@ -64,7 +64,7 @@ class Tilted:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Tilted.tip = {self.tip!r} must be an indenter such as Sphere(radius=...).")
         for name in ("tilt_x", "tilt_y"):
-            value = real(f"Tilted.{name}", getattr(self, name))
+            value = real(f"Tilted.{name}", getattr(self, name), "rad")
             if abs(value) >= math.pi / 2:
                 raise ValueError(f"Tilted.{name} = {value!r} must be an angle below pi/2 in size, in radians.")
             object.__setattr__(self, name, value)
