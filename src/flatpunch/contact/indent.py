@@ -18,6 +18,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from
 from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.limits import deepest, judged
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.relaxation import Relaxation
@@ -171,6 +172,11 @@ def pressure(
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     x, y = np.broadcast_arrays(numbers("x", x, "m"), numbers("y", y, "m"))
+    if control.name == "depth" and control.values[0] >= deepest(medium):
+        raise ValueError(
+            f"depth = {control.values[0]:.6g} m is more than the {deepest(medium):.6g} m of the layers on their rigid base: no "
+            "tip gets there. Ask for less depth."
+        )
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
     field = solver.pressure(kernel, indenter, control, np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), **options)
@@ -309,6 +315,7 @@ def _angles(angles: int, control: Control) -> Array:
 
 
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
+    curve = judged(curve, medium, indenter)
     data: dict[str, Column] = {
         name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
         for name, (unit, text) in _VARIABLES.items()

@@ -31,6 +31,7 @@ from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.limits import deepest
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 
@@ -127,6 +128,11 @@ def adhesion_loop(
     quantity: Quantity = "depth" if force is None else "force"
     most = positive(quantity, depth if force is None else force, unit=UNITS[quantity])
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
+    if quantity == "depth" and most >= deepest(medium):
+        raise ValueError(
+            f"depth = {most:.6g} m is more than the {deepest(medium):.6g} m of the layers on their rigid base: no tip gets "
+            "there. Ask for less depth."
+        )
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
     attributes: dict[str, Any] = {

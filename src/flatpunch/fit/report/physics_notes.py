@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.viscoelastic.model import HistoryModel
@@ -18,8 +19,14 @@ _EARLY = 0.05
 
 
 def limits_of_theory(result: FitResult) -> tuple[str, ...]:
-    """Notes of the theory; single fits only, as it costs a cold solution."""
+    """Notes of the theory; those that take a cold solution for single fits only."""
     model, deepest = result.objective.model, float(result.depth.max())
+    bottom = base_depth(model.case(result.values)[0]) if hasattr(model, "case") else float("inf")
+    if deepest >= bottom:
+        return (
+            f"The deepest point, {text(deepest, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
+            "gets there. Thickness, contact point or calibration are wrong; the fitted values mean nothing.",
+        )
     if result.settings.engine != "lmfit" or deepest <= 0:
         return ()
     notes = model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines()
