@@ -1,7 +1,7 @@
 """Case files of fits, the two commands, batches and pictures."""
 
-from pathlib import csv
-import Path
+import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
