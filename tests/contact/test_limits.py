@@ -104,6 +104,11 @@ def test_pressures_above_the_strength_of_solids_are_noted():
     assert "yielded" not in fp.indent(thin, fp.Paraboloid(1e-4), depth=0.2 * H).attrs["notes"]
 
 
+def test_area_functions_say_what_they_are():
+    tip = fp.AreaFunction((24.5, 100.0), limit=1e-6, unit=1e-9)
+    assert "body of revolution" in fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=1e-7).attrs["notes"]
+
+
 def test_numbers_that_are_not_finite_are_never_valid():
     from dataclasses import replace
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.contact.curve import Curve, first_failure
-from flatpunch.indenters import Cylinder
+from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, RigidBase, TwoBodies, underlying
 
@@ -115,6 +115,11 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
     if indenter.round and not isinstance(indenter, Cylinder):
         # methods of non-round tips say so themselves
         notes += steepness(indenter, curve.radius, curve.depth)
+    if isinstance(indenter, AreaFunction):
+        notes += (
+            "The tip is taken as a body of revolution with the sections of its area function. At equal depth the force of a "
+            "sharp three-sided pyramid is 7.8 % higher, of a four-sided one 2.7 %; where the tip is blunt it is less.",
+        )
     notes += _yield(curve)
     return replace(curve, valid=valid & (through < 1), notes=notes)
 

@@ -37,14 +37,14 @@ class Rounded(Shape):
     radius : float
         Radius of curvature R at the apex [m], > 0.
     true_sphere : bool
-        The cap is a ball, f = R - sqrt(R^2 - r^2), instead of its small-slope form r^2/(2 R). It matters for steep
-        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a ball and 1.02 R to a paraboloid.
-        The small-slope form scales with the slopes, which the contact theory itself does.
+        Whether the cap is a sphere, f = R - sqrt(R^2 - r^2), or its small-slope form r^2/(2 R). It matters for steep
+        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a sphere and 1.02 R to a paraboloid, and forces
+        differ by 5 to 11 %. The small-slope form scales with the slopes, which the contact theory itself does.
     """
 
     tip: Pyramid | FacetedPyramid | Cone
     radius: float
-    true_sphere: bool = False
+    true_sphere: bool = True
     _gradients: Array | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -223,7 +223,7 @@ def _tilted(tip: Indenter, x: float, y: float) -> tuple[Indenter, tuple[float, f
     if isinstance(tip, EllipticParaboloid):
         return tip, (-x / (2 * tip.A), -y / (2 * tip.B))
     if isinstance(tip, Rounded) and not tip.true_sphere and isinstance(tip.tip, (Pyramid, FacetedPyramid)):
-        return Rounded(_leaning(tip.tip, x, y), tip.radius), (-tip.radius * x, -tip.radius * y)
+        return Rounded(_leaning(tip.tip, x, y), tip.radius, true_sphere=False), (-tip.radius * x, -tip.radius * y)
     if isinstance(tip, (Pyramid, FacetedPyramid)):
         return _leaning(tip, x, y), (0.0, 0.0)
     if tip.exponent == 1:
