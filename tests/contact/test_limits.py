@@ -44,7 +44,7 @@ def test_histories_are_marked():
 
 
 def test_fields_and_loops_beyond_the_base_are_refused():
-    with pytest.raises(ValueError, match=r"depth = 4e-07 m is more than the 1e-07 m of the layers on their rigid base"):
+    with pytest.raises(ValueError, match=r"depth = 400 nm is more than the 100 nm of the layers on their rigid base"):
         fp.pressure(LAYER, BALL, 0.0, 0.0, depth=4 * H)
     with pytest.raises(ValueError, match="on their rigid base"):
         fp.adhesion_loop(LAYER, BALL, work_of_adhesion=1e-5, depth=4 * H)

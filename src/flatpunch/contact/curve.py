@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import STEPS
 from flatpunch._support.checks import Array, Flags, values
+from flatpunch._support.prefixes import text
 from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]
@@ -78,7 +79,8 @@ def check_reach(indenter: Indenter, radius: Array) -> None:
     if radius.size and radius.max() > indenter.reach * (1 + 1e-12):
         i = int(np.argmax(radius))
         raise ValueError(
-            f"radius[{i}] = {radius[i]:.6g} m is beyond this indenter, whose shape is defined up to {indenter.reach:.6g} m. "
+            f"radius[{i}] = {text(float(radius[i]), 'm')} is beyond this indenter, whose shape is defined up to "
+            f"{text(indenter.reach, 'm')}. "
             "Ask for a smaller contact, or give the shape further out."
         )
 

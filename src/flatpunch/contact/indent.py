@@ -12,6 +12,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, OUTLINES
 from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -174,8 +175,8 @@ def pressure(
     x, y = np.broadcast_arrays(numbers("x", x, "m"), numbers("y", y, "m"))
     if control.name == "depth" and control.values[0] >= deepest(medium):
         raise ValueError(
-            f"depth = {control.values[0]:.6g} m is more than the {deepest(medium):.6g} m of the layers on their rigid base: no "
-            "tip gets there. Ask for less depth."
+            f"depth = {text(float(control.values[0]), 'm')} is more than the {text(deepest(medium), 'm')} of the "
+            "layers on their rigid base: no tip gets there. Ask for less depth."
         )
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
@@ -317,13 +318,13 @@ def _angles(angles: int, control: Control) -> Array:
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:
     curve = judged(curve, medium, indenter)
     data: dict[str, Column] = {
-        name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
-        for name, (unit, text) in _VARIABLES.items()
+        name: ("step", getattr(curve, name), {"units": unit, "long_name": long_name})
+        for name, (unit, long_name) in _VARIABLES.items()
     }
     data["contour"] = (("step", "phi"), curve.contour, {"units": "m", "long_name": "contact outline a(phi)"})
     data["valid"] = ("step", curve.valid, {"long_name": "whether the theory holds at this step"})
-    for name, (dims, array, unit, text) in curve.extra.items():
-        data[name] = (dims, array, {"units": unit, "long_name": text})
+    for name, (dims, array, unit, long_name) in curve.extra.items():
+        data[name] = (dims, array, {"units": unit, "long_name": long_name})
     coordinates = {
         "step": (np.arange(curve.depth.size), {"long_name": "step of the curve"}),
         "phi": (phi, {"units": "rad", "long_name": "polar angle"}),

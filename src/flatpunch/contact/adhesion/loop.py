@@ -21,6 +21,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import STEPS
 from flatpunch._support.checks import Array, positive, whole
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -130,8 +131,8 @@ def adhesion_loop(
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
     if quantity == "depth" and most >= deepest(medium):
         raise ValueError(
-            f"depth = {most:.6g} m is more than the {deepest(medium):.6g} m of the layers on their rigid base: no tip gets "
-            "there. Ask for less depth."
+            f"depth = {text(most, 'm')} is more than the {text(deepest(medium), 'm')} of the layers on their rigid "
+            "base: no tip gets there. Ask for less depth."
         )
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
