@@ -8,6 +8,7 @@ astropy, unyt: whatever has a method `to`) are converted to the SI unit of the a
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, NoReturn
 
@@ -39,6 +40,13 @@ def shown(value: Any, most: int = _SHOWN) -> str:
     except Exception:
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else f"{text[: most - 4]} ..."
+
+
+def brief(message: str, most: int = _SHOWN) -> str:
+    """Return a message whose quoted texts and long words are shortened: what came from outside may be endless."""
+    message = re.sub(rf"'[^'\n]{{{most},}}'", lambda found: f"{found[0][: most - 4]} ...'", message)
+    message = re.sub(rf"\S{{{2 * most},}}", lambda found: f"{found[0][: most - 4]} ...", message)
+    return "\n".join(line if len(line) <= 5 * most else f"{line[: 5 * most]} ..." for line in message.split("\n"))
 
 
 def real(name: str, value: Any, unit: str | None = None) -> float:

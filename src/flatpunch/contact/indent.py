@@ -307,12 +307,17 @@ def _history(
 
 def _angles(angles: int, control: Control) -> Array:
     count = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
-    if count * control.values.size > OUTLINES:
-        raise ValueError(
-            f"angles = {count} times {control.values.size} steps make {count * control.values.size:.3g} points of outlines; "
-            f"{OUTLINES:.0e} are the most. Take fewer angles, or solve the steps in parts."
-        )
+    check_outlines(count, control.values.size)
     return np.asarray(np.arange(count) * (2 * np.pi / count))
+
+
+def check_outlines(angles: int, steps: int) -> None:
+    """Refuse results whose outlines fill the memory."""
+    if angles * steps > OUTLINES:
+        raise ValueError(
+            f"angles = {angles} times {steps} steps make {angles * steps:.3g} points of outlines; {OUTLINES:.0e} are the most. "
+            "Take fewer angles, or solve the steps in parts."
+        )
 
 
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, method: str) -> xr.Dataset:

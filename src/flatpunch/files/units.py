@@ -15,10 +15,18 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from flatpunch._support.checks import shown
 from flatpunch._support.prefixes import readable as readable
 from flatpunch._support.prefixes import text as text
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
+
+
+LONGEST = 200
+"""Characters of a quantity."""
+
+_POWERS = re.compile(r"[0-9]{3,}|\*\*.*\*\*.*\*\*")
+"""Numbers in a unit that are no exponent, and towers of powers, whose evaluation may not end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +86,7 @@ def named_si(name: str, value: Any, dimension: Dimension) -> float:
     try:
         return to_si(value, dimension)
     except ValueError as error:
-        raise ValueError(f"{name} = {value!r} {error}") from None
+        raise ValueError(f"{name} = {shown(value)} {error}") from None
 
 
 def to_si(value: Any, dimension: Dimension) -> float:
@@ -101,14 +109,20 @@ def to_si(value: Any, dimension: Dimension) -> float:
         raise ValueError(f"is no quantity; {remedy}, written as text with its unit.")
     if not isinstance(value, str):
         raise ValueError(f"has no unit; {remedy}, in quotation marks.")
+    if len(value) > LONGEST:
+        raise ValueError(f"is no quantity, with {len(value)} characters; {remedy}.")
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if match is None:
         raise ValueError(f"does not start with a number; {remedy}.")
     number, unit = match[1], match[2]
     if not unit:
         raise ValueError(f"has no unit; {remedy}.")
-    # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
-    result = float(Decimal(number) * _scale(unit, dimension, remedy))
+    scale = _scale(unit, dimension, remedy)
+    try:
+        # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
+        result = float(Decimal(number) * scale)
+    except ArithmeticError:
+        result = math.inf
     if not math.isfinite(result):
         raise ValueError(f"is not finite; {remedy}.")
     return result
@@ -116,6 +130,8 @@ def to_si(value: Any, dimension: Dimension) -> float:
 
 def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
     """SI value of one `unit`."""
+    if len(unit) > LONGEST // 2 or _POWERS.search(unit):
+        raise ValueError(f"has the unknown unit {shown(unit)}; {remedy}.")
     ureg = registry()
     target = ureg.parse_units(dimension.unit)
     try:
@@ -123,7 +139,7 @@ def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
         compatible = one.dimensionality == target.dimensionality
         size = ureg.Quantity(Decimal(1), one).to(target).magnitude if compatible else 0
     except _NO_UNIT:
-        raise ValueError(f"has the unknown unit {unit!r}{_suggestion(unit, dimension)}; {remedy}.") from None
+        raise ValueError(f"has the unknown unit {shown(unit)}{_suggestion(unit, dimension)}; {remedy}.") from None
     # An angle has no dimension for pint, and a percentage or a plain ratio would pass for one.
     if compatible and dimension is ANGLE:
         compatible = bool(re.search("radian|degree|arc|turn|grad", str(one)))
