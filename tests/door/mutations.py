@@ -183,8 +183,8 @@ def monsters() -> dict[str, bytes]:
         "hexadecimal": b"angles = 0x" + b"f" * 5000,
         "long float": b"angles = 0." + b"9" * 100_000,
         "long key": b"k" * 1_000_000 + b" = 1",
-        "many keys": b"".join(b"k%d = 1\n" % i for i in range(200_000)),
-        "many layers": b"[[layers]]\nyoung = '1 kPa'\npoisson = 0.3\nthickness = '1 nm'\n" * 20_000
+        "many keys": b"".join(b"k%d = 1\n" % i for i in range(101_000)),
+        "many layers": b"[[layers]]\nyoung = '1 kPa'\npoisson = 0.3\nthickness = '1 nm'\n" * 3_000
         + b"[base]\nkind='rigid'\n[indenter]\nkind='sphere'\nradius='1 um'\n[control]\ndepth='1 nm'\n",
         "many depths": b"[[layers]]\nyoung = '1 kPa'\npoisson = 0.3\nthickness = '1 um'\n"
         b"[base]\nkind='rigid'\n[indenter]\nkind='sphere'\nradius='1 um'\n[control]\ndepth=["

@@ -48,7 +48,7 @@ def test_examples_themselves_are_read(example):
 
 def test_every_field_and_every_kind_of_mistake(example):
     original, path = example
-    # a tenth of all; the others are in the slow test
+    # a part of all; the others are in the slow test
     for label, text in random.Random(original.stem).sample(
         all_of := list(mutations.field_mutations(original)), len(all_of) // 10
     ):
@@ -61,7 +61,7 @@ def test_every_field_and_every_kind_of_mistake(example):
 
 def test_damaged_text(example):
     original, path = example
-    for label, data in mutations.text_mutations(original, 1, 30):
+    for label, data in mutations.text_mutations(original, 1, 15):
         path.write_bytes(data)
         try:
             read(path)
@@ -106,8 +106,7 @@ def test_what_is_no_file(name, tmp_path):
         path.symlink_to(path)
     with pytest.raises(CaseError, match="not readable"):
         read_case(path)
-    with pytest.raises(CaseError, match="not readable"):
-        is_fit_case(path)
+    assert not is_fit_case(path)
 
 
 def test_an_indenter_without_kind_is_told_which_there_are(tmp_path):
@@ -115,7 +114,7 @@ def test_an_indenter_without_kind_is_told_which_there_are(tmp_path):
     path.write_text(
         "[base]\nkind = 'rigid'\n[indenter]\nradius = '1 um'\n[control]\ndepth = '1 nm'\n", encoding="utf-8"
     )
-    with pytest.raises(CaseError, match=r"indenter\.kind is missing; it is one of 'paraboloid'"):
+    with pytest.raises(CaseError, match=r"indenter\.kind is missing; it is one of .*'paraboloid'"):
         read_case(path)
 
 
