@@ -5,11 +5,11 @@ import random
 import shutil
 import time
 
-import mutations
 import pytest
 
 from flatpunch.files import Case, CaseError, read_case
 from flatpunch.fit.case import FitCase, is_fit_case, read_fit_case
+from support import case_mutations
 
 LONGEST = 1100
 """Characters of a line of a message; texts of the file are cut to 200."""
@@ -32,7 +32,7 @@ def read(path):
     assert time.process_time() - start < SOON
 
 
-@pytest.fixture(params=mutations.examples(), ids=lambda path: path.stem)
+@pytest.fixture(params=case_mutations.examples(), ids=lambda path: path.stem)
 def example(request, tmp_path):
     """A shipped case file, and a place for mutated ones beside the files that it names."""
     for data in request.param.parent.glob("*.csv"):
@@ -42,7 +42,9 @@ def example(request, tmp_path):
 
 def test_examples_themselves_are_read(example):
     original, path = example
-    path.write_text(mutations.written(mutations.tomllib.loads(original.read_text(encoding="utf-8"))), encoding="utf-8")
+    path.write_text(
+        case_mutations.written(case_mutations.tomllib.loads(original.read_text(encoding="utf-8"))), encoding="utf-8"
+    )
     read_fit_case(path) if is_fit_case(path) else read_case(path)
 
 
@@ -50,7 +52,7 @@ def test_every_field_and_every_kind_of_mistake(example):
     original, path = example
     # a part of all; the others are in the slow test
     for label, text in random.Random(original.stem).sample(
-        all_of := list(mutations.field_mutations(original)), len(all_of) // 10
+        all_of := list(case_mutations.field_mutations(original)), len(all_of) // 10
     ):
         path.write_text(text, encoding="utf-8")
         try:
@@ -61,7 +63,7 @@ def test_every_field_and_every_kind_of_mistake(example):
 
 def test_damaged_text(example):
     original, path = example
-    for label, data in mutations.text_mutations(original, 1, 15):
+    for label, data in case_mutations.text_mutations(original, 1, 15):
         path.write_bytes(data)
         try:
             read(path)
@@ -72,13 +74,13 @@ def test_damaged_text(example):
 @pytest.mark.slow
 def test_all_fields_and_more_damage(example):
     original, path = example
-    for label, text in mutations.field_mutations(original):
+    for label, text in case_mutations.field_mutations(original):
         path.write_text(text, encoding="utf-8")
         try:
             read(path)
         except Exception as error:
             raise AssertionError(label) from error
-    for label, data in mutations.text_mutations(original, 2, 1000):
+    for label, data in case_mutations.text_mutations(original, 2, 1000):
         path.write_bytes(data)
         try:
             read(path)
@@ -86,10 +88,10 @@ def test_all_fields_and_more_damage(example):
             raise AssertionError(label) from error
 
 
-@pytest.mark.parametrize("name", mutations.monsters())
+@pytest.mark.parametrize("name", case_mutations.monsters())
 def test_large_deep_and_strange_files(name, tmp_path):
     path = tmp_path / "monster.toml"
-    path.write_bytes(mutations.monsters()[name])
+    path.write_bytes(case_mutations.monsters()[name])
     read(path)
     with pytest.raises(CaseError):
         read_case(path)

@@ -90,9 +90,7 @@ def test_a_damaged_cache_is_set_aside_and_solved_again(tmp_path):
 
     def solve():
         return float(
-            fp.indent(GEL, tip, depth=1e-7, method="refined", cells=32, cache=folder, tables=False)[
-                "force"
-            ][0]
+            fp.indent(GEL, tip, depth=1e-7, method="refined", cells=32, cache=folder, tables=False)["force"][0]
         )
 
     first = solve()

@@ -35,6 +35,12 @@ def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> No
         raise ValueError(f"{option} {shown_path(path)}: {reason}")
 
 
+def check_folder(option: str, folder: Path) -> None:
+    """Refuse a folder in which no file can be made, before anything is solved."""
+    if (reason := unwritable(folder / "file")) is not None:
+        raise ValueError(f"{option} {shown_path(folder)}: {reason}")
+
+
 def unwritable(path: Path) -> str | None:
     """Say why no file can be written there, in a sentence; None where it can."""
     try:

@@ -3,12 +3,13 @@
 A convex tip is the highest of its tangent planes. Take the cap and keep only the tangent planes whose gradient k the
 pyramid has, the polygon K that its faces span (for a cone, a disc):
 
-    f(x) = max over k in K of  k . x - q(k),     q = R |k|^2/2 (paraboloid) or R (sqrt(1 + |k|^2) - 1) (ball).
+    f(x) = max over k in K of  k . x - q(k),     q = R |k|^2/2 (paraboloid) or R (sqrt(1 + |k|^2) - 1) (sphere).
 
 At the apex this is the cap itself, far away the pyramid, lowered by q of its faces, and along the edges a rounding of the same
 radius R. The faces touch the cap; height and slope are continuous everywhere, only curvatures jump. For equal faces it is the
-body that a ball of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap inside the
-circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real tip does.
+body that a sphere of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap
+inside the circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real
+tip does.
 """
 
 from __future__ import annotations
@@ -212,7 +213,7 @@ class Rounded(Shape):
         if not self.true_sphere:
             return np.asarray(r / self.radius)
         room = np.sqrt(np.maximum((self.radius - r) * (self.radius + r), 0.0))
-        # beyond the ball's equator steeper than any face, but finite
+        # beyond the sphere's equator steeper than any face, but finite
         return np.asarray(r / np.maximum(room, 1e-150 * self.radius))
 
     def _where(self, slope: float) -> float:
