@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import Array
+from flatpunch.bem import Grid, required_bytes
+from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
-from flatpunch.media import Medium, TwoBodies
+from flatpunch.media import Medium, TwoBodies, underlying
 
 _UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
@@ -20,6 +22,12 @@ _UNITS = {
     **dict.fromkeys(("A", "B"), "1/m"),
     **dict.fromkeys(("time", "times"), "s"),
 }
+
+_PROGRAM = 200e6
+"""Memory of the program itself with its libraries [bytes]."""
+
+_TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
+"""Words for durations below limits [s]."""
 
 _LISTED = 4
 """Entries up to which a list is spelt out."""
@@ -46,6 +54,29 @@ def describe(case: Case) -> Iterator[str]:
     else:
         yield f"History   {_history(case, case.time)}"
     yield f"Method    {case.method}, outline at {case.angles} polar angles"
+    yield f"Takes     {_cost(case)}"
+
+
+def _cost(case: Case) -> str:
+    """Memory that solving takes at most, and its time to an order of magnitude."""
+    steps, method = case.values.size, str(case.method)
+    layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
+    # some arrays over the steps, and the outlines while they are made
+    memory = _PROGRAM + 8 * steps * (40 + 4 * case.angles)
+    seconds = 0.1 + 0.03 * layers + 1e-4 * steps
+    if method == "bem":
+        memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
+        seconds += 2.0 * steps
+    elif method == "refined":
+        memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
+        seconds += 15.0
+    time = next((words for limit, words in _TIMES if seconds < limit), "hours")
+    return f"at most {memory / 1e6:.0f} MB of memory, {time}"
+
+
+def _bodies(medium: Any) -> tuple[Any, ...]:
+    medium = underlying(medium)
+    return (medium.upper, medium.lower) if isinstance(medium, TwoBodies) else (medium,)
 
 
 def describe_sample(
