@@ -111,7 +111,7 @@ def test_slopes_and_energy_balance(thickness, poisson):
     [
         (fp.HalfSpace(1.0, 0.3), fp.Paraboloid(10.0)),
         (layer(0.5), fp.Paraboloid(10.0)),
-        (layer(0.5, thickness=0.3), fp.Cylinder(1.0)),
+        (layer(0.5, thickness=0.6), fp.Cylinder(1.0)),
         (fp.Medium([fp.Layer(1e4, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.PowerLaw(4.0, 1e-4)),
     ],
     ids=["half-space", "layer", "flat end", "film"],

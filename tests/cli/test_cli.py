@@ -234,7 +234,9 @@ def test_interrupt_while_importing(tmp_path, case):
     assert done.stderr.strip() == "Interrupted. No file was left half-written."
 
 
-def test_mistakes_of_the_package_keep_their_traceback(case, monkeypatch):
+def test_mistakes_of_the_package_show_their_traceback_on_request(case, monkeypatch):
+    monkeypatch.setenv("FLATPUNCH_TRACEBACK", "1")
+
     def broken(*_, **__):
         raise AssertionError("a bug")
 

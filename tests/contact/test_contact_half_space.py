@@ -22,7 +22,8 @@ def agrees(curve, contact, rtol=ROUNDING):
     np.testing.assert_allclose(curve["area"], np.pi * contact.radius**2, rtol=rtol)
     np.testing.assert_allclose(curve["radius"], contact.radius, rtol=rtol)
     assert curve["valid"].all()
-    assert curve.attrs["notes"] == ""
+    # exact, but pressed to strains at which no body is linear
+    assert all("strains" in note for note in curve.attrs["notes"].splitlines())
 
 
 def test_hertz():

@@ -10,7 +10,7 @@ X = np.linspace(-1e-6, 1e-6, 41)
 TIPS = {
     "pyramid": fp.Pyramid(4, 0.3),
     "ellipse": fp.EllipticParaboloid(1e6, 5e5),
-    "rounded": fp.Rounded(fp.Pyramid(3, 0.3), 1e-7),
+    "rounded": fp.Rounded(fp.Pyramid(3, 0.3), 1e-7, true_sphere=False),
     "cut off": fp.Truncated(fp.Pyramid(4, 0.3), 3e-8),
     "height map": fp.HeightMap(X, X, 3e5 * X**2 + 4e5 * X[:, None] ** 2),
     "round": fp.Paraboloid(1e-6),

@@ -43,7 +43,8 @@ def test_depth_control_takes_the_first_contact_that_monotone_loading_reaches():
 def test_paraboloids_stay_sound(ratio):
     curve = fp.indent(film(ratio), fp.Paraboloid(10 * H), radius=np.geomspace(0.02, 30, 120) * H)
     assert curve["valid"].all()
-    assert curve.attrs["notes"] == ""
+    # exact, but pressed to strains at which no body is linear
+    assert all("strains" in note for note in curve.attrs["notes"].splitlines())
     assert np.all(np.diff(curve["depth"]) > 0)
 
 

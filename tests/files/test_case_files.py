@@ -205,7 +205,7 @@ def test_formulas_and_tables_give_the_same_line(read):
         (LAYERS, '[base]\nkind = "rigid"\n', "empty on a rigid base"),
         ("[[layers]]", "[layers]", r"layers must be a list: write \[\[layers\]\]"),
         ("[base]", "[[base]]", r"base must be one table: write \[base\]"),
-        ("sides = 4", "sides = 2", "indenter.sides = 2 must be an integer >= 3"),
+        ("sides = 4", "sides = 2", "indenter.sides = 2 must be a whole number of at least 3"),
         ("sides = 4", "sides = 4.5", "indenter.sides = 4.5 must be a valid integer"),
         ('"35 deg"', '"95 deg"', "half_opening_angle = '95 deg' must lie between 0 and 90 degrees"),
         (

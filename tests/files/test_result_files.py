@@ -61,12 +61,12 @@ def test_older_file_survives_a_failed_write(result, tmp_path, ending, monkeypatc
     path = save(result, tmp_path / f"gel{ending}")
     before = path.read_bytes()
 
-    def half(target, *_, **__):
-        target.write_bytes(b"half")
+    def half(target, content):
+        with target.open("wb") as file:
+            file.write(content[: len(content) // 2])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda _self, target, **_: half(target))
-    monkeypatch.setattr("pathlib.Path.write_text", half)
+    monkeypatch.setattr("pathlib.Path.write_bytes", half)
     with pytest.raises(KeyboardInterrupt):
         save(result, path)
     assert path.read_bytes() == before
@@ -109,14 +109,14 @@ def test_refusals_when_reading(result, tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe")
     xr.Dataset({"a": 1}).to_netcdf(tmp_path / "foreign.nc", engine="h5netcdf")
     cases = {
-        "none.nc": "no such file",
+        "none.nc": "No such file",
         "whole.hdf": "neither",
         "cut.nc": "damaged",
         "text.nc": "damaged, or no NetCDF",
         "empty.csv": "no flatpunch result",
         "other.csv": "no flatpunch result",
-        "cut.csv": "different lengths",
-        "short.csv": "smaller or larger than its description",
+        "cut.csv": "its text is not what was written",
+        "short.csv": "its text is not what was written",
         "binary.csv": "damaged, or no CSV",
         "foreign.nc": "no flatpunch result",
     }

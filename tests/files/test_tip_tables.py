@@ -40,6 +40,11 @@ def read(tmp_path):
             fp.AfmPyramid(0.25, 0.5, 0.375),
         ),
         ('kind = "cone"\ninclination = "0.5 rad"\ntip_radius = "2 m"', fp.SpheroCone(0.5, 2.0)),
+        ('kind = "cone"\ninclination = "0.5 rad"\ntip_radius = "2 m"', fp.Rounded(fp.Cone(0.5), 2.0)),
+        (
+            'kind = "cone"\ninclination = "0.5 rad"\ntip_radius = "2 m"\ntrue_sphere = false',
+            fp.Rounded(fp.Cone(0.5), 2.0, true_sphere=False),
+        ),
         (
             'kind = "pyramid"\nsides = 4\ninclination = "0.5 rad"\ntilt_y = "0.125 rad"',
             fp.Tilted(fp.Pyramid(4, 0.5), 0, 0.125),

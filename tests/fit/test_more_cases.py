@@ -13,6 +13,7 @@ import psutil
 import pytest
 from typer.testing import CliRunner
 
+import flatpunch as fp
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, fit, read_curve
@@ -223,3 +224,15 @@ def test_batch_of_relaxing_curves():
     assert [row["ok"] for row in batch.rows] == [True, False]
     assert "no times" in batch.failed[0]["reason"]
     assert batch.rows[0]["relaxation.time"] == pytest.approx(0.8, rel=0.05)
+
+
+@pytest.mark.parametrize("engine", ["lmfit", "normal-equations"])
+def test_a_curve_deeper_than_its_layer_is_told(engine):
+    """400 nm into a layer of 100 nm on glass: no modulus makes that true."""
+    tip = fp.Paraboloid(5e-6)
+    depth = np.linspace(-1e-7, 4e-7, 300)
+    force = fp.indent(fp.HalfSpace(5e3, 0.45), tip, depth=np.maximum(depth, 0))["force"].values
+    layer = fp.Medium([fp.Layer(5e3, 0.45, 1e-7)], fp.RigidBase())
+    noise = 1e-12 * np.random.default_rng(1).standard_normal(depth.size)
+    found = fp.fit(fp.Curve(depth, force + noise), layer, tip, ["layers[0].young"], contact=0.0, engine=engine)
+    assert "no tip gets there" in " ".join(found.notes)

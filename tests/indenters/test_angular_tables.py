@@ -10,14 +10,14 @@ from flatpunch.indenters.geometry.angular_mean import AngularRule, GeometricMean
 from flatpunch.indenters.geometry.symmetry import different_rays
 
 CROSSED = {
-    "rounded": Rounded(fp.Pyramid(3, 0.5), 0.2),
+    "rounded": Rounded(fp.Pyramid(3, 0.5), 0.2, true_sphere=False),
     "rounded by a sphere": Rounded(fp.Pyramid(4, 0.5), 0.2, true_sphere=True),
     "rounded, irregular": fp.AfmPyramid(0.3, 0.4, 0.35, tip_radius=0.1),
     "truncated": Truncated(fp.Pyramid(3, 0.35), 0.03),
     "truncated, seven sides": Truncated(fp.Pyramid(7, 0.35), 0.03),
     "truncated ellipse": Truncated(fp.EllipticParaboloid(0.2, 1.0), 0.02),
     "truncated superellipse": Truncated(fp.Superellipse(1.0, 0.8, 0.3, 4.0, 2.0), 0.02),
-    "truncated rounded": Truncated(Rounded(fp.Pyramid(4, 0.5), 0.2), 0.06),
+    "truncated rounded": Truncated(Rounded(fp.Pyramid(4, 0.5), 0.2, true_sphere=False), 0.06),
 }
 crossed = pytest.mark.parametrize("tip", CROSSED.values(), ids=CROSSED)
 MANY = 2 * np.pi * (np.arange(200_000) + 0.5) / 200_000

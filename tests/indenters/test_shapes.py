@@ -185,7 +185,6 @@ def test_bad_shapes_are_refused(make, message):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Pyramid(3.5, 0.3),
         lambda: Cone("steep"),
         lambda: PowerLaw(1, math.cos),
         lambda: RadialProfile("ab", [0, 1, 2]),

@@ -142,7 +142,7 @@ TILTED = [
     fp.EllipticParaboloid(0.3, 0.7),
     fp.Sphere(2.0),
     fp.Ellipsoid(2.0, 1.5, 3.0),
-    fp.Rounded(fp.Pyramid(4, 0.5), 0.3),
+    fp.Rounded(fp.Pyramid(4, 0.5), 0.3, true_sphere=False),
     fp.Vickers(tip_radius=0.4),
     fp.SpheroCone(0.5, 0.4),
     fp.Pyramid(3, 0.5),
@@ -240,7 +240,7 @@ def test_a_measured_area_function_is_an_indenter(measured):
     "tip",
     [
         fp.Ellipsoid(1.3, 1.6, 2.0),
-        fp.Rounded(fp.Pyramid(4, 0.6), 0.2),
+        fp.Rounded(fp.Pyramid(4, 0.6), 0.2, true_sphere=False),
         fp.Knoop(tip_radius=0.3),
         fp.Vickers(height_removed=0.1),
     ],
@@ -282,7 +282,11 @@ def test_contacts_of_all_tips(tip):
 
 
 def test_rounded_tips_run_from_the_paraboloid_to_the_pyramid():
-    rounded, ball, sharp = fp.Rounded(fp.Pyramid(4, 0.4), 1e-7), fp.Paraboloid(1e-7), fp.Pyramid(4, 0.4)
+    rounded, ball, sharp = (
+        fp.Rounded(fp.Pyramid(4, 0.4), 1e-7, true_sphere=False),
+        fp.Paraboloid(1e-7),
+        fp.Pyramid(4, 0.4),
+    )
     shallow = [float(fp.indent(HALF_SPACE, tip, depth=1e-10)["force"][0]) for tip in (rounded, ball)]
     assert shallow[0] == pytest.approx(shallow[1], rel=1e-9)
     # far out the tip is the pyramid, lowered; what the mean profile still knows of the rounding is its edges, wider by R

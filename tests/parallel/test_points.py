@@ -3,13 +3,16 @@
 import dataclasses
 import os
 import signal
+import subprocess
+import sys
 import time
 from functools import partial
 
 import numpy as np
 import pytest
 
-from flatpunch import Layer
+from flatpunch import FlatpunchWarning, Layer
+from flatpunch._support import whole_file
 from flatpunch._support.whole_file import write_whole
 from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points
 from flatpunch.parallel.store import Memory
@@ -92,9 +95,54 @@ def test_equal_points_are_solved_once(tmp_path):
 def test_a_damaged_file_is_named(tmp_path):
     found = solve_points(functions.square, [1], workers=1, store=tmp_path)
     (path,) = tmp_path.glob("*.npz")
+    whole = path.read_bytes()
     path.write_bytes(b"PK spoilt")
-    with pytest.raises(ValueError, match=rf"{path.name} cannot be read.*Delete it"):
+    with pytest.raises(ValueError, match=rf"{path.name}: damaged or changed after it was written"):
         found[0]
+    # one bit of a number, which NumPy reads without a word
+    for damaged in (whole[:-200] + bytes([whole[-200] ^ 1]) + whole[-199:], whole[:40], whole + b"x", b""):
+        path.write_bytes(damaged)
+        with pytest.warns(FlatpunchWarning, match=rf"{path.name}: damaged.*set aside, and its point is solved again"):
+            again = solve_points(functions.square, [1], workers=1, store=tmp_path)
+        assert again.fresh == 1
+        assert again[0].numbers["square"] == 1
+        assert path.with_name(f"{path.name}.damaged").read_bytes() == damaged
+
+
+def test_a_planted_file_is_not_believed(tmp_path):
+    solve_points(functions.square, [1], workers=1, store=tmp_path)
+    (path,) = tmp_path.glob("*.npz")
+    np.savez(path, square=7.0, _seconds=0.0)
+    with pytest.warns(FlatpunchWarning, match="it has no seal"):
+        assert solve_points(functions.square, [1], workers=1, store=tmp_path)[0].numbers["square"] == 1
+
+
+def test_a_full_disk_costs_no_result(tmp_path, monkeypatch):
+    def full(path, content):
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr("flatpunch.parallel.store.write_whole", full)
+    with pytest.warns(FlatpunchWarning, match="points cannot be kept .No space left on device.") as told:
+        found = solve_points(functions.square, [1, 2, 3], workers=1, store=tmp_path)
+    assert len(told) == 1
+    assert [found[i].numbers["square"] for i in range(3)] == [1, 4, 9]
+    assert not found.failed
+
+
+def test_folders_that_cannot_be_written_are_refused_before_the_work(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="no folder to keep points in"):
+        solve_points(functions.square, [1], workers=1, store=tmp_path / "file")
+
+
+def test_what_a_dead_process_left_goes_at_once(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", "pass"])
+    dead.wait()
+    ours, other = (f".unfinished-{whole_file._machine()}-{pid}-x" for pid in (os.getpid(), dead.pid))
+    for name in (ours, other):
+        (tmp_path / name).touch()
+    Folder(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [ours]
 
 
 def test_files_are_whole_and_what_was_left_unfinished_goes(tmp_path):

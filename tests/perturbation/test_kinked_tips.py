@@ -9,8 +9,8 @@ from flatpunch.contact.perturbation.general_series import GeneralExpansion
 from flatpunch.indenters import Rounded, Truncated
 
 TIPS = {
-    "rounded": Rounded(fp.Pyramid(4, 0.35), 1.0),
-    "rounded, three sides": Rounded(fp.Pyramid(3, 0.35), 1.0),
+    "rounded": Rounded(fp.Pyramid(4, 0.35), 1.0, true_sphere=False),
+    "rounded, three sides": Rounded(fp.Pyramid(3, 0.35), 1.0, true_sphere=False),
     "truncated": Truncated(fp.Pyramid(4, 0.35), 0.02),
     "truncated, three sides": Truncated(fp.Pyramid(3, 0.35), 0.03),
 }

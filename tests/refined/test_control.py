@@ -149,7 +149,7 @@ def test_radii_of_a_flat_end_have_no_depth() -> None:
 
 def test_radius_of_a_flat_end() -> None:
     assert flat_radius(fp.Pyramid(4, 0.3)) == 0
-    assert flat_radius(Rounded(fp.Pyramid(4, 0.3), 0.1)) == 0
+    assert flat_radius(Rounded(fp.Pyramid(4, 0.3), 0.1, true_sphere=False)) == 0
     # the mean distance of a square's sides from its centre over half their length, by integrating 1/cos
     square = 0.1 / np.tan(0.3) * 4 / np.pi * np.log(1 + np.sqrt(2))
     assert flat_radius(Truncated(fp.Pyramid(4, 0.3), 0.1)) == pytest.approx(square, rel=1e-5)

@@ -58,7 +58,7 @@ def test_cells_of_a_ring() -> None:
             85.466,
         ),  # needles that are looked at from beyond the point of first touch on
         (50.0, FOUR, 6.067, 0.05, 1.0997, 18.610),
-        (50.0, fp.Rounded(FOUR, 1.0), 8.16, 0.015, 3.655, 145.58),
+        (50.0, fp.Rounded(FOUR, 1.0, true_sphere=False), 8.16, 0.015, 3.655, 145.58),
     ],
 )
 def test_needles_with_islands_beside_them(
@@ -133,7 +133,7 @@ def test_force_in_parts_has_an_estimate() -> None:
 def test_islands_beside_the_point_of_first_touch() -> None:
     """Sixty thicknesses wide, of a star of few cells among them: the look at its core has nothing that is surely its own."""
     film, tip = fp.Medium([fp.Layer(400e9, 0.22, 0.5e-6)], base=fp.HalfSpace(8e9, 0.35)), fp.Pyramid(3, 0.431096)
-    kernel, worn = compliance(film), fp.Rounded(tip, 80e-9)
+    kernel, worn = compliance(film), fp.Rounded(tip, 80e-9, true_sphere=False)
     coarse, fine = (
         traced(kernel, worn, bem.solve(kernel, worn, depths=2.313232937e-5, grid=n, tolerance=1e-6)[0], 360)
         for n in (256, 384)

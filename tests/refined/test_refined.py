@@ -91,7 +91,7 @@ def test_bodies_without_a_length_need_one_solution(exponent: float) -> None:
 
 def test_tip_far_smaller_than_the_layer() -> None:
     """A rounded tip changes its shape at its own radius, however thin it is against the layer."""
-    tip = Rounded(fp.Pyramid(4, 0.4), 1e-4)
+    tip = Rounded(fp.Pyramid(4, 0.4), 1e-4, true_sphere=False)
     curve = fp.indent(INCOMPRESSIBLE, tip, depth=np.array([1e-5, 1e-4]), method=fp.Refined(**TABLE_OFF))
     for step in (0, 1):
         truth = fp.indent(INCOMPRESSIBLE, tip, depth=float(curve.depth[step]), method=fp.BoundaryElements(grid=192))

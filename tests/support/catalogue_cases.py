@@ -59,8 +59,8 @@ TIPS: dict[str, Callable[[], Any]] = {
             [(0.05, 2), (0.1, 2), (0.15, 2), (0.2, 2), (0.1, 1), (0.2, 1), (0.2, 1.5), (0.2, 3)]
         )
     },
-    "rounded-4": lambda: Rounded(fp.Pyramid(4, 0.35), 1.0),
-    "rounded-3": lambda: Rounded(fp.Pyramid(3, 0.35), 1.0),
+    "rounded-4": lambda: Rounded(fp.Pyramid(4, 0.35), 1.0, true_sphere=False),
+    "rounded-3": lambda: Rounded(fp.Pyramid(3, 0.35), 1.0, true_sphere=False),
     "truncated-4": lambda: Truncated(fp.Pyramid(4, 0.35), 0.02),
     "ellipsoid": lambda: Ellipsoid(20.0, 15.0, 12.0),
 }
@@ -77,7 +77,7 @@ FRESH_TIPS: dict[str, Callable[[], Any]] = {
         f"fourier-{seed}": lambda seed=seed, n=n: fp.PowerLaw(n, FourierOutline(seed, 0.2))
         for seed, n in ((20, 2), (21, 1), (22, 1.5))
     },
-    "rounded-4-blunt": lambda: Rounded(fp.Pyramid(4, 0.5), 1.5),
+    "rounded-4-blunt": lambda: Rounded(fp.Pyramid(4, 0.5), 1.5, true_sphere=False),
     "truncated-3": lambda: Truncated(fp.Pyramid(3, 0.35), 0.03),
     "spheroid-ellipsoid": lambda: Ellipsoid(15.0, 10.0, 10.0),
 }
@@ -137,7 +137,7 @@ def drawn_tip(seed: int) -> Any:
         lambda: pyramid,
         lambda: ellipse(rng.uniform(0.4, 0.95)),
         lambda: Superellipse(1.0, rng.uniform(0.7, 1.0), 0.3, rng.uniform(1.5, 5.0), rng.choice([1.0, 1.5, 2.0])),
-        lambda: Rounded(pyramid, rng.uniform(0.3, 2.0)),
+        lambda: Rounded(pyramid, rng.uniform(0.3, 2.0), true_sphere=False),
         lambda: Truncated(pyramid, rng.uniform(0.005, 0.05)),
         lambda: fp.PowerLaw(rng.choice([1.0, 1.5, 2.0, 3.0]), FourierOutline(seed, rng.uniform(0.05, 0.2))),
     )

@@ -130,7 +130,7 @@ def test_all_combinations_are_checked_before_any_work(case, monkeypatch):
         ({RADIUS: "1, 2"}, r"indenter.radius = '1' has no unit; a length such as"),
         ({RADIUS: "1um:2:3"}, r"indenter.radius = '2' has no unit"),
         ({RADIUS: "1um:2um"}, r"is no range. Write start:stop:count"),
-        ({RADIUS: "1um:2um:1"}, r"the count '1' must be a whole number, 2 or more"),
+        ({RADIUS: "1um:2um:1"}, r"the count '1' must be a whole number from 2 to"),
         ({RADIUS: "1um:2um:x"}, r"the count 'x' must be"),
         ({RADIUS: "1um:2um:3:cubic"}, r"the spacing 'cubic' must be 'log' or 'lin'"),
         ({RADIUS: "0um:2um:3:log"}, r"'log' has no zero"),

@@ -1,9 +1,16 @@
-"""Checks shared by everything a user constructs or calls: each message names the argument, the value and the remedy."""
+"""Checks shared by everything a user constructs or calls: each message names the argument, the value and the remedy.
+
+Every public number passes `real` (one number) or `numbers` (an array). Both take what is a real number and refuse the rest:
+texts, truth values, complex numbers, times of a calendar, masked entries, NaN and infinity. Quantities with a unit (pint,
+astropy, unyt: whatever has a method `to`) are converted to the SI unit of the argument, which checks their dimension.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+import re
+from collections.abc import Mapping
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,63 +19,113 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
+SMALLEST, LARGEST = 1e-50, 1e50
+"""Range of quantities with a dimension [SI]: products of several of them, as the theory forms, stay within floating point."""
+
+_NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating, np.datetime64, np.timedelta64)
+_PLAIN = {float, int, np.float64, np.int64, np.float32, np.int32}
+_SHOWN = 200
+"""Characters of a value that a message repeats at most."""
+
 
 class FlatpunchWarning(UserWarning):
     """A result is returned, but with a limit of the method that the user should know about."""
 
 
-def real(name: str, value: Any) -> float:
-    """Return `value` as a finite float, or say why it is none."""
+def shown(value: Any, most: int = _SHOWN) -> str:
+    """Return `value` as messages write it: `repr`, shortened where it is long."""
+    try:
+        text = repr(value)
+    # integers of thousands of digits have no decimal form, and foreign objects may fail in any way
+    except Exception:
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= most else f"{text[: most - 4]} ..."
+
+
+def brief(message: str, most: int = _SHOWN) -> str:
+    """Return a message whose quoted texts and long words are shortened: what came from outside may be endless."""
+    message = re.sub(rf"'[^'\n]{{{most},}}'", lambda found: f"{found[0][: most - 4]} ...'", message)
+    message = re.sub(rf"\S{{{2 * most},}}", lambda found: f"{found[0][: most - 4]} ...", message)
+    return "\n".join(line if len(line) <= 5 * most else f"{line[: 5 * most]} ..." for line in message.split("\n"))
+
+
+def real(name: str, value: Any, unit: str | None = None) -> float:
+    """Return one real number as a finite float.
+
+    Parameters
+    ----------
+    name : str
+        The argument, as messages call it.
+    value : object
+        What was given.
+    unit : str, optional
+        SI unit of the argument, such as "m", "Pa", "J/m**2"; "1" and "rad" are without dimension. Quantities are converted to it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no real number, or not finite, or of the wrong dimension.
+    """
+    value = _bare(name, value, unit)
+    if isinstance(value, (*_NO_NUMBERS, list, tuple)) or getattr(value, "ndim", 0) > 0:
+        _no_number(name, value)
     try:
         number = float(value)
+    except OverflowError:
+        raise ValueError(f"{name} = {shown(value)} must be finite: it is too large for a number.") from None
     except (TypeError, ValueError):
-        raise TypeError(
-            f"{name} = {value!r} must be a number, got {type(value).__name__}. "
-            "Inside the package numbers carry no units; convert to SI first (case files do it for you)."
-        ) from None
+        _no_number(name, value)
     if not math.isfinite(number):
         raise ValueError(f"{name} = {number!r} must be finite.")
+    if _has_dimension(unit) and number and not SMALLEST <= abs(number) <= LARGEST:
+        raise ValueError(f"{name} = {number!r} {_out_of_range(unit)}")
     return number
 
 
-def positive(name: str, value: Any, hint: str = "") -> float:
+def positive(name: str, value: Any, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float > 0."""
-    number = real_or_hint(name, value, "> 0", hint)
+    number = real_or_hint(name, value, "> 0", hint, unit)
     if number <= 0:
         raise ValueError(f"{name} = {number!r} must be finite and > 0. {hint}".rstrip())
     return number
 
 
-def non_negative(name: str, value: Any, hint: str = "") -> float:
+def non_negative(name: str, value: Any, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float >= 0."""
-    number = real_or_hint(name, value, ">= 0", hint)
+    number = real_or_hint(name, value, ">= 0", hint, unit)
     if number < 0:
         raise ValueError(f"{name} = {number!r} must be finite and >= 0. {hint}".rstrip())
     return number
 
 
-def real_or_hint(name: str, value: Any, condition: str, hint: str) -> float:
-    """Return `value` as a finite float; the message of a failure repeats the whole condition."""
-    try:
-        return real(name, value)
-    except ValueError:
-        raise ValueError(f"{name} = {value!r} must be finite and {condition}. {hint}".rstrip()) from None
+def real_or_hint(name: str, value: Any, condition: str, hint: str, unit: str | None = None) -> float:
+    """Return `value` as a finite float; the message for NaN and infinity repeats the whole condition."""
+    number = _infinite(value)
+    if number is not None:
+        raise ValueError(f"{name} = {number!r} must be finite and {condition}. {hint}".rstrip())
+    return real(name, value, unit)
 
 
-def whole(name: str, value: Any, least: int, hint: str = "") -> int:
-    """Return `value` as a whole number, `least` or more."""
-    try:
-        number = real(name, value)
-    except ValueError:
-        number = math.nan
+def whole(name: str, value: Any, least: int, hint: str = "", *, most: int | None = None) -> int:
+    """Return `value` as a whole number, `least` or more, and `most` or less."""
+    number = math.nan if _infinite(value) is not None else real(name, value, "1")
     if not number >= least or number != int(number):
-        raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}. {hint}".rstrip())
+        raise ValueError(f"{name} = {shown(value)} must be a whole number of at least {least}. {hint}".rstrip())
+    if most is not None and number > most:
+        raise ValueError(f"{name} = {shown(value)} must be a whole number of at most {most}. {hint}".rstrip())
     return int(number)
+
+
+def switch(name: str, value: Any, hint: str = "") -> bool:
+    """Return a truth value, or refuse what only resembles one."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} = {shown(value)} must be True or False. {hint}".rstrip())
+    return bool(value)
 
 
 def poisson_ratio(name: str, value: Any) -> float:
     """Return `value` as a Poisson ratio, -1 < value <= 0.5."""
-    number = real(name, value)
+    number = real(name, value, "1")
     if not -1 < number <= 0.5:
         raise ValueError(
             f"{name} = {number!r} must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; "
@@ -77,15 +134,22 @@ def poisson_ratio(name: str, value: Any) -> float:
     return number
 
 
-def values(name: str, value: Any, *, minimum: float = 0.0, strict: bool = False) -> Array:
+def values(
+    name: str,
+    value: Any,
+    *,
+    minimum: float = 0.0,
+    strict: bool = False,
+    unit: str | None = None,
+    smallest: float = SMALLEST,
+) -> Array:
     """Return scalars or sequences as a one-dimensional float array of finite values above `minimum`.
 
-    The offending entry is named by its index.
+    The offending entry is named by its index. Entries of tables, where zero is common, may be as small as they like
+    (`smallest` = 0).
     """
-    try:
-        array = np.atleast_1d(np.asarray(value, dtype=float))
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} = {value!r} must be a number or a sequence of numbers in SI units.") from None
+    given = numbers(name, value, unit)
+    array = np.atleast_1d(given)
     if array.ndim != 1 or array.size == 0:
         raise ValueError(
             f"{name} has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence."
@@ -93,6 +157,111 @@ def values(name: str, value: Any, *, minimum: float = 0.0, strict: bool = False)
     bad = ~np.isfinite(array) | ((array <= minimum) if strict else (array < minimum))
     if bad.any():
         i = int(np.argmax(bad))
-        label = name if np.ndim(value) == 0 else f"{name}[{i}]"
-        raise ValueError(f"{label} = {float(array[i])!r} must be finite and {'>' if strict else '>='} {minimum:g}.")
+        condition = "" if minimum == -np.inf else f" and {'>' if strict else '>='} {minimum:g}"
+        raise ValueError(f"{_entry(name, given, i)} = {float(array[i])!r} must be finite{condition}.")
+    if _has_dimension(unit):
+        far = (array != 0) & ((np.abs(array) < smallest) | (np.abs(array) > LARGEST))
+        if far.any():
+            i = int(np.argmax(far))
+            raise ValueError(f"{_entry(name, given, i)} = {float(array[i])!r} {_out_of_range(unit)}")
     return array
+
+
+def point(name: str, value: Any, unit: str) -> tuple[float, float]:
+    """Return a pair of finite numbers, such as a point of the surface."""
+    pair = values(name, value, minimum=-np.inf, unit=unit, smallest=0.0)
+    if pair.size != 2:
+        raise ValueError(f"{name} = {shown(value)} must be a pair of two numbers, got {pair.size}.")
+    return float(pair[0]), float(pair[1])
+
+
+def numbers(name: str, value: Any, unit: str | None = None) -> Array:
+    """Return an array of any shape as floats, not checked for NaN, infinity and range."""
+    value = _bare(name, value, unit)
+    if isinstance(value, (list, tuple)):
+        return _from_sequence(name, value, unit)
+    array = np.asarray(value)
+    if array.dtype.kind == "O":
+        if array.ndim == 0:
+            return np.array(real(name, array.item(), unit))
+        return _from_sequence(name, list(array), unit)
+    if array.dtype.kind not in "fiu":
+        _no_number(name, value)
+    with np.errstate(over="ignore"):  # of extended precision; infinite is refused by the caller
+        return np.array(array, dtype=float)
+
+
+def _from_sequence(name: str, value: Any, unit: str | None) -> Array:
+    if set(map(type, value)) <= _PLAIN:
+        try:
+            return np.array(value, dtype=float)
+        except OverflowError:
+            pass
+    entries = [numbers(f"{name}[{i}]", entry, unit) for i, entry in enumerate(value)]
+    if len({entry.shape for entry in entries}) > 1:
+        raise ValueError(f"{name} has entries of different lengths; it must be a number, a sequence or a full table.")
+    return np.array(entries, dtype=float)
+
+
+def _bare(name: str, value: Any, unit: str | None) -> Any:
+    """`value` without mask, labels and unit, in the SI unit of the argument."""
+    if isinstance(value, np.ma.MaskedArray):
+        if np.ma.getmaskarray(value).any():
+            raise ValueError(
+                f"{name} has {int(np.ma.getmaskarray(value).sum())} masked entries, which are no numbers. Leave them out: "
+                "values.compressed()."
+            )
+        value = np.ma.getdata(value)
+    attributes = getattr(value, "attrs", None)
+    if isinstance(attributes, Mapping) and hasattr(value, "dims"):
+        stated = attributes.get("units")
+        if unit is not None and stated and str(stated).replace("^", "**") != unit:
+            raise TypeError(f"{name} is labelled as in {shown(stated)}; it must be {_written(unit)}. Convert it first.")
+        value = value.data
+    if hasattr(value, "to") and any(hasattr(value, mark) for mark in ("magnitude", "units", "unit")):
+        return _converted(name, value, unit)
+    return value
+
+
+def _converted(name: str, value: Any, unit: str | None) -> Any:
+    """Magnitude of a quantity in the SI unit of the argument."""
+    if unit is None:
+        raise TypeError(f"{name} = {shown(value)} has a unit; give a plain number here, in SI units.")
+    try:
+        plain = value.to("" if unit == "1" else unit)
+    except Exception:  # each library of units has errors of its own
+        raise TypeError(
+            f"{name} = {shown(value)} must be {_written(unit)} or a unit that converts to it; numbers without a unit are SI."
+        ) from None
+    return plain.magnitude if hasattr(plain, "magnitude") else plain.value
+
+
+def _infinite(value: Any) -> float | None:
+    """The value where it is a plain float that is not finite."""
+    return float(value) if isinstance(value, (float, np.floating)) and not math.isfinite(value) else None
+
+
+def _no_number(name: str, value: Any) -> NoReturn:
+    raise TypeError(
+        f"{name} = {shown(value)} must be a number, got {type(value).__name__}. Plain numbers are in SI units: convert to SI "
+        "first, or give the text with its unit in a case file."
+    ) from None
+
+
+def _has_dimension(unit: str | None) -> bool:
+    return unit not in (None, "1", "rad")
+
+
+def _written(unit: str) -> str:
+    return "without dimension" if unit == "1" else f"in {unit.replace('**', '^')}"
+
+
+def _out_of_range(unit: str | None) -> str:
+    return (
+        f"must lie between {SMALLEST:g} and {LARGEST:g} {(unit or '').replace('**', '^')} in size: beyond that the numbers of a "
+        "contact overflow. Check the units."
+    )
+
+
+def _entry(name: str, given: Array, i: int) -> str:
+    return name if given.ndim == 0 else f"{name}[{i}]"

@@ -1,18 +1,28 @@
 """Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
 
-Whether they can be written is asked before anything is solved.
+Whether they can be written is asked before anything is solved. What a killed process left unfinished is removed by the next one
+that writes beside it: temporary names hold machine and process.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 
+from flatpunch._support.reading import shown_path
+
 UNFINISHED = ".unfinished-"
-"""How temporary names begin: what a killed process left behind is known by it."""
+"""How temporary names begin."""
+
+_HOUR = 3600.0
+"""Age from which on files of other machines, and of earlier versions, count as left behind [s]."""
 
 
 def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
@@ -20,9 +30,32 @@ def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> No
     if path is None:
         return
     if path.suffix.lower() not in endings:
-        raise ValueError(f"{option} {path}: the ending must be {' or '.join(endings)}.")
-    if not path.parent.is_dir():
-        raise ValueError(f"{option} {path}: the folder {path.parent} does not exist. Make it first.")
+        raise ValueError(f"{option} {shown_path(path)}: the ending must be {' or '.join(endings)}.")
+    if (reason := unwritable(path)) is not None:
+        raise ValueError(f"{option} {shown_path(path)}: {reason}")
+
+
+def check_folder(option: str, folder: Path) -> None:
+    """Refuse a folder in which no file can be made, before anything is solved."""
+    if (reason := unwritable(folder / "file")) is not None:
+        raise ValueError(f"{option} {shown_path(folder)}: {reason}")
+
+
+def unwritable(path: Path) -> str | None:
+    """Say why no file can be written there, in a sentence; None where it can."""
+    try:
+        target = _real(path)
+        if target.is_dir():
+            return "is a folder. Name a file in it."
+        if not target.parent.is_dir():
+            return f"the folder {shown_path((target if path.is_symlink() else path).parent)} does not exist. Make it first."
+        handle, name = _temporary(target)
+        os.close(handle)
+        os.unlink(name)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no name of a file"
+        return f"cannot be written ({reason}). Choose a folder that exists and is yours."
+    return None
 
 
 @contextmanager
@@ -32,28 +65,88 @@ def whole_file(path: Path) -> Iterator[Path]:
     Parameters
     ----------
     path : Path
-        Target; the temporary file has the same ending.
+        Target; the temporary file has the same ending. A link is followed: what it points to is replaced.
 
     Yields
     ------
     Path
         The temporary file, empty.
     """
-    handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
     try:
-        yield temporary
-        _with_usual_rights(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+        target = _real(path)
+        _clean_once(target.parent)
+        handle, name = _temporary(target)
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            _with_usual_rights(temporary)
+            os.replace(temporary, target)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        # a full disk does not say which file it was
+        raise OSError(error.errno, error.strerror or str(error), shown_path(path)) from error
 
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it appears whole or not at all."""
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
+
+
+@lru_cache(maxsize=64)
+def _clean_once(folder: Path) -> None:
+    """Once for each folder and process: folders of studies hold many thousand files."""
+    remove_left(folder)
+
+
+def remove_left(folder: Path) -> None:
+    """Remove what processes that are no more have left unfinished in a folder."""
+    with suppress(OSError):
+        for left in folder.glob(f"{UNFINISHED}*"):
+            with suppress(OSError):
+                if _abandoned(left):
+                    left.unlink(missing_ok=True)
+
+
+def _abandoned(left: Path) -> bool:
+    machine, _, rest = left.name.removeprefix(UNFINISHED).partition("-")
+    process = rest.partition("-")[0]
+    if machine == _machine() and process.isascii() and process.isdigit() and int(process) > 0:
+        return not _alive(int(process))
+    return left.stat().st_mtime < time.time() - _HOUR
+
+
+def _alive(process: int) -> bool:
+    if os.name == "nt":
+        # asking for a process by a signal ends it there
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
+
+
+def _machine() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _temporary(target: Path) -> tuple[int, str]:
+    """An empty file of this process beside the target."""
+    suffix = target.suffix if len(target.suffix) < _LONGEST_ENDING else ""
+    return tempfile.mkstemp(prefix=f"{UNFINISHED}{_machine()}-{os.getpid()}-", suffix=suffix, dir=target.parent)
+
+
+_LONGEST_ENDING = 50
+
+
+def _real(path: Path) -> Path:
+    """Where a link leads; a chain of links without end is refused by whoever opens it."""
+    return Path(os.path.realpath(path))
 
 
 def _with_usual_rights(path: Path) -> None:

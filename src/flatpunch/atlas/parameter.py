@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, numbers, real, values
 
 Scale = Literal["linear", "log", "upper"]
 
@@ -46,6 +46,8 @@ class Parameter:
     unit: str = "1"
 
     def __post_init__(self) -> None:
+        for name in ("low", "high", "shift"):
+            object.__setattr__(self, name, real(f"{self.name}.{name}", getattr(self, name)))
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise ValueError(f"{self.name}: the range {self.low!r} ... {self.high!r} must be finite and ascending.")
         if self.scale not in ("linear", "log", "upper"):
@@ -57,7 +59,7 @@ class Parameter:
 
     def check(self, given: Array | float) -> Array:
         """Values as an array, refused outside the range."""
-        found = np.asarray(given, dtype=float)
+        found = numbers(self.name, given, self.unit.replace("^", "**"))
         slack = _SLACK * (self.high - self.low)
         bad = ~((found >= self.low - slack) & (found <= self.high + slack))
         if bad.any():

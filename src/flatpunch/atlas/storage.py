@@ -14,10 +14,15 @@ import h5netcdf
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 from flatpunch._support.whole_file import write_whole
 from flatpunch.atlas.parameter import Parameter, Scale
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table
+
+LARGEST = 1_000_000_000
+"""Largest file of a table that is read [bytes]."""
 
 SCHEMA = 1
 """Version of the layout; files of a later one are refused."""
@@ -77,7 +82,7 @@ def write_table(table: Table, path: str | Path) -> Path:
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
         _write(file, table)
-    write_whole(path, buffer.getvalue())
+    write_whole(path, sealed(buffer.getvalue()))
     return path
 
 
@@ -158,13 +163,20 @@ def read_table(path: str | Path) -> Table:
         If it is no such file.
     """
     path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: there is no such file. `flatpunch atlas build` makes one.")
+    if not path.exists():
+        raise FileNotFoundError(f"{shown_path(path)}: there is no such file. `flatpunch atlas build` makes one.")
     try:
-        with h5netcdf.File(path, "r") as file:
+        # tables that came with earlier versions have no seal
+        body, _ = unsealed(content(path, LARGEST))
+        with h5netcdf.File(io.BytesIO(body), "r") as file:
             return _read(file, path)
-    except (OSError, KeyError) as error:
-        raise AtlasFileError(f"{path} is no table of the atlas: {error}.") from error
+    except AtlasFileError:
+        raise
+    except (Unreadable, BrokenSeal) as error:
+        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: {error}.") from None
+    except Exception as error:  # damaged bytes make HDF5 fail in any way
+        reason = f"damaged, or of another kind ({type(error).__name__})"
+        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: {reason}.") from None
 
 
 def _read(file: Any, path: Path) -> Table:

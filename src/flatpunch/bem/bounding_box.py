@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
 from flatpunch.bem.solver.levels import Levels
@@ -96,9 +97,9 @@ def find_extent(
         before, extent = extent, _recentred(box, grid)
         if _filled(box, grid) or _settled(before, extent, grid.spacing):
             return replace(extent, rough=Rough(grid, pressure))
+    asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
     raise ContactTouchesEdge(
-        f"No bounding box of the contact was found in {_ATTEMPTS} attempts; the last one was {extent.half_widths[0]:.3g} m x "
-        f"{extent.half_widths[1]:.3g} m (half-widths). The indenter may have no bounded contact. Give a grid."
+        f"No bounded contact was found for {asked} in {_ATTEMPTS} attempts. Check the units, ask for less, or give a grid."
     )
 
 

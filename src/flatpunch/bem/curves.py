@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.ceilings import ANGLES, CELLS
 from flatpunch._support.checks import Array, Flags, values, whole
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (
@@ -113,11 +114,12 @@ def solve(
     """
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)
+    angles = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
     limit = whole("limit", limit, 1, "It is the largest number of iterations on one grid.")
     if isinstance(grid, Grid):
         check_square(grid)
     elif grid is not None:
-        grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.")
+        grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
     steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]
@@ -231,8 +233,8 @@ def _targets(depths: Any, forces: Any) -> tuple[Array, bool]:
     if (depths is None) == (forces is None):
         raise TypeError("Give either depths or forces.")
     if depths is not None:
-        return values("depths", depths, strict=True), True
-    return values("forces", forces, strict=True), False
+        return values("depths", depths, strict=True, unit="m"), True
+    return values("forces", forces, strict=True, unit="N"), False
 
 
 def _hints(half_widths: Any, centers: Any, steps: int) -> list[Extent | None]:

@@ -60,7 +60,7 @@ def solve_punch(
         With `stiffness` = force/depth. The pressure may be negative inside under films stiffer than their base. Cells at the
         edge carry a singular pressure, so the force converges like the first power of the spacing.
     """
-    positive("depth", depth)
+    positive("depth", depth, unit="m")
     check_tolerance(tolerance, single)
     check_square(grid)
     if callable(planform):

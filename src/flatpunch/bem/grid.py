@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array, positive, real, whole
+from flatpunch._support.ceilings import CELLS
+from flatpunch._support.checks import Array, non_negative, point, positive, whole
 
 Mask = NDArray[np.bool_]
 
@@ -51,16 +52,17 @@ class Grid:
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             least = -(-SMALLEST // (1 + mirrored))
-            cells = whole(f"Grid.{name}", getattr(self, name), least, "It is the number of cells along an axis.")
+            cells = whole(
+                f"Grid.{name}", getattr(self, name), least, "It is the number of cells along an axis.", most=CELLS
+            )
             object.__setattr__(self, name, cells)
-        object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing))
+        object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing, unit="m"))
         if self.stretch not in range(1, 100, 2):
             raise ValueError(
                 f"Grid.stretch = {self.stretch!r} must be an odd number below 100: such cells are rows of square ones."
             )
         object.__setattr__(self, "stretch", int(self.stretch))
-        cx, cy = self.center
-        object.__setattr__(self, "center", (real("Grid.center[0]", cx), real("Grid.center[1]", cy)))
+        object.__setattr__(self, "center", point("Grid.center", self.center, "m"))
 
     @classmethod
     def around(
@@ -84,7 +86,15 @@ class Grid:
         center : (float, float)
             Centre of the bounding box [m].
         """
-        wx, wy = (positive(f"half_widths[{i}]", w) for i, w in enumerate(half_widths))
+        wx, wy = (
+            positive(f"half_widths[{i}]", w, unit="m") for i, w in enumerate(point("half_widths", half_widths, "m"))
+        )
+        margin = non_negative("margin", margin, "It is the free rim, in units of the half-width.", unit="1")
+        if margin > 100:
+            raise ValueError(
+                f"margin = {margin!r} must be 100 or less: it is the free rim, in units of the half-width."
+            )
+        cells = whole("cells", cells, SMALLEST, "It is the square root of the number of cells.", most=CELLS)
         wx, wy = wx * (1 + margin), wy * (1 + margin)
         spacing = 2 * np.sqrt(wx * wy) / cells
         nx, ny = (max(_even(2 * w / spacing), _even(2 * w / ((1 + margin) * spacing) + 6)) for w in (wx, wy))

@@ -17,6 +17,7 @@ from rich.console import Console
 from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.fit import add_commands
 from flatpunch.cli.paper import paper
+from flatpunch.cli.streams import finish, prepare
 from flatpunch.cli.sweep import add_commands as add_sweep
 from flatpunch.cli.terminal import friendly, progress, say, say_written
 
@@ -39,6 +40,8 @@ app = typer.Typer(
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
 _ROWS = 10
+_NOBODY_READS = 141
+"""Status of a process whose output nobody reads, as the shell gives it."""
 
 
 def _version(asked: bool) -> None:
@@ -110,9 +113,11 @@ def demo(
     there already are kept, and solved as you changed them.
     """
     with friendly():
+        from flatpunch._support.whole_file import check_folder
         from flatpunch.files import read_case, shipped_cases
 
         output.mkdir(parents=True, exist_ok=True)
+        check_folder("--output", output)
         for source in shipped_cases():
             case = output / source.name
             _copy(source, case)
@@ -121,10 +126,13 @@ def demo(
 
 def _copy(source: Path, target: Path) -> None:
     """Put a shipped case into the user's folder, unless a changed one is there."""
+    from flatpunch._support.whole_file import write_whole
+    from flatpunch.files.cases import case_text
+
     text = source.read_text(encoding="utf-8")
     if not target.exists():
-        target.write_text(text, encoding="utf-8")
-    elif target.read_text(encoding="utf-8") != text:
+        write_whole(target, text.encode("utf-8"))
+    elif case_text(target) != text:
         typer.echo(f"{target} differs from the shipped case; it is kept and solved as it is.", err=True)
 
 
@@ -237,8 +245,21 @@ app.add_typer(atlas_app(), name="atlas")
 
 def main() -> None:
     """Entry point of the command `flatpunch`."""
+    prepare()
+    status: int | str | None = 0
     try:
-        app()
+        try:
+            app()
+        except SystemExit as end:
+            status = end.code
+        failed = finish()
     except KeyboardInterrupt:
         typer.echo("\nInterrupted. No file was left half-written.", err=True)
         sys.exit(130)
+    except BrokenPipeError:
+        # whoever read the output has had enough, as `head` has
+        sys.exit(_NOBODY_READS)
+    if failed is not None:
+        typer.echo(f"Error: {failed}", err=True)
+        status = 2
+    sys.exit(status)

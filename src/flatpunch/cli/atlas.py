@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch._support.ceilings import POINTS
+from flatpunch._support.checks import real, shown
 from flatpunch.cli.terminal import Step, friendly, progress, say
 
 if TYPE_CHECKING:
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
 _GRID = 6
 _RADII = 41
 _ROWS = 40
+_MOST = 2_000_000
+"""Combinations that one call evaluates."""
 
 Name = Annotated[
     str, typer.Argument(metavar="FAMILY", help="Name of a shipped table, or a file name.nc.", show_default=False)
@@ -185,16 +190,18 @@ def numbers(text: str, name: str) -> list[float]:
     """Values of "0.5", "0.1,1,10", "0:0.5:6" or "0.1:10:21:log"."""
     import numpy as np
 
-    match = re.fullmatch(r"([^:]+):([^:]+):(\d+)(?::(log|lin))?", text.strip())
+    match = re.fullmatch(r"([^:]+):([^:]+):([0-9]{1,9})(?::(log|lin))?", text.strip())
     try:
         if match is None:
-            return [float(entry) for entry in text.split(",")]
-        start, stop, count = float(match[1]), float(match[2]), int(match[3])
+            return [real(name, float(entry)) for entry in text.split(",")]
+        start, stop, count = real(name, float(match[1])), real(name, float(match[2])), int(match[3])
     except ValueError:
         raise ValueError(
-            f"{name} = {text!r} is neither numbers with commas between them nor a range start:stop:count, or "
+            f"{name} = {shown(text)} is neither numbers with commas between them nor a range start:stop:count, or "
             "start:stop:count:log."
         ) from None
+    if count > POINTS:
+        raise ValueError(f"{name} = {shown(text)}: {count} values are too many; {POINTS} are the most.")
     if match[4] == "log" and not (start > 0 and stop > 0):
         raise ValueError(f"{name} = {text!r}: a logarithmic range has no zero and no negative numbers.")
     return [float(v) for v in (np.geomspace if match[4] == "log" else np.linspace)(start, stop, count)]
@@ -222,6 +229,9 @@ def _grid(table: Any, beta: list[float], given: list[str], *, fill: bool) -> tup
             else f"does not know {', '.join(unknown)}"
         )
         raise ValueError(f"The table {table.name!r} {what}; its parameters are {', '.join(names) or 'none'}.")
+    count = math.prod(map(len, (*wanted.values(), beta)))
+    if count > _MOST:
+        raise ValueError(f"{count} combinations of radii and parameters are too many; {_MOST} are the most.")
     axes = np.meshgrid(*(wanted[n] for n in names), beta, indexing="ij")
     return axes[-1].ravel(), {name: axis.ravel() for name, axis in zip(names, axes, strict=False)}
 
@@ -332,9 +342,11 @@ def _build(
 
     from flatpunch import atlas
     from flatpunch._support.progress import listening
+    from flatpunch._support.whole_file import check_folder
 
     families = _families(names)
     output.mkdir(parents=True, exist_ok=True)
+    check_folder("--output", output)
     ways: dict[str, Any] = {"store": store, "workers": workers, "scheduler": scheduler}
     for family, more in families:
         with listening(_counting(step, f"{family.name}, {{}} of {{}} media")):

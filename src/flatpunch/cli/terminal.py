@@ -13,6 +13,8 @@ from typing import Protocol
 import typer
 from rich.console import Console
 
+from flatpunch.cli.told import message, wants_traceback
+
 
 class Step(Protocol):
     """What a command calls when it begins with something."""
@@ -25,8 +27,7 @@ class Step(Protocol):
 def friendly(interrupted: str = "No file was left half-written.") -> Iterator[None]:
     """Turn bad input into one message and status 2, and Ctrl-C into one line and status 130.
 
-    Only the types that the package raises for bad input are caught: anything else is a mistake of the package and shows its
-    traceback.
+    What is a mistake of the package is told as one, in one line; `flatpunch.cli.told` says how.
 
     Parameters
     ----------
@@ -38,8 +39,12 @@ def friendly(interrupted: str = "No file was left half-written.") -> Iterator[No
     except KeyboardInterrupt:
         typer.echo(f"\nInterrupted. {interrupted}".rstrip(), err=True)
         raise typer.Exit(130) from None
-    except (ValueError, TypeError, OSError) as error:
-        typer.echo(f"Error: {error}", err=True)
+    except (typer.Exit, typer.Abort, BrokenPipeError):
+        raise
+    except Exception as error:
+        if wants_traceback():
+            raise
+        typer.echo(f"Error: {message(error)}", err=True)
         raise typer.Exit(2) from None
 
 

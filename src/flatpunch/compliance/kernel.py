@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, shown, values
 from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
@@ -99,7 +99,7 @@ class Kernel:
         ndarray, shape (n,)
             C(k) [m/Pa]: inward displacement per pressure of the same wavenumber.
         """
-        k = values("k", k, strict=True)
+        k = values("k", k, strict=True, unit="1/m")
         kappa = k * self.length if not self.homogeneous else k
         return np.asarray(2 * self.response(kappa) / (self.modulus * k))
 
@@ -121,8 +121,8 @@ def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | Tabu
         return _tabulated(medium)
     if not isinstance(medium, (HalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
         raise TypeError(
-            f"medium = {medium!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies. Layers alone are no medium: "
-            "Medium([layer, ...], base=...) says what lies below them."
+            f"medium = {shown(medium)} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies. Layers alone are no "
+            "medium: Medium([layer, ...], base=...) says what lies below them."
         )
     return _kernel(medium)
 

@@ -8,13 +8,18 @@ from typing import Literal
 
 import numpy as np
 
+from flatpunch._support.ceilings import STEPS
 from flatpunch._support.checks import Array, Flags, values
+from flatpunch._support.prefixes import text
 from flatpunch.indenters.profile import Indenter
 
 ControlName = Literal["depth", "force", "radius"]
 
 NOTABLE_FORCE, NOTABLE_OUTLINE = 0.01, 0.05
 """Estimated errors of the force, and of the outline over the mean radius, above which a result has a note about them."""
+
+UNITS = {"depth": "m", "force": "N", "radius": "m"}
+"""SI units of what may be prescribed."""
 
 Extra = Mapping[str, tuple[tuple[str, ...], Array | Flags, str, str]]
 """Further arrays of a result: name -> (dimensions, values, unit, description)."""
@@ -58,7 +63,14 @@ class PressureField:
 def control_from(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius, checked."""
     name, value = prescribed(depth=depth, force=force, radius=radius)
-    return Control(name, values(name, value))
+    return Control(name, few(name, values(name, value, unit=UNITS[name])))
+
+
+def few(name: str, steps: Array) -> Array:
+    """Return the steps, or refuse more than a result can hold."""
+    if steps.size > STEPS:
+        raise ValueError(f"{name} has {steps.size} values; a curve has at most {STEPS} steps. Solve it in parts.")
+    return steps
 
 
 def prescribed(*, depth: object, force: object, radius: object) -> tuple[ControlName, object]:
@@ -78,7 +90,8 @@ def check_reach(indenter: Indenter, radius: Array) -> None:
     if radius.size and radius.max() > indenter.reach * (1 + 1e-12):
         i = int(np.argmax(radius))
         raise ValueError(
-            f"radius[{i}] = {radius[i]:.6g} m is beyond this indenter, whose shape is defined up to {indenter.reach:.6g} m. "
+            f"radius[{i}] = {text(float(radius[i]), 'm')} is beyond this indenter, whose shape is defined up to "
+            f"{text(indenter.reach, 'm')}. "
             "Ask for a smaller contact, or give the shape further out."
         )
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values, whole
+from flatpunch._support.ceilings import ANGLES, OUTLINES
+from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -15,6 +17,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, control_from, uncertain
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.default import EXACT, Choice, choose, series_of
+from flatpunch.contact.limits import deepest, judged
 from flatpunch.contact.methods import (
     BoundaryElements,
     Method,
@@ -103,15 +106,18 @@ def indent(
     if work_of_adhesion is not None:
         from flatpunch.contact.adhesion import method as adhesive
 
+        work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
+        if range_of_action is not None:
+            range_of_action = positive("range_of_action", range_of_action, unit="m")
         chosen = adhesive_method(chosen, indenter)
         control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
-        phi = _angles(angles)
+        phi = _angles(angles, control)
         curve = adhesive.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action)
         result = _dataset(curve, phi, medium, indenter, control, _asked(chosen, indenter))
-        ranges = {} if range_of_action is None else {"range_of_action": float(range_of_action)}
-        return result.assign_attrs(work_of_adhesion=float(work_of_adhesion), **ranges)
-    control, phi = control_from(depth=depth, force=force, radius=radius), _angles(angles)
-    kernel = compliance(medium)
+        ranges = {} if range_of_action is None else {"range_of_action": range_of_action}
+        return result.assign_attrs(work_of_adhesion=work_of_adhesion, **ranges)
+    control = control_from(depth=depth, force=force, radius=radius)
+    phi, kernel = _angles(angles, control), compliance(medium)
     choice = choose(kernel, indenter, control, phi) if chosen is None else _asked(chosen, indenter)
     curve = choice.curve or solver_of(choice.method, indenter).solve(kernel, indenter, control, phi)
     return _dataset(curve, phi, medium, indenter, control, choice)
@@ -195,9 +201,15 @@ def pressure(
 
         adhesive_method(chosen, indenter)
         control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
+        work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
-    x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    x, y = np.broadcast_arrays(numbers("x", x, "m"), numbers("y", y, "m"))
+    if control.name == "depth" and control.values[0] >= deepest(medium):
+        raise ValueError(
+            f"depth = {text(float(control.values[0]), 'm')} is more than the {text(deepest(medium), 'm')} of the "
+            "layers on their rigid base: no tip gets there. Ask for less depth."
+        )
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
@@ -281,14 +293,15 @@ def _history(
     if time is None or not isinstance(relaxation, Relaxation):
         raise ValueError(
             "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
-            f"Prony(weights, times). Got time = {time!r}, relaxation = {relaxation!r}."
+            f"Prony(weights, times). Got time = {shown(time)}, relaxation = {shown(relaxation)}."
         )
     if isinstance(method, BoundaryElements):
         raise ValueError("relaxation needs a whole elastic curve; choose a fast method or 'refined' instead of 'bem'.")
     from flatpunch.contact import viscoelastic
 
-    phi, control = _angles(angles), viscoelastic.history_control(**given)
-    times = values("time", time, minimum=-np.inf)
+    control = viscoelastic.history_control(**given)
+    phi = _angles(angles, control)
+    times = values("time", time, minimum=-np.inf, unit="s")
     if method is None:
         # judged at the largest depth or force, as if the body did not relax
         viscoelastic.check_medium(medium)
@@ -309,20 +322,31 @@ def _why(choice: Choice) -> tuple[str, ...]:
     return (f"Method {choice.method.name!r} was chosen, as {choice.reason}.",)
 
 
-def _angles(angles: int) -> Array:
-    count = whole("angles", angles, 1, "It is the number of polar angles of the outline.")
+def _angles(angles: int, control: Control) -> Array:
+    count = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
+    check_outlines(count, control.values.size)
     return np.asarray(np.arange(count) * (2 * np.pi / count))
 
 
+def check_outlines(angles: int, steps: int) -> None:
+    """Refuse results whose outlines fill the memory."""
+    if angles * steps > OUTLINES:
+        raise ValueError(
+            f"angles = {angles} times {steps} steps make {angles * steps:.3g} points of outlines; {OUTLINES:.0e} are the most. "
+            "Take fewer angles, or solve the steps in parts."
+        )
+
+
 def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control: Control, choice: Choice) -> xr.Dataset:
+    curve = judged(curve, medium, indenter)
     data: dict[str, Column] = {
-        name: ("step", getattr(curve, name), {"units": unit, "long_name": text})
-        for name, (unit, text) in _VARIABLES.items()
+        name: ("step", getattr(curve, name), {"units": unit, "long_name": long_name})
+        for name, (unit, long_name) in _VARIABLES.items()
     }
     data["contour"] = (("step", "phi"), curve.contour, {"units": "m", "long_name": "contact outline a(phi)"})
     data["valid"] = ("step", curve.valid, {"long_name": "whether the theory holds at this step"})
-    for name, (dims, array, unit, text) in curve.extra.items():
-        data[name] = (dims, array, {"units": unit, "long_name": text})
+    for name, (dims, array, unit, long_name) in curve.extra.items():
+        data[name] = (dims, array, {"units": unit, "long_name": long_name})
     coordinates = {
         "step": (np.arange(curve.depth.size), {"long_name": "step of the curve"}),
         "phi": (phi, {"units": "rad", "long_name": "polar angle"}),

@@ -1,16 +1,33 @@
-"""Limits of small-slope contact theory, as notes of a result."""
+"""Limits of contact theory, as notes of a result: steep faces, ends of shapes, layers pressed through, pressures beyond strength.
+
+A tip cannot go through a layer into a base that does not give way. What a layer is compressed by is the depth less the share
+of what lies below it, which is at most F/(E*_below a): the displacement of a half-space under the load on the contact radius
+a (0.5 F/(E* a) under a flat punch, 0.75 under a sphere, 1 under a cone).
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.contact.curve import first_failure
-from flatpunch.indenters import Cylinder
+from flatpunch.contact.curve import Curve, first_failure
+from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
+from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, RigidBase, TwoBodies, underlying
 
-_STEEP = 35.0
-"""Mean inclination at the rim above which shapes do not enter by their heights alone any more [degrees]."""
+LARGE_STRAIN = 1 / 3
+"""Compression of a layer over its thickness above which a note says that strains are no longer small."""
+
+YIELDS = 0.1
+"""Mean pressure over the contact modulus S/(2a) above which solids that can yield have done so (the ideal strength)."""
+
+
+_STEEP = 30.0
+"""Mean inclination at the rim from which on shapes no longer enter by their heights alone [degrees]."""
 
 
 _AT_END = 0.98
@@ -37,8 +54,9 @@ def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...
     return first_failure(
         steep,
         depth,
-        f"faces at the rim are inclined by up to {angle:.0f} degrees on average. The theory takes slopes as small (surface and "
-        "pressure move along z); from about 35 degrees on that costs some per cent, at 60 ten and more.",
+        f"faces at the rim are inclined by up to {angle:.0f} degrees on average, strains are about {20 * slope[steep].max():.0f} "
+        "%. The theory takes slopes and strains as small (surface and pressure move along z); above about 35 degrees that costs "
+        "some per cent, at 60 ten and more.",
     )
 
 
@@ -53,4 +71,122 @@ def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tup
         depth,
         f"the contact reaches the end of the indenter's shape ({indenter.reach:.4g} m from the first touch) and is cut off "
         "there as by the edge of a punch. Ask for less depth, or describe the tip farther out.",
+    )
+
+
+def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
+    """Return the curve with steps marked that are beyond the theory, and sentences that say why.
+
+    Parameters
+    ----------
+    curve : Curve
+        As a method gives it.
+    medium : Medium, HalfSpace, ...
+        The body.
+    indenter : Indenter
+        The tip.
+
+    Returns
+    -------
+    Curve
+        `valid` is False where a number is not finite or a layer would be pressed through.
+    """
+    finite = np.all([np.isfinite(getattr(curve, name)) for name in ("depth", "force", "radius", "area")], axis=0)
+    broken = curve.valid & ~finite
+    notes = curve.notes + first_failure(
+        broken,
+        curve.depth,
+        "the numbers are not finite: the sizes of this case overflow, or the force of a sudden step is infinite.",
+    )
+    valid = curve.valid & finite
+    through = compression(medium, curve.depth, curve.force, curve.radius)
+    notes += first_failure(
+        through >= 1,
+        curve.depth,
+        "the tip would be pressed through a layer into what lies below, which does not give way. It cannot get there: ask for "
+        "less depth, or check the thickness.",
+    )
+    notes += first_failure(
+        (through >= LARGE_STRAIN) & (through < 1),
+        curve.depth,
+        "a layer is compressed by more than a third of its thickness. Strains are no longer small there: real materials "
+        "respond more stiffly than linear elasticity says.",
+    )
+    if indenter.round and not isinstance(indenter, Cylinder):
+        # methods of non-round tips say so themselves
+        notes += steepness(indenter, curve.radius, curve.depth)
+    if isinstance(indenter, AreaFunction):
+        notes += (
+            "The tip is taken as a body of revolution with the sections of its area function. At equal depth the force of a "
+            "sharp three-sided pyramid is 7.8 % higher, of a four-sided one 2.7 %; where the tip is blunt it is less.",
+        )
+    notes += _yield(curve)
+    return replace(curve, valid=valid & (through < 1), notes=notes)
+
+
+def compression(medium: Any, depth: Array, force: Array, radius: Array) -> Array:
+    """Least compression of the layers over their thickness at contacts of shape (n,), the largest of all stacks from the surface.
+
+    Zero without layers, and where nothing is known of what lies below.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = np.where(radius > 0, np.maximum(force, 0.0) / radius, 0.0)
+    largest = np.zeros_like(depth)
+    for thickness, softness in _stacks(medium):
+        with np.errstate(invalid="ignore"):
+            share = (depth - softness * spread) / thickness
+        largest = np.fmax(largest, np.where(np.isfinite(share), share, 0.0))
+    return largest
+
+
+def deepest(medium: Any) -> float:
+    """Depth [m] that no tip can reach: the thickness of layers on rigid bases, infinite for all other bodies."""
+    depths = [thickness for thickness, softness in _stacks(medium) if softness == 0]
+    return max(depths, default=float("inf"))
+
+
+def _stacks(medium: Any) -> Iterator[tuple[float, float]]:
+    """Thickness of the layers above each interface [m], and 1/E* of the softest body below it [1/Pa].
+
+    Of two bodies: all layers of both, and both bases.
+    """
+    medium = underlying(medium)
+    if isinstance(medium, TwoBodies):
+        below = [_softness_of(body) for body in medium.elastic]
+        thickness = sum(body.thickness for body in medium.elastic if isinstance(body, Medium))
+        if thickness > 0:
+            yield thickness, sum(below)
+    elif isinstance(medium, Medium):
+        thickness = 0.0
+        for i, layer in enumerate(medium.layers):
+            thickness += layer.thickness
+            yield thickness, max([_softness_of(medium), *map(_softness_of, medium.layers[i + 1 :])])
+
+
+def _softness_of(body: Any) -> float:
+    """1/E* of a body, of the base under layers; zero for what is rigid, infinite for what is not known."""
+    if isinstance(body, Medium):
+        return _softness_of(body.base)
+    if isinstance(body, RigidBase):
+        return 0.0
+    if isinstance(body, (HalfSpace, Layer)):
+        return 1 / body.surface_modulus
+    if isinstance(body, GradedLayer):
+        z = np.linspace(0.0, body.thickness, 33)
+        return float(np.max((1 - body.poisson_at(z) ** 2) / body.young_at(z)))
+    return float("inf")
+
+
+def _yield(curve: Curve) -> tuple[str, ...]:
+    """Whether the mean pressure is more than solids bear."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        share = curve.force / curve.area * 2 * curve.radius / curve.stiffness
+    high = curve.valid & np.isfinite(share) & (share > YIELDS)
+    if not high.any():
+        return ()
+    return first_failure(
+        high,
+        curve.depth,
+        f"the mean pressure is up to {share[high].max():.2g} of the contact modulus. Metals, ceramics and glasses have yielded "
+        "before; gels and rubbers have not, but their strains are no longer small.",
     )

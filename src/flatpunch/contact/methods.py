@@ -13,7 +13,7 @@ from warnings import warn
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive, whole
+from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, PressureField
@@ -146,7 +146,7 @@ class Refined:
         if self.cache is not None:
             if not isinstance(self.cache, (str, PathLike)):
                 raise TypeError(
-                    f"cache = {self.cache!r} must be a folder, as text or Path; None keeps nothing on disk."
+                    f"cache = {shown(self.cache)} must be a folder, as text or Path; None keeps nothing on disk."
                 )
             object.__setattr__(self, "cache", str(self.cache))
 
@@ -293,7 +293,7 @@ def method_of(method: object) -> Method:
     if not isinstance(method, str) or method not in METHODS:
         classes = ", ".join(f"fp.{known.__name__}(...)" for known in METHODS.values())
         raise ValueError(
-            f"method = {method!r} is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings."
+            f"method = {shown(method)} is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings."
         )
     return METHODS[method]()
 
@@ -362,5 +362,6 @@ def check_indenter(indenter: object) -> None:
     """Refuse what is no indenter."""
     if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
-            f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., inclination=...)."
+            f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
+            "inclination=...)."
         )

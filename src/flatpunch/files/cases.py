@@ -9,10 +9,13 @@ from typing import Any
 
 from pydantic import Field
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.ceilings import ANGLES
+from flatpunch._support.checks import Array, brief, positive, shown, whole
+from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
-from flatpunch.contact.indent import adhesive_method
+from flatpunch.contact.indent import adhesive_method, check_outlines
 from flatpunch.contact.viscoelastic import check_medium
+from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
@@ -74,6 +77,10 @@ class Case:
         return {self.control: self.values, "method": self.method, "angles": self.angles, **more}
 
 
+LARGEST = 5_000_000
+"""Largest case file [bytes]."""
+
+
 class CaseTable(Table):
     """The whole file."""
 
@@ -94,17 +101,19 @@ class CaseTable(Table):
     def build(self, folder: Path) -> Case:
         """Return the case."""
         if self.method is not None and self.method not in METHODS:
-            raise ValueError(f"method = {self.method!r} is unknown; it is one of {', '.join(map(repr, METHODS))}.")
+            raise ValueError(f"method = {shown(self.method)} is unknown; it is one of {', '.join(map(repr, METHODS))}.")
         if self.angles < 8:
             raise ValueError(
-                f"angles = {self.angles} must be 8 or more: the outline is sampled at that many polar angles."
+                f"angles = {shown(self.angles)} must be 8 or more: the outline is sampled at that many polar angles."
             )
+        whole("angles", self.angles, 8, most=ANGLES)
         medium = body(self.layers, self.base, self.upper, self.lower)
         self._check_what_is_prescribed()
         if self.history is not None:
             return self._history(medium, self.history)
         assert self.control is not None
         control, steps = self.control.built
+        check_outlines(self.angles, steps.size)
         method = self._method()
         return Case(
             self.title,
@@ -149,6 +158,7 @@ class CaseTable(Table):
     def _history(self, medium: Any, table: HistoryTable) -> Case:
         check_medium(medium)
         history, indenter = table.built, self.indenter.built
+        check_outlines(self.angles, history.time.size)
         if self.method == "bem":
             raise ValueError("method = 'bem' does not go with [history]; choose a fast method or 'refined'.")
         assert self.relaxation is not None
@@ -190,21 +200,22 @@ def read_case(path: str | Path) -> Case:
 def case_text(path: str | Path) -> str:
     """Return the text of a case file."""
     try:
-        return Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise CaseError(
-            f"{path}: not readable ({error.strerror or error}). Give the path of a case file in TOML."
-        ) from None
+        return content(Path(path), LARGEST).decode("utf-8")
+    except Unreadable as error:
+        raise CaseError(f"{shown_path(path)}: {error}. Give the path of a case file in TOML.") from None
     except UnicodeDecodeError:
-        raise CaseError(f"{path}: not a text file. A case file is TOML in UTF-8.") from None
+        raise CaseError(f"{shown_path(path)}: not a text file. A case file is TOML in UTF-8.") from None
 
 
 def parsed(text: str, path: Path) -> dict[str, Any]:
     """Return the tables of a case file; `path` is what messages call it."""
     try:
+        check_nesting(text)
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{path}: not valid TOML: {error}. Texts and quantities stand in quotation marks.") from None
+    except (ValueError, RecursionError, MemoryError) as error:
+        # beside errors of TOML: integers of thousands of digits
+        reason = brief(str(error)) or type(error).__name__
+        raise CaseError(f"{path}: not valid TOML: {reason}. Texts and quantities stand in quotation marks.") from None
 
 
 def case_from(data: dict[str, Any], path: Path) -> Case:

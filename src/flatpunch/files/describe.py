@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import Array
+from flatpunch.bem import Grid, required_bytes
+from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.contact import default_choice, method_of
 from flatpunch.contact.default import EXACT
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
-from flatpunch.media import Medium, TwoBodies
+from flatpunch.media import Medium, TwoBodies, underlying
 
 _UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
@@ -22,6 +24,12 @@ _UNITS = {
     **dict.fromkeys(("A", "B"), "1/m"),
     **dict.fromkeys(("time", "times"), "s"),
 }
+
+_PROGRAM = 200e6
+"""Memory of the program itself with its libraries [bytes]."""
+
+_TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
+"""Words for durations below limits [s]."""
 
 _LISTED = 4
 """Entries up to which a list is spelt out."""
@@ -47,18 +55,45 @@ def describe(case: Case) -> Iterator[str]:
         yield f"Control   {_control(case)}"
     else:
         yield f"History   {_history(case, case.time)}"
-    yield f"Method    {_method(case)}, outline at {case.angles} polar angles"
+    method, said = _method(case)
+    yield f"Method    {said}, outline at {case.angles} polar angles"
+    yield f"Takes     {_cost(case, method)}"
 
 
-def _method(case: Case) -> str:
-    """Name of the method; where the choice is left to `indent`, what it would choose."""
+def _method(case: Case) -> tuple[str, str]:
+    """Name of the method and how it is called here; where the choice is left to `indent`, what it would choose."""
     if case.method is not None:
         method = method_of(case.method).name
-        return EXACT if case.indenter.round and method != "bem" else method
+        return method, EXACT if case.indenter.round and method != "bem" else method
     if case.time is not None:
-        return "chosen at the largest " + case.control
+        return "refined", "chosen at the largest " + case.control
     choice = default_choice(case.indenter, case.medium, **{case.control: case.values})
-    return f"{choice.method.name} ({choice.reason})" if choice.reason != EXACT else choice.reason
+    name = choice.method.name
+    return (
+        name if not choice.quick else "first-order"
+    ), EXACT if choice.reason == EXACT else f"{name} ({choice.reason})"
+
+
+def _cost(case: Case, method: str) -> str:
+    """Memory that solving takes at most, and its time to an order of magnitude."""
+    steps = case.values.size
+    layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
+    # some arrays over the steps, and the outlines while they are made
+    memory = _PROGRAM + 8 * steps * (40 + 4 * case.angles)
+    seconds = 0.1 + 0.03 * layers + 1e-4 * steps
+    if method == "bem":
+        memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
+        seconds += 2.0 * steps
+    elif method == "refined":
+        memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
+        seconds += 15.0
+    time = next((words for limit, words in _TIMES if seconds < limit), "hours")
+    return f"at most {memory / 1e6:.0f} MB of memory, {time}"
+
+
+def _bodies(medium: Any) -> tuple[Any, ...]:
+    medium = underlying(medium)
+    return (medium.upper, medium.lower) if isinstance(medium, TwoBodies) else (medium,)
 
 
 def describe_sample(

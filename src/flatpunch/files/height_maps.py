@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
+import zlib
 from pathlib import Path
 from typing import Any, Literal
 from zipfile import BadZipFile
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.archives import UNPACKED, check_archive
+from flatpunch._support.checks import Array, positive, whole
+from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.files import units
 from flatpunch.indenters import HeightMap
 
@@ -48,17 +52,24 @@ def read_height_map(
     """
     path = Path(path)
     if not path.is_file():
-        raise ValueError(f"{path} is no file; the height map is read from there.")
+        raise ValueError(f"{shown_path(path)} is no file; the height map is read from there.")
+    try:
+        check_archive(path)
+    except Unreadable as error:
+        raise ValueError(f"{shown_path(path)} is {error}.") from None
+    if channel is not None:
+        channel = whole("channel", channel, 0, "It is counted from 0.")
     x, y, z = _from_archive(path) if path.suffix.lower() == ".npz" else _from_topography(path, channel)
-    z = z * positive("height_scale", height_scale)
+    z = z * positive("height_scale", height_scale, unit="1")
     return HeightMap(x, y, z, apex=apex, level=level, smoothing=smoothing, near=near, reach=reach)
 
 
 def _from_archive(path: Path) -> tuple[Array, Array, Array]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # of bytes: from a damaged file NumPy leaves an open one behind
+        with np.load(io.BytesIO(content(path, UNPACKED)), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in "xyz" if name in archive}
-    except (OSError, EOFError, ValueError, BadZipFile):
+    except (OSError, EOFError, ValueError, MemoryError, ArithmeticError, NotImplementedError, BadZipFile, zlib.error):
         raise ValueError(
             f"{path.name} is no readable NumPy archive; numpy.savez(path, x=x, y=y, z=z) writes one."
         ) from None
@@ -81,9 +92,13 @@ def _from_topography(path: Path, channel: int | None) -> tuple[Array, Array, Arr
         with open_topography(str(path)) as reader:
             topography = reader.topography() if channel is None else reader.topography(channel_index=channel)
             return _arrays(topography, path.name)
-    except (ReadFileError, UnknownFileFormat, IndexError, OSError) as error:
-        reason = str(error) or type(error).__name__
-        raise ValueError(f"{path.name} is not readable as a height map: {reason}") from None
+    except ValueError:
+        raise
+    except (Exception, ReadFileError, UnknownFileFormat) as error:  # its readers raise any type on damaged files
+        raise ValueError(
+            f"{path.name} is not readable as a height map ({type(error).__name__}): damaged, or of a format that "
+            "SurfaceTopography does not know. Export it anew, or as a .npz with x, y and z in metres."
+        ) from None
 
 
 def _arrays(topography: Any, name: str) -> tuple[Array, Array, Array]:

@@ -6,8 +6,10 @@ A file appears whole or not at all: it is written under a temporary name in the 
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,9 +19,19 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support import whole_file as _whole_file
+from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "
+_DIGEST = "content_sha256"
+_SHA = "# sha256 of all that follows: "
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_CHUNK = 2**31
+"""Bytes of a chunk of HDF5 must be below 4 GB."""
+
+LARGEST = 4_000_000_000
+"""Largest result file that is read [bytes]."""
 
 
 class ResultError(ValueError):
@@ -48,12 +60,40 @@ def save(result: xr.Dataset, path: str | Path) -> Path:
     """
     path = Path(path)
     _format(path)
-    with whole_file(path) as temporary:
-        if path.suffix.lower() == ".nc":
-            result.to_netcdf(temporary, engine="h5netcdf")
-        else:
-            temporary.write_text(to_csv(result), encoding="utf-8")
+    write(path, sealed(netcdf(result)) if path.suffix.lower() == ".nc" else to_csv(result).encode("utf-8"))
     return path
+
+
+def netcdf(result: xr.Dataset) -> bytes:
+    """Return a dataset as the bytes of a NetCDF file, made in memory: HDF5 does not survive a full disk.
+
+    Arrays of numbers carry the checksums of HDF5 (fletcher32), which other programs verify too.
+    """
+    stamped = result.assign_attrs({_DIGEST: digest(result)})
+    checked = {
+        name: {"fletcher32": True, "chunksizes": variable.shape}
+        for name, variable in result.variables.items()
+        if variable.dtype.kind in "fiu" and variable.ndim and 0 < variable.nbytes < _CHUNK
+    }
+    return bytes(stamped.to_netcdf(engine="h5netcdf", encoding=checked))
+
+
+def digest(result: xr.Dataset) -> str:
+    """Return the SHA-256 of names, types and values of all variables."""
+    sha = hashlib.sha256()
+    for name in sorted(map(str, result.variables)):
+        values = result[name].values
+        sha.update(f"{name} {result[name].dims} {values.shape}".encode())
+        # texts change their type on the way through a file
+        content = "\0".join(map(str, values.ravel().tolist())).encode() if values.dtype.kind not in "fiub" else None
+        sha.update(np.ascontiguousarray(values).tobytes() if content is None else content)
+    return sha.hexdigest()
+
+
+def write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all; what goes wrong is a `ResultError`."""
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content)
 
 
 def load(path: str | Path) -> xr.Dataset:
@@ -71,21 +111,38 @@ def load(path: str | Path) -> xr.Dataset:
     """
     path = Path(path)
     kind = _format(path)
-    if not path.is_file():
-        raise ResultError(f"{path}: no such file.")
     try:
-        result = (
-            xr.load_dataset(path, engine="h5netcdf") if kind == ".nc" else from_csv(path.read_text(encoding="utf-8"))
-        )
-    except ResultError as error:
-        raise ResultError(f"{path}: {error}") from None
-    except (OSError, ValueError, KeyError, UnicodeDecodeError) as error:
+        written = content(path, LARGEST)
+        found = from_netcdf(written) if kind == ".nc" else from_csv(written.decode("utf-8"))
+    except Unreadable as error:
+        raise ResultError(f"{shown_path(path)}: {error}.") from None
+    except BrokenSeal as error:
         raise ResultError(
-            f"{path}: damaged, or no {'NetCDF' if kind == '.nc' else 'CSV'} file ({_first_line(error)})."
+            f"{shown_path(path)}: damaged or changed after it was written: {error}. Solve it again."
         ) from None
-    if _STAMP not in result.attrs:
-        raise ResultError(f"{path}: readable, but no flatpunch result (the attribute {_STAMP} is missing).")
-    return result
+    except ResultError as error:
+        raise ResultError(f"{shown_path(path)}: {str(error).rstrip('.')}.") from None
+    except Exception as error:  # damaged bytes make HDF5, h5py and xarray fail in any way
+        name = "NetCDF" if kind == ".nc" else "CSV"
+        raise ResultError(f"{shown_path(path)}: damaged, or no {name} file ({type(error).__name__}).") from None
+    if _STAMP not in found.attrs:
+        raise ResultError(f"{shown_path(path)}: readable, but no flatpunch result (the attribute {_STAMP} is missing).")
+    return found
+
+
+def from_netcdf(written: bytes) -> xr.Dataset:
+    """Return the dataset written by `netcdf` and sealed; files of earlier versions have no seal."""
+    whole, has_seal = unsealed(written)
+    if not whole.startswith(_HDF5):
+        raise ResultError("damaged, or no NetCDF file")
+    with warnings.catch_warnings():
+        # what a damaged file makes libraries say is no news for the reader of a message
+        warnings.simplefilter("ignore")
+        found = xr.load_dataset(io.BytesIO(whole), engine="h5netcdf")
+    wanted = found.attrs.pop(_DIGEST, None)
+    if wanted is not None and (not has_seal or digest(found) != wanted):
+        raise BrokenSeal("its values are not those that were written")
+    return found
 
 
 @contextmanager
@@ -110,10 +167,6 @@ def _format(path: Path) -> str:
     return kind
 
 
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
-
-
 def to_csv(result: xr.Dataset) -> str:
     """Return a dataset as CSV text: comments, one line of column names, one line a step.
 
@@ -122,13 +175,14 @@ def to_csv(result: xr.Dataset) -> str:
     """
     out = io.StringIO()
     for line in _preamble(result):
-        out.write(line + "\n")
+        out.write(" ".join(line.splitlines()) + "\n")
     columns = list(_columns(result))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([name for name, _ in columns])
     # repr of a Python float is the shortest text that reads back to the same number
     writer.writerows(zip(*(map(repr, values.tolist()) for _, values in columns), strict=True))
-    return out.getvalue()
+    table = out.getvalue()
+    return f"{_SHA}{hashlib.sha256(table.encode()).hexdigest()}\n{table}"
 
 
 def _preamble(result: xr.Dataset) -> Iterator[str]:
@@ -152,7 +206,13 @@ def _structure(result: xr.Dataset) -> dict[str, Any]:
         if name != "step":  # its values are the first column
             kept["values"] = result[name].values.tolist()
     variables = {str(name): described(variable) for name, variable in result.data_vars.items()}
-    return {"steps": result.sizes["step"], "attrs": _plain(result.attrs), "coords": coords, "variables": variables}
+    return {
+        "steps": result.sizes["step"],
+        _DIGEST: True,
+        "attrs": _plain(result.attrs),
+        "coords": coords,
+        "variables": variables,
+    }
 
 
 def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
@@ -182,11 +242,16 @@ def _columns(result: xr.Dataset) -> Iterator[tuple[str, Any]]:
 
 def from_csv(text: str) -> xr.Dataset:
     """Return the dataset written by `to_csv`."""
+    first, _, rest = text.partition("\n")
+    if first.startswith(_SHA) and first.removeprefix(_SHA) != hashlib.sha256(rest.encode()).hexdigest():
+        raise BrokenSeal("its text is not what was written")
     lines = text.splitlines()
     described = [line for line in lines if line.startswith(_STRUCTURE)]
     if not described:
         raise ResultError(f"no flatpunch result: the comment line {_STRUCTURE.strip()!r} is missing.")
     structure = json.loads(described[0].removeprefix(_STRUCTURE))
+    if structure.get(_DIGEST) and not first.startswith(_SHA):
+        raise BrokenSeal("its first line is missing or damaged")
     rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     if not rows or any(len(row) != len(rows[0]) for row in rows):
         raise ResultError("damaged: the lines of the table have different lengths.")

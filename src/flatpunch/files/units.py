@@ -15,7 +15,18 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+from flatpunch._support.checks import shown
+from flatpunch._support.prefixes import readable as readable
+from flatpunch._support.prefixes import text as text
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
+
+
+LONGEST = 200
+"""Characters of a quantity."""
+
+_POWERS = re.compile(r"[0-9]{3,}|\*\*.*\*\*.*\*\*")
+"""Numbers in a unit that are no exponent, and towers of powers, whose evaluation may not end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +86,7 @@ def named_si(name: str, value: Any, dimension: Dimension) -> float:
     try:
         return to_si(value, dimension)
     except ValueError as error:
-        raise ValueError(f"{name} = {value!r} {error}") from None
+        raise ValueError(f"{name} = {shown(value)} {error}") from None
 
 
 def to_si(value: Any, dimension: Dimension) -> float:
@@ -98,14 +109,20 @@ def to_si(value: Any, dimension: Dimension) -> float:
         raise ValueError(f"is no quantity; {remedy}, written as text with its unit.")
     if not isinstance(value, str):
         raise ValueError(f"has no unit; {remedy}, in quotation marks.")
+    if len(value) > LONGEST:
+        raise ValueError(f"is no quantity, with {len(value)} characters; {remedy}.")
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if match is None:
         raise ValueError(f"does not start with a number; {remedy}.")
     number, unit = match[1], match[2]
     if not unit:
         raise ValueError(f"has no unit; {remedy}.")
-    # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
-    result = float(Decimal(number) * _scale(unit, dimension, remedy))
+    scale = _scale(unit, dimension, remedy)
+    try:
+        # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
+        result = float(Decimal(number) * scale)
+    except ArithmeticError:
+        result = math.inf
     if not math.isfinite(result):
         raise ValueError(f"is not finite; {remedy}.")
     return result
@@ -113,6 +130,8 @@ def to_si(value: Any, dimension: Dimension) -> float:
 
 def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
     """SI value of one `unit`."""
+    if len(unit) > LONGEST // 2 or _POWERS.search(unit):
+        raise ValueError(f"has the unknown unit {shown(unit)}; {remedy}.")
     ureg = registry()
     target = ureg.parse_units(dimension.unit)
     try:
@@ -120,7 +139,7 @@ def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
         compatible = one.dimensionality == target.dimensionality
         size = ureg.Quantity(Decimal(1), one).to(target).magnitude if compatible else 0
     except _NO_UNIT:
-        raise ValueError(f"has the unknown unit {unit!r}{_suggestion(unit, dimension)}; {remedy}.") from None
+        raise ValueError(f"has the unknown unit {shown(unit)}{_suggestion(unit, dimension)}; {remedy}.") from None
     # An angle has no dimension for pint, and a percentage or a plain ratio would pass for one.
     if compatible and dimension is ANGLE:
         compatible = bool(re.search("radian|degree|arc|turn|grad", str(one)))
@@ -145,27 +164,3 @@ def _dimension_name(unit: Any) -> str:
     if unit.dimensionless:
         return "no dimension"
     return f"the dimension {unit.dimensionality}"
-
-
-PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
-
-
-def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Return the factor and unit that bring `largest` between 1 and 1000: 3.2e-7 m reads 320 nm.
-
-    Only simple SI units take a prefix: "m", "N", "Pa", "N/m", "J/m^2" (the prefix belongs to the first), "m^2" (squared with
-    it). Seconds take none that lengthens them.
-    """
-    power = 2 if unit == "m^2" else 1
-    if not math.isfinite(largest) or largest == 0:
-        return 1.0, unit
-    # The tolerance keeps 1e-6 m from reading 1000 nm when its logarithm rounds down.
-    exponent = 3 * math.floor(math.log10(abs(largest)) / (3 * power) + 1e-9)
-    exponent = min(max(exponent, min(PREFIXES)), 0 if unit == "s" else max(PREFIXES))
-    return 10.0 ** (-exponent * power), PREFIXES[exponent] + unit
-
-
-def text(value: float, unit: str) -> str:
-    """Return a value as people read it: 1.2e-06, "m" gives "1.2 µm"."""
-    factor, prefixed = readable(value, unit)
-    return f"{value * factor:.4g} {prefixed}".rstrip()

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
 from flatpunch._version import __version__
-from flatpunch.files.results import whole_file
+from flatpunch.files.results import netcdf, write
 from flatpunch.fit.fitting import fit_model, model_of
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
@@ -81,11 +82,7 @@ class Batch:
         path = Path(path)
         if path.suffix.lower() not in (".csv", ".nc"):
             raise ValueError(f"{path}: a table is kept as .csv or .nc.")
-        with whole_file(path) as temporary:
-            if path.suffix.lower() == ".csv":
-                temporary.write_text(self.to_csv(), encoding="utf-8")
-            else:
-                self.dataset().to_netcdf(temporary, engine="h5netcdf")
+        write(path, self.to_csv().encode("utf-8") if path.suffix.lower() == ".csv" else sealed(netcdf(self.dataset())))
         return path
 
 

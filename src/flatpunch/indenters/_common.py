@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, real
+from flatpunch._support.checks import Array, numbers, real, shown
 
 FULL_TURN = 2 * math.pi
 
 
 def inclination(name: str, value: Any) -> float:
     """Return `value` as an inclination between surface and face, 0 < value < pi/2 [rad]."""
-    number = real(name, value)
+    number = real(name, value, "rad")
     if not 0 < number < math.pi / 2:
         raise ValueError(
             f"{name} = {number!r} must lie in 0 < inclination < pi/2: the angle between surface and face in "
@@ -39,8 +39,9 @@ def power(r: Array, exponent: float) -> Array:
 
 def corner_angles(name: str, angles: Any) -> tuple[float, ...]:
     """Return polar angles brought to [0, 2 pi), ascending, each once."""
-    try:
-        listed = [real(f"{name}[{i}]", angle) for i, angle in enumerate(angles)]
-    except TypeError as error:
-        raise TypeError(f"{name} = {angles!r} must be a sequence of polar angles [rad]. {error}") from None
-    return tuple(sorted({angle % FULL_TURN for angle in listed}))
+    listed = numbers(name, angles, "rad")
+    if listed.ndim == 0:
+        raise TypeError(f"{name} = {shown(angles)} must be a sequence of polar angles [rad], also of one.")
+    if listed.ndim > 1 or not np.isfinite(listed).all():
+        raise ValueError(f"{name} = {shown(angles)} must be a sequence of finite polar angles [rad].")
+    return tuple(sorted({angle % FULL_TURN for angle in listed.tolist()}))

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
-from flatpunch._support.checks import poisson_ratio, positive
-from flatpunch.media.graded import GradedLayer
+from flatpunch._support.ceilings import LAYERS
+from flatpunch._support.checks import poisson_ratio, positive, shown, switch
+from flatpunch.media.graded import BONDED, GradedLayer
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
@@ -48,11 +50,10 @@ class Layer:
     bonded: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("Layer.young", self.young))
+        object.__setattr__(self, "young", positive("Layer.young", self.young, unit="Pa"))
         object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
-        object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER))
-        if not isinstance(self.bonded, bool):
-            raise TypeError(f"Layer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction).")
+        object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER, unit="m"))
+        object.__setattr__(self, "bonded", switch("Layer.bonded", self.bonded, BONDED))
 
     @property
     def surface_modulus(self) -> float:
@@ -76,7 +77,7 @@ class HalfSpace:
     poisson: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("HalfSpace.young", self.young))
+        object.__setattr__(self, "young", positive("HalfSpace.young", self.young, unit="Pa"))
         object.__setattr__(self, "poisson", poisson_ratio("HalfSpace.poisson", self.poisson))
 
     @property
@@ -115,7 +116,7 @@ class Medium:
         object.__setattr__(self, "base", base)
         if not isinstance(base, (HalfSpace, RigidBase)):
             raise TypeError(
-                f"Medium.base = {base!r} must be HalfSpace(young=..., poisson=...) or RigidBase(): "
+                f"Medium.base = {shown(base)} must be HalfSpace(young=..., poisson=...) or RigidBase(): "
                 "it is what lies below all layers."
             )
         if not self.layers and isinstance(base, RigidBase):
@@ -145,8 +146,12 @@ class Medium:
 def _as_layers(layers: Iterable[Any]) -> tuple[Layer | GradedLayer, ...]:
     if isinstance(layers, (Layer, GradedLayer)):
         raise TypeError("Medium.layers is one layer; give a list, also of one: Medium([layer], base=...).")
-    checked = tuple(layers)
+    checked = tuple(islice(layers, LAYERS + 1))
+    if len(checked) > LAYERS:
+        raise ValueError(
+            f"Medium.layers has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."
+        )
     for i, layer in enumerate(checked):
         if not isinstance(layer, (Layer, GradedLayer)):
-            raise TypeError(f"Medium.layers[{i}] = {layer!r} must be a Layer or a GradedLayer. {_ORDER}")
+            raise TypeError(f"Medium.layers[{i}] = {shown(layer)} must be a Layer or a GradedLayer. {_ORDER}")
     return checked

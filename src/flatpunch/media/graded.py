@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, real, shown, switch, values
 from flatpunch.media.laws import Constant, DepthTable, Law
 
+BONDED = "True sticks to what lies below, False slides on it without friction."
 _SAMPLES = 2049
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
 
@@ -49,13 +50,10 @@ class GradedLayer:
 
     def __post_init__(self) -> None:
         hint = "Layers run from the free surface down; what lies below them all is the base."
-        object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint))
-        object.__setattr__(self, "young", _as_law("GradedLayer.young", self.young, self.thickness))
-        object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness))
-        if not isinstance(self.bonded, bool):
-            raise TypeError(
-                f"GradedLayer.bonded = {self.bonded!r} must be True (sticks) or False (slides without friction)."
-            )
+        object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint, unit="m"))
+        object.__setattr__(self, "young", _as_law("GradedLayer.young", self.young, self.thickness, "Pa"))
+        object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness, "1"))
+        object.__setattr__(self, "bonded", switch("GradedLayer.bonded", self.bonded, BONDED))
         z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, _SAMPLES), self.breaks]))
         _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
         _check_profile("GradedLayer.poisson", z, self.poisson_at, _poisson_fault)
@@ -81,18 +79,26 @@ class GradedLayer:
         return float(young / (1 - poisson**2))
 
 
-def _as_law(name: str, value: Any, thickness: float) -> Law:
+def _as_law(name: str, value: Any, thickness: float, unit: str) -> Law:
+    if isinstance(value, str):
+        raise TypeError(
+            f"{name} = {shown(value)} must be a number, a function of depth, a named law or a table; a formula is "
+            f"Formula({shown(value)})."
+        )
     if callable(value):
         return _hashable(name, value)
-    if isinstance(value, (int, float, np.number)):
-        return Constant(float(value))
-    try:
-        depths, entries = value
-    except (TypeError, ValueError):
-        raise TypeError(
-            f"{name} = {value!r} must be a number, a function of depth, a named law or a table; {_TABLE}."
-        ) from None
-    table = DepthTable(depths, entries)
+    if isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim):
+        if len(value) != 2:
+            raise TypeError(
+                f"{name} = {shown(value)} must be a number, a function of depth, a named law or a table; {_TABLE}."
+            )
+        depths = values(f"{name}: depths", value[0], unit="m")
+        entries = values(f"{name}: entries", value[1], minimum=-np.inf, unit=unit)
+        if depths.size != entries.size:
+            raise ValueError(f"{name} has {depths.size} depths and {entries.size} entries; {_TABLE}.")
+        table = DepthTable(tuple(depths), tuple(entries))
+    else:
+        return Constant(real(name, value, unit))
     if table.depths[0] != 0.0 or table.depths[-1] < thickness * (1 - 1e-9):
         raise ValueError(
             f"{name} is a table from {table.depths[0]:g} to {table.depths[-1]:g} m "

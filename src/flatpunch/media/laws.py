@@ -29,7 +29,8 @@ class _Transition:
 
     def __post_init__(self) -> None:
         for parameter in fields(self):
-            value = positive(f"{type(self).__name__}.{parameter.name}", getattr(self, parameter.name))
+            unit = {"thickness": "m", "exponent": "1"}.get(parameter.name, "Pa")
+            value = positive(f"{type(self).__name__}.{parameter.name}", getattr(self, parameter.name), unit=unit)
             object.__setattr__(self, parameter.name, value)
 
 
@@ -105,7 +106,7 @@ class DepthTable:
     _curve: Any = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
-        z = values("DepthTable.depths", self.depths)
+        z = values("DepthTable.depths", self.depths, unit="m")
         v = values("DepthTable.entries", self.entries, minimum=-np.inf)
         if z.size != v.size or z.size < 2:
             raise ValueError(

@@ -30,9 +30,9 @@ class PowerLawHalfSpace:
     poisson: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "modulus", positive("PowerLawHalfSpace.modulus", self.modulus))
-        object.__setattr__(self, "depth", positive("PowerLawHalfSpace.depth", self.depth))
-        k = real("PowerLawHalfSpace.exponent", self.exponent)
+        object.__setattr__(self, "modulus", positive("PowerLawHalfSpace.modulus", self.modulus, unit="Pa"))
+        object.__setattr__(self, "depth", positive("PowerLawHalfSpace.depth", self.depth, unit="m"))
+        k = real("PowerLawHalfSpace.exponent", self.exponent, "1")
         nu = poisson_ratio("PowerLawHalfSpace.poisson", self.poisson)
         object.__setattr__(self, "exponent", k)
         object.__setattr__(self, "poisson", nu)

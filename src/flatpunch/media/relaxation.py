@@ -52,11 +52,11 @@ class Prony:
     equilibrium: float
 
     def __init__(self, weights: Any, times: Any, equilibrium: Any = None) -> None:
-        g = values("Prony.weights", weights, strict=True)
-        tau = values("Prony.times", times, strict=True)
+        g = values("Prony.weights", weights, strict=True, unit="1")
+        tau = values("Prony.times", times, strict=True, unit="s")
         if g.size != tau.size:
             raise ValueError(f"Prony has {g.size} weights and {tau.size} times; it needs one time per weight.")
-        rest = 1 - float(g.sum()) if equilibrium is None else real("Prony.equilibrium", equilibrium)
+        rest = 1 - float(g.sum()) if equilibrium is None else real("Prony.equilibrium", equilibrium, "1")
         # 1e-12: decimal weights that add up to one do so to rounding only
         if rest < (-1e-12 if equilibrium is None else 0.0):
             raise ValueError(
@@ -101,14 +101,14 @@ class StandardLinearSolid:
     time: float
 
     def __post_init__(self) -> None:
-        share = non_negative("StandardLinearSolid.equilibrium", self.equilibrium)
+        share = non_negative("StandardLinearSolid.equilibrium", self.equilibrium, unit="1")
         if share >= 1:
             raise ValueError(
                 f"StandardLinearSolid.equilibrium = {share!r} must be below 1: it is the long-time modulus over the "
                 "instantaneous one."
             )
         object.__setattr__(self, "equilibrium", share)
-        object.__setattr__(self, "time", positive("StandardLinearSolid.time", self.time))
+        object.__setattr__(self, "time", positive("StandardLinearSolid.time", self.time, unit="s"))
 
     @property
     def prony(self) -> Prony:
@@ -144,13 +144,13 @@ class PowerLawRelaxation:
     time: float
 
     def __post_init__(self) -> None:
-        alpha = real("PowerLawRelaxation.exponent", self.exponent)
+        alpha = real("PowerLawRelaxation.exponent", self.exponent, "1")
         if not 0 < alpha < 1:
             raise ValueError(
                 f"PowerLawRelaxation.exponent = {alpha!r} must lie between 0 (elastic) and 1 (fluid), both excluded."
             )
         object.__setattr__(self, "exponent", alpha)
-        object.__setattr__(self, "time", positive("PowerLawRelaxation.time", self.time))
+        object.__setattr__(self, "time", positive("PowerLawRelaxation.time", self.time, unit="s"))
 
     def __call__(self, t: Array) -> Array:
         """psi(t) at times t >= 0 [s]; infinite at t = 0."""

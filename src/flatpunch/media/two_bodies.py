@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flatpunch._support.checks import shown
 from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
 from flatpunch.media.power_law import PowerLawHalfSpace
 
@@ -30,7 +31,7 @@ class TwoBodies:
             body = getattr(self, name)
             if not isinstance(body, (HalfSpace, Medium, PowerLawHalfSpace, RigidBase)):
                 raise TypeError(
-                    f"TwoBodies.{name} = {body!r} must be a Medium, a HalfSpace, a PowerLawHalfSpace, or RigidBase() for a "
+                    f"TwoBodies.{name} = {shown(body)} must be a Medium, a HalfSpace, a PowerLawHalfSpace, or RigidBase() for a "
                     "rigid body."
                 )
         if isinstance(self.upper, RigidBase) and isinstance(self.lower, RigidBase):

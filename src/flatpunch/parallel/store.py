@@ -1,7 +1,8 @@
 """Where outcomes are kept: a folder with one file for each point, or the memory of this process.
 
 A solved point is `<key>.npz`, which NumPy alone reads; a failed one is `<key>.json` with its reason. Files are written under a
-temporary name and renamed: whatever interrupts the work, a file that is there is whole.
+temporary name and renamed: whatever interrupts the work, a file that is there is whole. A seal at their end tells damaged ones,
+which are set aside and solved again.
 """
 
 from __future__ import annotations
@@ -9,18 +10,20 @@ from __future__ import annotations
 import io
 import json
 import os
-import time
+import warnings
 import zipfile
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from flatpunch._support.whole_file import UNFINISHED, write_whole
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch._support.whole_file import remove_left, unwritable, write_whole
 from flatpunch.parallel.work import Outcome
-
-_HOUR = 3600.0
 
 
 class Store(Protocol):
@@ -64,51 +67,109 @@ class Folder:
     Parameters
     ----------
     path : path
-        The folder. What interrupted runs have left unfinished in it is removed once it is an hour old.
+        The folder. What interrupted runs have left unfinished in it is removed.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            old = time.time() - _HOUR
-            for left in self.path.glob(UNFINISHED + "*"):
-                if left.stat().st_mtime < old:
-                    left.unlink(missing_ok=True)
         except OSError as error:
-            raise OSError(
-                f"{self.path}: no folder to keep points in ({error.strerror or error}). Choose one that is yours."
-            ) from None
+            raise _no_folder(self.path, error.strerror or str(error)) from None
+        remove_left(self.path)
+        if (reason := unwritable(self.path / "point.npz")) is not None:
+            raise _no_folder(self.path, reason)
+        self._unkept: dict[str, Outcome] = {}
+        self._told = False
 
     def states(self, keys: Iterable[str]) -> dict[str, bool]:
-        """Keys that are there, from one look into the folder."""
+        """Keys that are there and whole; damaged files are set aside, so that their points are solved again."""
+        wanted = list(keys)
         there = {entry.name for entry in os.scandir(self.path)}
-        solved = {key: f"{key}.npz" in there for key in keys}
-        return {key: good for key, good in solved.items() if good or f"{key}.json" in there}
+        found = {key: self._unkept[key].ok for key in wanted if key in self._unkept}
+        for key in wanted:
+            for ending, good in ((".npz", True), (".json", False)):
+                if key not in found and f"{key}{ending}" in there and self._whole(f"{key}{ending}"):
+                    found[key] = good
+        return found
 
     def read(self, key: str) -> Outcome:
-        """Outcome of a point; a damaged file is named."""
+        """Outcome of a point that is there."""
+        if key in self._unkept:
+            return self._unkept[key]
         good = self.path / f"{key}.npz"
-        if not good.exists():
-            record = json.loads((self.path / f"{key}.json").read_text(encoding="utf-8"))
-            return Outcome(None, record["reason"], record["seconds"])
-        try:
-            with np.load(good, allow_pickle=False) as data:
-                numbers: dict[str, Any] = {name: data[name][()] for name in data.files}
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{good} cannot be read ({error}). Delete it and run again.") from None
-        return Outcome(numbers, "", float(numbers.pop(_SECONDS)))
+        return _outcome(good if good.exists() else self.path / f"{key}.json")
 
     def write(self, key: str, outcome: Outcome) -> None:
-        """Keep an outcome, whole or not at all."""
+        """Keep an outcome, whole or not at all; where the disk is full it stays in memory, with a warning."""
+        try:
+            self._write(key, outcome)
+        except OSError as error:
+            self._unkept[key] = outcome
+            if not self._told:
+                self._told = True
+                warnings.warn(
+                    f"{error.filename or self.path}: points cannot be kept ({error.strerror or error}). The run goes on, and "
+                    "what is solved from here on is lost at its end unless its result is saved.",
+                    FlatpunchWarning,
+                    stacklevel=2,
+                )
+
+    def _write(self, key: str, outcome: Outcome) -> None:
         if outcome.numbers is None:
             record = {"reason": outcome.reason, "seconds": outcome.seconds}
-            write_whole(self.path / f"{key}.json", json.dumps(record, ensure_ascii=False).encode())
+            write_whole(self.path / f"{key}.json", sealed(json.dumps(record, ensure_ascii=False).encode()))
             return
         buffer = io.BytesIO()
         np.savez(buffer, **{**outcome.numbers, _SECONDS: outcome.seconds})
-        write_whole(self.path / f"{key}.npz", buffer.getvalue())
+        write_whole(self.path / f"{key}.npz", sealed(buffer.getvalue()))
         (self.path / f"{key}.json").unlink(missing_ok=True)  # it failed before and was tried again
 
+    def _whole(self, name: str) -> bool:
+        """Whether a file holds what was written; a damaged one is renamed, with a warning."""
+        path = self.path / name
+        try:
+            _outcome(path)
+        except ValueError as error:
+            with suppress(OSError):
+                path.replace(path.with_name(f"{name}{DAMAGED}"))
+            warnings.warn(f"{error} It is set aside, and its point is solved again.", FlatpunchWarning, stacklevel=3)
+            return False
+        return True
+
+
+DAMAGED = ".damaged"
+"""Ending of files that were set aside."""
+
+
+def _outcome(path: Path) -> Outcome:
+    """Outcome in a file.
+
+    Raises
+    ------
+    ValueError
+        If it is not what was written.
+    """
+    try:
+        body, has_seal = unsealed(content(path, LARGEST))
+        if not has_seal:
+            raise BrokenSeal("it has no seal")
+        if path.suffix == ".json":
+            record = json.loads(body)
+            return Outcome(None, str(record["reason"]), float(record["seconds"]))
+        with np.load(io.BytesIO(body), allow_pickle=False) as data:
+            numbers: dict[str, Any] = {name: data[name][()] for name in data.files}
+        return Outcome(numbers, "", float(numbers.pop(_SECONDS)))
+    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        reason = str(error) if isinstance(error, (BrokenSeal, Unreadable)) else type(error).__name__
+        raise ValueError(f"{path}: damaged or changed after it was written ({reason}).") from None
+
+
+def _no_folder(path: Path, reason: str) -> OSError:
+    return OSError(f"{path}: no folder to keep points in ({reason.rstrip('.')}). Choose one that is yours.")
+
+
+LARGEST = 4_000_000_000
+"""Largest file of a point that is read [bytes]."""
 
 _SECONDS = "_seconds"

@@ -47,7 +47,11 @@ def indenter_figure(indenter: Any, *, extent: float | None = None, title: str = 
     """
     import matplotlib as mpl
 
-    half = _extent(indenter) if extent is None else positive("extent", extent, "It is half the width of the picture.")
+    half = (
+        _extent(indenter)
+        if extent is None
+        else positive("extent", extent, "It is half the width of the picture.", unit="m")
+    )
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(11.4, 3.9), layout=ConstrainedLayoutEngine(wspace=0.06))
         grid = figure.add_gridspec(1, 3, width_ratios=(1.3, 1, 1))

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import beta as beta_function
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive, values
+from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
@@ -88,7 +88,7 @@ class FlatPunch:
         ndarray, shape of `r`
             [Pa/m]; infinite at r = a, zero outside.
         """
-        r = np.asarray(r, dtype=float)
+        r = numbers("r", r, "m")
         if not np.all(np.isfinite(r)) or np.any(r < 0):
             raise ValueError("r must be finite and >= 0: it is the distance from the punch's axis in metres.")
         rho = np.minimum(r / self.radius, 1.0)
@@ -140,7 +140,7 @@ def flat_punch(
     ValueError
         If the radius is not positive, or so large that the thinnest layer cannot be resolved.
     """
-    radius = positive("radius", radius)
+    radius = positive("radius", radius, unit="m")
     kernel = compliance(medium)
     beta = radius / kernel.length
     if kernel.homogeneous:

@@ -13,15 +13,21 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
+from flatpunch._support.ceilings import POINTS
+from flatpunch._support.checks import shown
 from flatpunch.files import units
 
 _RANGE = re.compile(r"\s*([^:]+?)\s*:\s*([^:]+?)\s*:\s*([^:]+?)\s*(?::\s*(\w+)\s*)?")
+_LISTED = 60
+"""Values of a case file that a message lists."""
 _FORMS = "Write start:stop:count, start:stop:count:log, or values with commas between them"
 
 
@@ -81,10 +87,15 @@ def axes_of(data: Mapping[str, Any], vary: Mapping[str, Any]) -> list[Axis]:
     """
     if not isinstance(vary, Mapping) or not vary:
         raise ValueError(
-            f"vary = {vary!r} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}."
+            f"vary = {shown(vary)} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}."
         )
     there = dict(scalars(data))
     axes = [_axis(path, spec, there) for path, spec in vary.items()]
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > POINTS:
+        raise ValueError(
+            f"vary makes {count} combinations; a study has at most {POINTS} points. Vary fewer values, or split the study."
+        )
     for i, axis in enumerate(axes):
         if axis.path in [other.path for other in axes[:i]]:
             raise ValueError(f"{axis.path} is varied twice; give all its values at once.")
@@ -117,8 +128,8 @@ def _axis(path: str, spec: Any, there: Mapping[str, Any]) -> Axis:
     dimension = dimension_of(current)
     found, log = _range(path, spec, current, dimension) or (_listed(path, spec, current, dimension), False)
     if len(set(found)) < len(found):
-        twice = next(value for i, value in enumerate(found) if value in found[:i])
-        raise ValueError(f"{path} = {spec!r} holds {twice!r} twice; give each value once.")
+        twice = max(found, key=Counter(found).__getitem__)
+        raise ValueError(f"{path} = {shown(spec)} holds {shown(twice)} twice; give each value once.")
     written = tuple(f"{value!r} {dimension.unit}" for value in found) if dimension else found
     return Axis(path, found, written, dimension.unit if dimension else "", log)
 
@@ -126,13 +137,14 @@ def _axis(path: str, spec: Any, there: Mapping[str, Any]) -> Axis:
 def _unknown(path: str, there: Mapping[str, Any]) -> str:
     below = [name for name in there if name.startswith(path + ".")] if path else []
     if below:
-        return f"vary: {path!r} is a table or a list; vary a value in it: {', '.join(below)}."
+        return f"vary: {shown(path)} is a table or a list; vary a value in it: {', '.join(below)}."
     near = difflib.get_close_matches(path, there, n=1, cutoff=0.6)
     advice = f"; did you mean {near[0]!r}?" if near else "."
-    have = ", ".join(f"{name} = {value!r}" for name, value in there.items() if name != "title")
+    listed = [f"{name} = {shown(value)}" for name, value in islice(there.items(), _LISTED) if name != "title"]
+    have = ", ".join(listed) + (f" and {len(there) - _LISTED} more" if len(there) > _LISTED else "")
     return (
-        f"vary: {path!r} is not in the case file{advice} It holds {have}. A field that the file leaves at its default can be "
-        "varied once it is written there."
+        f"vary: {shown(path)} is not in the case file{advice} It holds {have}. A field that the file leaves at its default "
+        "can be varied once it is written there."
     )
 
 
@@ -157,17 +169,19 @@ def _range(
         return None
     match = _RANGE.fullmatch(spec)
     if match is None or isinstance(current, bool):
-        raise ValueError(f"{path} = {spec!r} is no range. {_FORMS}.")
+        raise ValueError(f"{path} = {shown(spec)} is no range. {_FORMS}.")
     start, stop = (_value(path, end, current, dimension) for end in match.group(1, 2))
     count, spacing = match[3], match[4] or "lin"
-    if not count.isdigit() or int(count) < 2:
-        raise ValueError(f"{path} = {spec!r}: the count {count!r} must be a whole number, 2 or more. {_FORMS}.")
+    if not re.fullmatch("[0-9]{1,9}", count) or not 2 <= int(count) <= POINTS:
+        raise ValueError(
+            f"{path} = {shown(spec)}: the count {shown(count)} must be a whole number from 2 to {POINTS}. {_FORMS}."
+        )
     if spacing not in ("lin", "log"):
-        raise ValueError(f"{path} = {spec!r}: the spacing {spacing!r} must be 'log' or 'lin'. {_FORMS}.")
+        raise ValueError(f"{path} = {shown(spec)}: the spacing {spacing!r} must be 'log' or 'lin'. {_FORMS}.")
     if start == stop:
-        raise ValueError(f"{path} = {spec!r} starts where it stops. {_FORMS}.")
+        raise ValueError(f"{path} = {shown(spec)} starts where it stops. {_FORMS}.")
     if spacing == "log" and not min(start, stop) > 0:
-        raise ValueError(f"{path} = {spec!r}: spacing 'log' has no zero and no negative numbers; take 'lin'.")
+        raise ValueError(f"{path} = {shown(spec)}: spacing 'log' has no zero and no negative numbers; take 'lin'.")
     values = (np.geomspace if spacing == "log" else np.linspace)(start, stop, int(count)).tolist()
     if isinstance(current, int) and all(float(value).is_integer() for value in values):
         values = [int(value) for value in values]
@@ -178,8 +192,10 @@ def _listed(path: str, spec: Any, current: Any, dimension: units.Dimension | Non
     """Values one by one."""
     if isinstance(spec, str):
         spec = [entry.strip() for entry in spec.split(",")]
+    if isinstance(spec, (Sequence, np.ndarray)) and len(spec) > POINTS:
+        raise ValueError(f"{path} holds {len(spec)} values; a study has at most {POINTS} points.")
     if not isinstance(spec, (Sequence, np.ndarray)) or len(spec) == 0 or "" in list(spec):
-        raise ValueError(f"{path} = {spec!r} holds no values. {_FORMS}.")
+        raise ValueError(f"{path} = {shown(spec)} holds no values. {_FORMS}.")
     return tuple(
         _value(path, entry.item() if isinstance(entry, np.generic) else entry, current, dimension) for entry in spec
     )
@@ -187,26 +203,26 @@ def _listed(path: str, spec: Any, current: Any, dimension: units.Dimension | Non
 
 def _value(path: str, entry: Any, current: Any, dimension: units.Dimension | None) -> Any:
     """One value, of the kind that the file holds."""
-    hint = f"The case file holds {current!r}."
+    hint = f"The case file holds {shown(current)}."
     if dimension is not None:
         if isinstance(entry, (int, float)) and not isinstance(entry, bool):
             return float(entry)  # Python's numbers are in SI units
         try:
             return units.to_si(entry, dimension)
         except ValueError as error:
-            raise ValueError(f"{path} = {entry!r} {error} {hint}") from None
+            raise ValueError(f"{path} = {shown(entry)} {error} {hint}") from None
     if isinstance(current, bool):
         flags = {"true": True, "false": False}
         if str(entry).lower() not in flags:
-            raise ValueError(f"{path} = {entry!r} must be true or false. {hint}")
+            raise ValueError(f"{path} = {shown(entry)} must be true or false. {hint}")
         return flags[str(entry).lower()]
     if isinstance(current, str):
         if not isinstance(entry, str):
-            raise ValueError(f"{path} = {entry!r} must be a text. {hint}")
+            raise ValueError(f"{path} = {shown(entry)} must be a text. {hint}")
         return entry
     if isinstance(entry, bool):
-        raise ValueError(f"{path} = {entry!r} must be a plain number. {hint}")
+        raise ValueError(f"{path} = {shown(entry)} must be a plain number. {hint}")
     try:
         return int(entry) if isinstance(entry, int) or re.fullmatch(r"[+-]?\d+", str(entry)) else float(entry)
     except (TypeError, ValueError):
-        raise ValueError(f"{path} = {entry!r} must be a plain number, without a unit. {hint}") from None
+        raise ValueError(f"{path} = {shown(entry)} must be a plain number, without a unit. {hint}") from None

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.ceilings import OUTLINES
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
@@ -80,7 +81,7 @@ def sweep(
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)
     axes = axes_of(data, vary)
-    cases = _cases(data, axes, path)
+    cases = _cases(data, axes, path, contours=contours)
     # the last of the points tells for all what would be chosen
     slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))
     few = len(cases) if slow else 1 + len(cases) // _WORTH_A_PROCESS
@@ -122,7 +123,7 @@ def _source(case: Any) -> tuple[Path, str]:
     return Path(case), case_text(case)
 
 
-def _cases(data: dict[str, Any], axes: Sequence[Axis], path: Path) -> list[Case]:
+def _cases(data: dict[str, Any], axes: Sequence[Axis], path: Path, *, contours: bool) -> list[Case]:
     """All combinations, the last parameter running fastest; refused together where some are no cases."""
     cases, problems = [], []
     for at in itertools.product(*(range(len(axis.values)) for axis in axes)):
@@ -138,6 +139,12 @@ def _cases(data: dict[str, Any], axes: Sequence[Axis], path: Path) -> list[Case]
         more = f"\n... and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
         count = f"{len(problems)} of {len(problems) + len(cases)}"
         raise CaseError(f"{count} combinations describe no case.\n" + "\n".join(problems[:_SHOWN]) + more)
+    size = sum(found.values.size * (found.angles if contours else 1) for found in cases)
+    if size > OUTLINES:
+        raise ValueError(
+            f"vary makes {len(cases)} points of {cases[0].values.size} steps{' with outlines' if contours else ''}, {size:.3g} "
+            f"values of each quantity; {OUTLINES:.0e} are the most. Take fewer points or steps."
+        )
     steps = sorted({found.values.size for found in cases})
     if len(steps) > 1:
         raise ValueError(

@@ -58,7 +58,7 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
     ValueError
         If the indenter is neither round nor a power law, the work of adhesion not positive, or there is no stable contact.
     """
-    work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].")
+    work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].", unit="J/m**2")
     if not indenter.round:
         if indenter.exponent is None:
             raise ValueError(

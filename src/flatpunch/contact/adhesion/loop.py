@@ -19,7 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.ceilings import STEPS
+from flatpunch._support.checks import Array, positive, whole
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -28,7 +30,9 @@ from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
+from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.limits import deepest
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 
@@ -123,8 +127,13 @@ def adhesion_loop(
     if (depth is None) == (force is None):
         raise ValueError("Give exactly one of depth and force: the largest value of what the machine prescribes.")
     quantity: Quantity = "depth" if force is None else "force"
-    most = positive(quantity, depth if force is None else force)
-    count = int(positive("points", points, "It is the number of steps on each stretch of the way."))
+    most = positive(quantity, depth if force is None else force, unit=UNITS[quantity])
+    count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
+    if quantity == "depth" and most >= deepest(medium):
+        raise ValueError(
+            f"depth = {text(most, 'm')} is more than the {text(deepest(medium), 'm')} of the layers on their rigid "
+            "base: no tip gets there. Ask for less depth."
+        )
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
     attributes: dict[str, Any] = {

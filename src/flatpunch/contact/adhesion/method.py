@@ -16,7 +16,7 @@ from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import QUANTITIES, Quantity
 from flatpunch.contact.adhesion.stable_radius import stable_radius
-from flatpunch.contact.curve import Control, Curve, Extra, check_reach, first_failure, prescribed
+from flatpunch.contact.curve import UNITS, Control, Curve, Extra, check_reach, first_failure, prescribed
 from flatpunch.contact.perturbation.series_method import LARGEST_SWING
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.contact.round.superposition import punch_pressure, round_history, superpose
@@ -26,7 +26,8 @@ from flatpunch.indenters.profile import Indenter
 def adhesive_control(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius; depth and force may be negative."""
     name, value = prescribed(depth=depth, force=force, radius=radius)
-    checked = values(name, value, strict=True) if name == "radius" else values(name, value, minimum=-np.inf)
+    least = {"strict": True} if name == "radius" else {"minimum": -np.inf}
+    checked = values(name, value, unit=UNITS[name], **least)
     return Control(name, checked)
 
 

@@ -180,7 +180,9 @@ def _instabilities(case: AdhesiveCase, stretches: tuple[Stretch, ...]) -> tuple[
 
 def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tabor:
     """Tabor's parameter with the retraction at the force minimum, and the pull-off force of rigid bodies."""
-    z0 = positive("range_of_action", range_of_action, "It is the gap up to which the adhesive traction acts [m].")
+    z0 = positive(
+        "range_of_action", range_of_action, "It is the gap up to which the adhesive traction acts [m].", unit="m"
+    )
     contact = case.branch.at(np.array([result.radius]))
     mu = float(contact.retraction[0]) / (_NECK * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2

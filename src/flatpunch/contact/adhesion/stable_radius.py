@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.contact.adhesion.branch import AdhesiveContact, Equilibria
 from flatpunch.contact.adhesion.stability import Quantity, Stability, Stretch, largest_radius, slope_of
 
@@ -124,6 +125,6 @@ def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reac
         if more[-1] >= end:
             break
     raise ValueError(
-        f"{quantity} = {most:.6g} {'m' if quantity == 'depth' else 'N'} needs a contact radius above {np.exp(end):.4g} m, "
-        "where the shape of the indenter ends or the medium is no longer resolved. Ask for less."
+        f"{quantity} = {most:.6g} {'m' if quantity == 'depth' else 'N'} needs a contact radius above "
+        f"{text(float(np.exp(end)), 'm')}, where the indenter ends or the medium is no longer resolved. Ask for less."
     )

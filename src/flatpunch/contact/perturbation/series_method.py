@@ -9,15 +9,16 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, check_reach
 from flatpunch.contact.limits import steepness
 from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
 from flatpunch.contact.perturbation.limits import outline_causes
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
-from flatpunch.contact.round.mean_profile import half_space_radius, resolved_radius
+from flatpunch.contact.round.mean_profile import resolved_radius, searched_radius
 from flatpunch.contact.round.profile import TINY, RoundProfile
-from flatpunch.contact.round.radius_search import Loading, radius_for
+from flatpunch.contact.round.radius_search import Loading
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.indenters.profile import Indenter
 
@@ -53,15 +54,16 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
     if control.name == "radius":
         check_reach(indenter, control.values)
         return expansion.evaluate(_base_radius(kernel, indenter, expansion, control.values))
-    guess = half_space_radius(kernel, expansion.base, control, indenter.reach)
-    resolved = resolved_radius(kernel)
     path = expansion.descent if control.name == "depth" else expansion.loading
-    radius = radius_for(path, control.name, control.values, guess, indenter.reach, resolved)
+    radius = searched_radius(kernel, expansion.base, path, control, indenter.reach)
     contact = expansion.evaluate(radius)
     # the rounding error of the radius is removed along the curve, so that the prescribed value is met exactly
     if control.name == "depth":
         rest = control.values - contact.depth
-        return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
+        force = contact.force + contact.stiffness * rest
+        # beside a flat end the radius is known to a millionth, and smaller depths are those of a punch
+        force = np.where((force < 0) & (contact.force > 0), contact.stiffness * control.values, force)
+        return replace(contact, depth=control.values, force=force)
     rest = (control.values - contact.force) / np.where(contact.stiffness > 0, contact.stiffness, 1.0)
     depth = contact.depth + np.where(contact.stiffness > 0, rest, 0.0)
     # beside a flat end depths are known to a millionth of it
@@ -93,8 +95,8 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     missing = wanted > reached[-1]
     if missing.any():
         raise ValueError(
-            f"radius = {np.exp(wanted[missing][0]):.6g} m is reached by no contact of this method: the largest mean radius is "
-            f"{np.exp(reached[-1]):.6g} m. Prescribe depth or force instead, or choose method='bem'."
+            f"radius = {text(float(np.exp(wanted[missing][0])), 'm')} is reached by no contact of this method: the largest mean "
+            f"radius is {text(float(np.exp(reached[-1])), 'm')}. Prescribe depth or force instead, or choose method='bem'."
         )
     upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
     found_root = elementwise.find_root(

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import Array, Flags, positive, whole
 from flatpunch.bem.grid import SMALLEST
 from flatpunch.compliance import Kernel
@@ -290,7 +291,11 @@ def _settings(
     if cells is None:
         many = len(wedges_of(indenter)) >= _EDGES
         cells = _FEWER if many and kernel.response(np.array([_LONG_WAVE]))[0] > _STIFF else _CELLS
-    return positive("rtol", rtol), whole("cells", cells, SMALLEST, "It is the number of cells per side."), folder
+    return (
+        positive("rtol", rtol),
+        whole("cells", cells, SMALLEST, "It is the number of cells per side.", most=CELLS),
+        folder,
+    )
 
 
 def covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:

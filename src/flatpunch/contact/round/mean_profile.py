@@ -9,18 +9,23 @@ from functools import lru_cache
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, check_reach
+from flatpunch.contact.curve import UNITS, Control, check_reach
 from flatpunch.contact.round.profile import PowerProfile, RoundProfile, SampledProfile
-from flatpunch.contact.round.radius_search import radius_for
+from flatpunch.contact.round.radius_search import Loading, radius_for
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
-from flatpunch.punch.matrix import LARGEST, effective_beta
+from flatpunch.punch.family import UnresolvedLayer
+from flatpunch.punch.matrix import LARGEST, effective_beta, solve_round, sufficient_terms
 
 _TABLE_NODES = 256
 """Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
+
+_BEYOND = 30.0
+"""Depth over that on a half-space at the same radius which no medium exceeds: films on soft bases come to some times it."""
 
 Evaluate = Callable[[Array], RoundContact]
 
@@ -51,8 +56,7 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
     if control.name == "radius":
         check_reach(indenter, control.values)
         return evaluate, evaluate(control.values)
-    guess = half_space_radius(kernel, profile, control, indenter.reach)
-    radius = radius_for(evaluate, control.name, control.values, guess, indenter.reach, resolved_radius(kernel))
+    radius = searched_radius(kernel, profile, evaluate, control, indenter.reach)
     return evaluate, _on_target(evaluate(radius), control)
 
 
@@ -79,6 +83,48 @@ def shortest_length(kernel: Kernel) -> float:
     """Shortest length of the medium [m]; infinite for half-spaces."""
     finest = effective_beta(kernel, 1.0)
     return kernel.length / finest if finest > 0 else float("inf")
+
+
+def searched_radius(
+    kernel: Kernel, profile: RoundProfile, path: Callable[[Array], Loading], control: Control, reach: float
+) -> Array:
+    """Radii along a path at which the prescribed depths or forces are reached, shape (n,); refusals name what is prescribed."""
+    assert control.name != "radius"
+    check_size(kernel, profile, control, reach)
+    guess = half_space_radius(kernel, profile, control, reach)
+    try:
+        return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel))
+    except UnresolvedLayer as error:
+        largest = text(float(control.values.max()), UNITS[control.name])
+        raise UnresolvedLayer(f"{control.name} = {largest}: {error}") from None
+
+
+def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> None:
+    """Refuse depths and forces far beyond those of the largest contact that is resolved, before anything is solved.
+
+    Depths of contacts of one radius differ between media by a factor of a few; forces are at most the flat punch's at such a
+    depth.
+    """
+    resolved = resolved_radius(kernel)
+    if not resolved < reach:
+        return
+    radius, depth, force = _half_space_path(profile, reach)
+    at, target = int(np.searchsorted(radius, resolved)), float(control.values.max())
+    if at == radius.size:
+        return
+    most = _BEYOND * float(depth[at])
+    if control.name == "force":
+        if target <= kernel.modulus * float(force[at]):
+            return
+        beta = np.array([resolved / kernel.length])
+        flat = solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0]))).flat[0, 0]
+        most *= 2 * np.pi * kernel.modulus * resolved * float(flat)
+    if target > most:
+        raise UnresolvedLayer(
+            f"{control.name} = {text(target, UNITS[control.name])} is far beyond this body: the contact would be wider than "
+            f"{text(resolved, 'm')}, {LARGEST:g} times its thinnest layer, up to which layers are resolved. Ask for less, or "
+            "check the units."
+        )
 
 
 def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:

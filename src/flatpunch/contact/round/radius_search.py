@@ -14,6 +14,8 @@ from typing import Literal, Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.prefixes import text
+from flatpunch.contact.curve import UNITS
 from flatpunch.numerics.hermite import cubic_hermite
 
 Quantity = Literal["depth", "force"]
@@ -160,18 +162,17 @@ def _bracket(
 
 
 def _out_of_range(quantity: Quantity, wanted: float, size: str) -> str:
-    unit = "m" if quantity == "depth" else "N"
     return (
-        f"{quantity} = {wanted:.6g} {unit} is too {size}: no contact radius within {_MOST_DECADES} decades of the expected one "
-        "belongs to it. Check the units, or prescribe the radius instead."
+        f"{quantity} = {text(wanted, UNITS[quantity])} is too {size}: no contact radius within {_MOST_DECADES} decades of the "
+        "expected one belongs to it. Check the units, or prescribe the radius instead."
     )
 
 
 def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str:
-    unit = "m" if quantity == "depth" else "N"
+    unit = UNITS[quantity]
     return (
-        f"{quantity} = {wanted:.6g} {unit} is beyond this indenter: its shape ends at the radius {reach:.4g} m, where the "
-        f"{quantity} is {most:.6g} {unit}. Ask for less, or give the shape further out."
+        f"{quantity} = {text(wanted, unit)} is beyond this indenter: its shape ends at the radius {text(reach, 'm')}, where the "
+        f"{quantity} is {text(most, unit)}. Ask for less, or give the shape further out."
     )
 
 

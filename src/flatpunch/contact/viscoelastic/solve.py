@@ -12,7 +12,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices, values
 from flatpunch.compliance import compliance
-from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.curve import Control, Curve, few
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
 from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, mean_decay
@@ -114,8 +114,8 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
     if radius is not None or (depth is None) == (force is None):
         raise ValueError("Give exactly one of depth and force with time and relaxation: its value at each time.")
     if force is None:
-        return Control("depth", values("depth", depth, minimum=-np.inf))
-    return Control("force", values("force", force))
+        return Control("depth", few("depth", values("depth", depth, minimum=-np.inf, unit="m")))
+    return Control("force", few("force", values("force", force, unit="N")))
 
 
 def _by_depth(

@@ -27,6 +27,8 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from flatpunch._support.ceilings import LAYERS
+from flatpunch._support.checks import brief, shown
 from flatpunch.files import units
 
 
@@ -41,7 +43,10 @@ def _reader(dimension: units.Dimension) -> BeforeValidator:
 def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError("must be a plain number, without quotation marks and without a unit.")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("is too large for a number.") from None
 
 
 Length = Annotated[float, _reader(units.LENGTH), Field(description="a length such as '1.2 um'")]
@@ -121,10 +126,27 @@ def validated(table: type[AnyTable], data: dict[str, Any], called: Path | str, *
     CaseError
         With all problems found, one a line.
     """
+    _check_lengths(data, called)
     try:
         return table.model_validate(data, context=context)
     except ValidationError as error:
         raise CaseError("\n".join(f"{called}: {line}" for line in explain(error.errors(), data).splitlines())) from None
+
+
+def _check_lengths(data: dict[str, Any], called: Path | str) -> None:
+    """Refuse lists and tables that would take minutes to be checked entry by entry."""
+    found: list[tuple[str, Any]] = [("", data)]
+    while found:
+        path, thing = found.pop()
+        if isinstance(thing, (dict, list)) and len(thing) > LONGEST:
+            what = "entries" if isinstance(thing, list) else "fields"
+            raise CaseError(f"{called}: {path or 'the file'} has {len(thing)} {what}; at most {LONGEST} are read.")
+        if isinstance(thing, list) and path == "layers" and len(thing) > LAYERS:
+            raise CaseError(
+                f"{called}: layers has {len(thing)} entries; at most {LAYERS} are solved. Write thin ones as one graded layer."
+            )
+        entries = thing.items() if isinstance(thing, dict) else enumerate(thing) if isinstance(thing, list) else ()
+        found += [(_join(path, str(key)), value) for key, value in entries if isinstance(value, (dict, list))]
 
 
 _TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
@@ -132,8 +154,16 @@ _TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action"
 
 def explain(details: Sequence[ErrorDetails], data: Any) -> str:
     """Return pydantic's list of errors as sentences that name the field, its value in the file and the remedy."""
-    return "\n".join(_sentence(entry, data) for entry in details)
+    lines = [brief(_sentence(entry, data)) for entry in details[:_LISTED]]
+    more = [f"... and {len(details) - _LISTED} more problems."] if len(details) > _LISTED else []
+    return "\n".join([*lines, *more])
 
+
+_LISTED = 20
+"""Problems of one file that are listed."""
+
+LONGEST = 100_000
+"""Entries of a list, or keys of a table."""
 
 _SHAPES = {
     "list_type": "must be a list",
@@ -154,17 +184,18 @@ def _sentence(entry: ErrorDetails, data: Any) -> str:
     if kind == "union_tag_not_found":
         return f"{path}.kind is missing; it is one of {_kinds(path)}."
     if kind == "union_tag_invalid":
-        return f"{path}.kind = {context['tag']!r} is unknown; it is one of {context['expected_tags']}."
+        return f"{path}.kind = {shown(context['tag'])} is unknown; it is one of {context['expected_tags']}."
     if kind in _SHAPES:
         brackets = ("[[", "]]") if kind == "list_type" else ("[", "]")
         return f"{path} {_SHAPES[kind]}: write {path.join(brackets)}."
     message = entry["msg"].replace("Input should be", "must be")
-    return f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {value!r} {message}."
+    return f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {shown(value)} {message}."
 
 
 def _kinds(section: str) -> str:
     tables = [table for table in _all_tables() if table.section == section.split(".")[-1]]
-    return ", ".join(repr(kind) for table in tables for kind in get_args(table.model_fields["kind"].annotation))
+    chosen = [table.model_fields["kind"] for table in tables if "kind" in table.model_fields]
+    return ", ".join(repr(kind) for field in chosen for kind in get_args(field.annotation))
 
 
 def _unknown(path: str, field: str, advice: str) -> str:
@@ -180,11 +211,11 @@ def _value_error(path: str, value: Any, message: str) -> str:
     if match and isinstance(value, Mapping):
         field, si_value, rest = match.groups()
         written = value.get(field)
-        shown = repr(written) if isinstance(written, (str, int, float)) else si_value
-        return f"{_join(path, field)} = {shown} {rest}"
+        in_file = shown(written) if isinstance(written, (str, int, float)) else si_value
+        return f"{_join(path, field)} = {in_file} {rest}"
     if isinstance(value, (Mapping, list)):
         return f"{path}: {message}" if path else message
-    return f"{path} = {value!r} {message}"
+    return f"{path} = {shown(value)} {message}"
 
 
 def _needed(field: str) -> str:

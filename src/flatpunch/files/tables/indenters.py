@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field
 
 from flatpunch import indenters
-from flatpunch._support.checks import positive
+from flatpunch._support.checks import positive, shown
+from flatpunch._support.reading import Unreadable, content
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Angle, Count, Curvature, Length, Number, Table
 from flatpunch.files.tables.tips import TIP_TABLES, WornTable
@@ -161,24 +162,27 @@ class ProfileTable(Table):
         return indenters.RadialProfile(np.asarray(r, dtype=float), np.asarray(f, dtype=float), self.kinks)
 
 
+LARGEST_PROFILE = 20_000_000
+"""Largest CSV file of a profile [bytes]."""
+
+
 def read_profile(path: Path) -> tuple[list[float], list[float]]:
     """Read (r, f) from a CSV file whose first line names both columns with their units: "r [um], f [nm]".
 
     Lines that start with # are comments.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ValueError(
-            f"file = {path.name!r} is not readable as text ({reason}). Give its path relative to the case file."
-        ) from None
+        text = content(path, LARGEST_PROFILE).decode("utf-8")
+    except UnicodeDecodeError:
+        raise ValueError(f"file = {shown(path.name)} is no text file; a profile is CSV in UTF-8.") from None
+    except Unreadable as error:
+        raise ValueError(f"file = {shown(path.name)} is {error}. Give its path relative to the case file.") from None
     lines = [
         (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")
     ]
     if len(lines) < 3:
         raise ValueError(
-            f"file = {path.name!r} has {len(lines)} lines that are no comments; a header and two or more points are needed."
+            f"file = {shown(path.name)} has {len(lines)} lines that are no comments; a header and two or more points are needed."
         )
     scales = [
         _column_scale(cell, name, path.name) for cell, name in zip(_cells(lines[0], path.name), "rf", strict=True)
@@ -190,7 +194,7 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
             first, second = map(float, cells)
         except ValueError:
             raise ValueError(
-                f"file = {path.name!r} has no two numbers in line {line[0]}: {line[1].strip()!r}."
+                f"file = {shown(path.name)} has no two numbers in line {line[0]}: {shown(line[1].strip())}."
             ) from None
         r.append(first * scales[0])
         f.append(second * scales[1])
@@ -201,7 +205,7 @@ def _cells(line: tuple[int, str], name: str) -> list[str]:
     cells = [cell.strip() for cell in line[1].split(",")]
     if len(cells) != 2:
         raise ValueError(
-            f"file = {name!r} has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between."
+            f"file = {shown(name)} has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between."
         )
     return cells
 
@@ -211,12 +215,12 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
     quantity, _, unit = cell.partition("[")
     if quantity.strip() != expected or not unit.endswith("]"):
         raise ValueError(
-            f"file = {name!r} has the column heading {cell!r}; the first line must read like 'r [um], f [nm]'."
+            f"file = {shown(name)} has the column heading {shown(cell)}; the first line must read like 'r [um], f [nm]'."
         )
     try:
         return units.to_si(f"1 {unit[:-1]}", units.LENGTH)
     except ValueError as error:
-        raise ValueError(f"file = {name!r} has the column heading {cell!r}, whose unit {error}") from None
+        raise ValueError(f"file = {shown(name)} has the column heading {shown(cell)}, whose unit {error}") from None
 
 
 IndenterTable = Annotated[

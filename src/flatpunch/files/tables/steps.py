@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, model_validator
 
-from flatpunch._support.checks import Array, positive, values
+from flatpunch._support.ceilings import STEPS
+from flatpunch._support.checks import Array, positive, shown, values, whole
 from flatpunch.files.tables.fields import Count, Force, Length, Table, Time
 
 
@@ -25,7 +26,10 @@ class _RangeTable(Table):
     def build(self, folder: Path) -> Array:
         """Return the steps."""
         if self.points < 2:
-            raise ValueError(f"points = {self.points} must be 2 or more; for a single step write the quantity itself.")
+            raise ValueError(
+                f"points = {shown(self.points)} must be 2 or more; for a single step write the quantity itself."
+            )
+        whole("points", self.points, 2, most=STEPS)
         if self.start == self.stop:
             raise ValueError("start and stop are equal; for a single step write the quantity itself.")
         if self.spacing == "linear":
@@ -130,7 +134,10 @@ class SegmentTable(Table):
         """Return the targets by name: one, or none where the segment leaves it open."""
         positive("duration", self.duration, "A sudden step is written as lists whose first value is not zero.")
         if self.points < 1:
-            raise ValueError(f"points = {self.points} must be 1 or more: the number of time steps of the segment.")
+            raise ValueError(
+                f"points = {shown(self.points)} must be 1 or more: the number of time steps of the segment."
+            )
+        whole("points", self.points, 1, most=STEPS)
         given = {name: value for name in ("depth", "force") if (value := getattr(self, name)) is not None}
         if self.kind == "hold" and given:
             raise ValueError("a hold keeps the depth or force that the segment before it has reached; leave it out.")
@@ -189,6 +196,8 @@ def _joined(segments: list[SegmentTable]) -> History:
         found = "none" if not names else "both"
         raise ValueError(f"all segments together lead to depths or to forces, found {found}.")
     (name,) = names
+    if sum(segment.points for segment in segments) > STEPS:
+        raise ValueError(f"segments have more than {STEPS} points together.")
     time, reached = [np.zeros(1)], [np.zeros(1)]
     for segment in segments:
         before = float(reached[-1][-1])

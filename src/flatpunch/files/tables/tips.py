@@ -30,18 +30,22 @@ class WornTable(TiltedTable):
     """Pointed tips, which may be rounded or flat at the end: by a sphere of `tip_radius`, or cut off by `height_removed`."""
 
     tip_radius: Length | None = None
+    true_sphere: Switch | None = None
     height_removed: Length | None = None
 
     def worn(self, sharp: Any) -> Any:
         """Return the sharp tip rounded or cut off, and tilted."""
         if self.tip_radius is not None and self.height_removed is not None:
             raise ValueError("give tip_radius (rounded) or height_removed (flat), not both.")
+        if self.true_sphere is not None and self.tip_radius is None:
+            raise ValueError("true_sphere has no meaning without tip_radius: it is the form of the rounding.")
         if self.height_removed is not None:
             # what is cut off after tilting has a level flat, which is how tips wear
             return indenters.Truncated(self.tilted(sharp), self.height_removed)
-        return self.tilted(
-            sharp if self.tip_radius is None else indenters.Rounded(sharp, self.tip_radius, true_sphere=True)
-        )
+        if self.tip_radius is None:
+            return self.tilted(sharp)
+        cap = {} if self.true_sphere is None else {"true_sphere": self.true_sphere}
+        return self.tilted(indenters.Rounded(sharp, self.tip_radius, **cap))
 
 
 class VickersTable(WornTable):

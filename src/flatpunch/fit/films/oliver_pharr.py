@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative
+from flatpunch._support.checks import Array, non_negative, positive, shown, values
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.media import HalfSpace
 
@@ -37,6 +37,14 @@ class Tip:
     epsilon: float = 0.75
     material: HalfSpace = DIAMOND
 
+    def __post_init__(self) -> None:
+        if not callable(self.area):
+            raise TypeError(
+                f"Tip.area = {shown(self.area)} must be a function of depths [m], such as Tip.from_coefficients(...)."
+            )
+        object.__setattr__(self, "beta", positive("Tip.beta", self.beta, unit="1"))
+        object.__setattr__(self, "epsilon", non_negative("Tip.epsilon", self.epsilon, unit="1"))
+
     @classmethod
     def from_coefficients(cls, coefficients: Any, unit: float = 1e-9, **rest: Any) -> Tip:
         """Tip with A = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...
@@ -50,7 +58,8 @@ class Tip:
         **rest
             Further fields.
         """
-        numbers = np.array([float(c) for c in coefficients])
+        numbers = values("coefficients", coefficients, minimum=-np.inf, unit="1")
+        unit = positive("unit", unit, unit="m")
         powers = np.array([2.0, *(2.0**-k for k in range(numbers.size - 1))])
 
         def area(depth: Array) -> Array:
@@ -96,7 +105,7 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
     frame : float
         Compliance of the load frame that the instrument has not taken out [m/N].
     """
-    frame = non_negative("frame", frame)
+    frame = non_negative("frame", frame, unit="m/N")
     if curve.stiffness is None:
         raise CurveError(
             f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."

@@ -180,7 +180,7 @@ def correct(
     ValueError
         On bad input, or if no modulus of the layer gives the reported value (the base alone is softer or stiffer).
     """
-    reported, depth = positive("reported", reported), positive("depth", depth)
+    reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
     if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
         raise TypeError("medium must be a Medium with a homogeneous layer on top: its modulus is looked for.")
     if over not in ("curve", "depth"):

@@ -11,10 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, positive
+from flatpunch._support.checks import Array, Flags, numbers, positive, values
 
 Adhesion = Literal["refuse", "above", "ignore"]
 
+_COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s"}
 FEWEST = 12
 _FAR = 0.2
 """Share of the points, at the start, that is taken for free of contact where noise is judged."""
@@ -70,7 +71,7 @@ class Curve:
             if getattr(self, name) is not None:
                 columns[name] = getattr(self, name)
         for name, column in columns.items():
-            array = np.array(column, dtype=float)
+            array = numbers(f"Curve.{name}", column, _COLUMNS[name])
             array.setflags(write=False)
             object.__setattr__(self, name, array)
             if array.ndim != 1 or array.shape != np.shape(self.depth):
@@ -85,7 +86,8 @@ class Curve:
                     "from 0). Drop these rows, or read the file with skip_nan=True."
                 )
         if self.spring_constant is not None:
-            positive("Curve.spring_constant", self.spring_constant)
+            k = positive("Curve.spring_constant", self.spring_constant, unit="N/m")
+            object.__setattr__(self, "spring_constant", k)
         if self.depth.size < FEWEST:
             raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {FEWEST} or more.")
 
@@ -104,9 +106,14 @@ class Curve:
         **rest
             Further fields of `Curve`.
         """
-        k = positive("spring_constant", spring_constant)
-        force = np.asarray(force, dtype=float)
-        return cls(np.asarray(piezo, dtype=float) - force / k, force, spring_constant=k, **rest)
+        k = positive("spring_constant", spring_constant, unit="N/m")
+        force = values("force", force, minimum=-np.inf, unit="N", smallest=0.0)
+        return cls(
+            values("piezo", piezo, minimum=-np.inf, unit="m", smallest=0.0) - force / k,
+            force,
+            spring_constant=k,
+            **rest,
+        )
 
     def taken(self, chosen: Any) -> Curve:
         """The curve at some of its points: a mask, a slice or indices."""

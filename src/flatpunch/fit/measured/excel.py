@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from flatpunch._support.archives import check_archive
+from flatpunch._support.reading import Unreadable
 from flatpunch.fit.measured.columns import Table, split_name
 from flatpunch.fit.measured.curve import CurveError
 
@@ -35,6 +37,7 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
 def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
     """All cells of all sheets; empty ones are None or ""."""
     try:
+        check_archive(path)
         if path.suffix.lower() == ".xls":
             import xlrd
 
@@ -47,11 +50,13 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
             return {s.title: [list(row) for row in s.iter_rows(values_only=True)] for s in book.worksheets}
         finally:
             book.close()
+    except Unreadable as error:
+        raise CurveError(f"{path.name}: {error}.") from None
     except ImportError as error:
         raise CurveError(f"{path.name}: reading it needs {error.name}: pip install 'flatpunch[fit]'.") from None
     except Exception as error:
         # both libraries raise a wide range of types on damaged files
-        raise CurveError(f"{path.name}: damaged, or no Excel file ({error}).") from None
+        raise CurveError(f"{path.name}: damaged, or no Excel file ({type(error).__name__}).") from None
 
 
 def _table(source: str, rows: list[list[Any]]) -> Table | None:

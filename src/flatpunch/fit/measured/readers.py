@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.archives import check_archive
+from flatpunch._support.checks import Array, whole
+from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.fit.measured.columns import Table, chosen_columns, in_si, split_name
 from flatpunch.fit.measured.curve import Curve, CurveError
 
@@ -77,11 +79,13 @@ def read_curve(
     """
     path = Path(path)
     if not path.is_file():
-        raise CurveError(f"{path}: no such file.")
+        raise CurveError(f"{shown_path(path)}: no such file.")
+    index = whole("index", index, 0, "It is counted from 0.")
     kind = path.suffix.lower()
     if _by_afmformats(path, afm):
         from flatpunch.fit.measured.afm import AfmFile
 
+        _check_size(path)
         return AfmFile.opened(path, spring_constant=spring_constant, **afm).curve(index)
     if index:
         raise CurveError(f"{path}: index = {index}, but a table holds one curve.")
@@ -113,7 +117,16 @@ def curves_in(path: str | Path, *, spring_constant: float | None = None, **readi
         return 1
     from flatpunch.fit.measured.afm import AfmFile
 
+    _check_size(path)
     return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
+
+
+def _check_size(path: Path) -> None:
+    """Refuse archives that are too large once they are unpacked."""
+    try:
+        check_archive(path)
+    except Unreadable as error:
+        raise CurveError(f"{shown_path(path)}: {error}.") from None
 
 
 def _by_afmformats(path: Path, afm: Mapping[str, Any]) -> bool:
@@ -198,14 +211,20 @@ def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: floa
     return Curve.from_piezo(sign * data["piezo"], force, k, name=name, meta=meta, **more)
 
 
-_NUMBER = re.compile(r"\s*(?:[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan|NaN|)\s*")
+LARGEST = 500_000_000
+"""Largest text file of a curve [bytes]."""
+
+_NUMBER = re.compile(r"\s*(?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|NaN|)\s*")
 
 
 def text_table(path: Path, decimal: str = ".") -> Table:
     """Read a text file: the longest run of rows of numbers, the titles above it, a row of units between them if there is one."""
     if decimal not in (".", ","):
         raise ValueError(f"decimal = {decimal!r} must be '.' or ','.")
-    raw = path.read_bytes()
+    try:
+        raw = content(path, LARGEST)
+    except Unreadable as error:
+        raise CurveError(f"{shown_path(path)}: {error}.") from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -46,11 +46,18 @@ class Sample:
 
     def __post_init__(self) -> None:
         if self.range_of_action is not None:
-            positive("range_of_action", self.range_of_action)
+            action = positive("range_of_action", self.range_of_action, unit="m")
+            object.__setattr__(self, "range_of_action", action)
             if self.work_of_adhesion is None:
                 raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
         if self.work_of_adhesion is not None:
-            positive("work_of_adhesion", self.work_of_adhesion, "It is the energy per area gained by contact [J/m^2].")
+            work = positive(
+                "work_of_adhesion",
+                self.work_of_adhesion,
+                "It is the energy per area gained by contact [J/m^2].",
+                unit="J/m**2",
+            )
+            object.__setattr__(self, "work_of_adhesion", work)
             if self.relaxation is not None:
                 raise ValueError(
                     "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -30,6 +31,13 @@ class Free:
     start: float | None = None
     minimum: float | None = None
     maximum: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("start", "minimum", "maximum"):
+            given = getattr(self, name)
+            # limits may be infinite, which is none
+            if given is not None and not (name != "start" and isinstance(given, float) and math.isinf(given)):
+                object.__setattr__(self, name, real(f"Free.{name}", given))
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +90,12 @@ class Settings:
                 raise ValueError(
                     f"{name} = {getattr(self, name)!r} is unknown; it is one of {', '.join(map(repr, known))}."
                 )
-        if self.contact != "free":
-            real("contact", self.contact)
-        if not 0 < real("level", self.level) < 1:
+        if not (isinstance(self.contact, str) and self.contact == "free"):
+            object.__setattr__(self, "contact", real("contact", self.contact, "m"))
+        for name, unit in (("depth_to", "m"), ("force_to", "N")):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, real(name, getattr(self, name), unit))
+        if not 0 < real("level", self.level, "1") < 1:
             raise ValueError(f"level = {self.level!r} must lie between 0 and 1, such as 0.95.")
 
     @property

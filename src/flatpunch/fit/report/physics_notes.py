@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
 if TYPE_CHECKING:
@@ -18,8 +21,14 @@ _EARLY = 0.05
 
 
 def limits_of_theory(result: FitResult) -> tuple[str, ...]:
-    """Notes of the theory; single fits only, as it costs a cold solution."""
+    """Notes of the theory; those that take a cold solution for single fits only."""
     model, deepest = result.objective.model, float(result.depth.max())
+    bottom = base_depth(_medium(model, result.values))
+    if deepest >= bottom:
+        return (
+            f"The deepest point, {text(deepest, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
+            "gets there. Thickness, contact point or calibration are wrong; the fitted values mean nothing.",
+        )
     if result.settings.engine != "lmfit" or deepest <= 0:
         return ()
     notes = model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines()
@@ -28,6 +37,10 @@ def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     if isinstance(model, HistoryModel):
         notes += _relaxation(result)
     return tuple(notes)
+
+
+def _medium(model: Any, values: Mapping[str, float]) -> Any:
+    return model.case(values)[0] if isinstance(model, ForwardModel) else model.sample.replaced(values).medium
 
 
 def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:

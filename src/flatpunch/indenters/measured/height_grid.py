@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices, values
+from flatpunch._support.checks import Array, Indices, numbers, values
 
 _MARGIN = 4
 """Points kept around the largest circle, so that the spline does not feel the cut."""
@@ -15,14 +15,9 @@ _SMALLEST = 7
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
     """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks."""
-    columns = values("HeightMap.x", x, minimum=-np.inf)
-    rows = values("HeightMap.y", y, minimum=-np.inf)
-    try:
-        heights = np.array(z, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(
-            "HeightMap.z must be a table of numbers, one row for each y and one column for each x."
-        ) from None
+    columns = values("HeightMap.x", x, minimum=-np.inf, unit="m")
+    rows = values("HeightMap.y", y, minimum=-np.inf, unit="m")
+    heights = numbers("HeightMap.z", z, "m")
     if heights.shape != (rows.size, columns.size) or min(heights.shape) < _SMALLEST:
         raise ValueError(
             f"HeightMap.z has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must "

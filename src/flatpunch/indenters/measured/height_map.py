@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, non_negative, positive
+from flatpunch._support.checks import Array, non_negative, point, positive, switch
 from flatpunch.indenters.measured.height_grid import (
     checked_grid,
     even_spacing,
@@ -90,9 +90,11 @@ class HeightMap(Shape):
         reach: float | Literal["usable"] | None = None,
     ) -> None:
         columns, rows, heights = checked_grid(x, y, z)
-        smoothing = non_negative("HeightMap.smoothing", smoothing, "0 interpolates the map as it is.")
+        smoothing = non_negative("HeightMap.smoothing", smoothing, "0 interpolates the map as it is.", unit="m")
         heights = oriented(heights, apex)
-        if level:
+        if near is not None:
+            near = point("HeightMap.near", near, "m")
+        if switch("HeightMap.level", level):
             heights = heights - plane(columns, rows, heights)
         if smoothing > 0:
             from scipy.ndimage import gaussian_filter
@@ -100,10 +102,11 @@ class HeightMap(Shape):
             heights = gaussian_filter(heights, smoothing / np.array(even_spacing(columns, rows)), mode="nearest")
         lowest = lowest_point(columns, rows, heights, near)
         circle = largest_circle(columns, rows, lowest)
-        wanted = circle if reach is None or reach == "usable" else positive("HeightMap.reach", reach)
+        by_itself = reach is None or (isinstance(reach, str) and reach == "usable")
+        wanted = circle if by_itself else positive("HeightMap.reach", reach, unit="m")
         spline, centre, offset = fitted(columns, rows, heights, lowest, max(wanted, 0.0))
         fits = min(centre[0] - columns[0], columns[-1] - centre[0], centre[1] - rows[0], rows[-1] - centre[1])
-        if reach is not None and reach != "usable" and wanted > fits:
+        if not by_itself and wanted > fits:
             raise ValueError(
                 f"HeightMap.reach = {wanted!r} is more than the map holds about its apex at ({centre[0]:.6g}, "
                 f"{centre[1]:.6g}) m, "
@@ -115,14 +118,14 @@ class HeightMap(Shape):
             shape=heights.shape,
             spacing=(float(np.diff(columns).mean()), float(np.diff(rows).mean())),
             centre=centre,
-            reach=float(fits if reach is None or reach == "usable" else wanted),
+            reach=float(fits if by_itself else wanted),
             smoothing=smoothing,
             digest=hashlib.sha256(b"".join(a.tobytes() for a in (columns, rows, heights))).hexdigest()[:16],
             _spline=spline,
             _offset=offset,
             _hessian=(float(at(dy=2)), float(at(dx=1, dy=1)), float(at(dx=2))),
         )
-        self._check_star(usable=reach == "usable")
+        self._check_star(usable=by_itself and reach is not None)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, HeightMap):

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, numbers, values
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
@@ -74,8 +74,8 @@ class RadialProfile(RoundShape):
         area : sequence of float
             Areas of the sections there [m^2], from 0, strictly increasing.
         """
-        areas = values("RadialProfile.from_area area", area)
-        return cls(np.sqrt(areas / np.pi), depth)
+        areas = values("RadialProfile.from_area area", area, unit="m**2", smallest=0.0)
+        return cls(np.sqrt(areas / np.pi), values("RadialProfile.from_area depth", depth, unit="m", smallest=0.0))
 
     @property
     def reach(self) -> float:
@@ -106,7 +106,10 @@ class RadialProfile(RoundShape):
 
 
 def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tuple[Array, Array]:
-    radii, heights = values("RadialProfile.r", r), values("RadialProfile.f", f, minimum=-np.inf)
+    radii, heights = (
+        values("RadialProfile.r", r, unit="m"),
+        values("RadialProfile.f", f, minimum=-np.inf, unit="m", smallest=0.0),
+    )
     if radii.size != heights.size or radii.size < 3:
         raise ValueError(
             f"RadialProfile has {radii.size} radii and {heights.size} heights; it needs 3 or more of each, "
@@ -149,7 +152,10 @@ def _refuse(name: str, table: Array, bad: NDArray[np.bool_], reason: str) -> Non
 
 def _kink_indices(radii: Array, kinks: Sequence[float] | Array) -> list[int]:
     cuts = []
-    for kink in np.atleast_1d(np.asarray(kinks, dtype=float)):
+    given = np.atleast_1d(numbers("RadialProfile.kinks", kinks, "m"))
+    if given.ndim > 1:
+        raise ValueError(f"RadialProfile.kinks has shape {given.shape}; it must be a sequence of radii.")
+    for kink in given:
         i = int(np.argmin(np.abs(radii - kink)))
         if not (0 < i < radii.size - 1 and abs(radii[i] - kink) <= 1e-9 * radii[-1]):
             raise ValueError(

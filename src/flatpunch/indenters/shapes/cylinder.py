@@ -24,7 +24,7 @@ class Cylinder(RoundShape):
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Cylinder.radius", self.radius))
+        object.__setattr__(self, "radius", positive("Cylinder.radius", self.radius, unit="m"))
 
     @property
     def reach(self) -> float:

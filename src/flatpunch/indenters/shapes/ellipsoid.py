@@ -32,7 +32,7 @@ class Ellipsoid(Shape):
 
     def __post_init__(self) -> None:
         for name in ("half_x", "half_y", "half_z"):
-            object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name)))
+            object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name), unit="m"))
 
     @property
     def reach(self) -> float:
@@ -79,4 +79,5 @@ def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
     half_height : float
         Half-axis along the direction of indentation [m], > 0. The radius of curvature at the apex is half_width^2/half_height.
     """
-    return Ellipsoid(half_width, half_width, half_height)
+    half_width = positive("Spheroid.half_width", half_width, unit="m")
+    return Ellipsoid(half_width, half_width, positive("Spheroid.half_height", half_height, unit="m"))

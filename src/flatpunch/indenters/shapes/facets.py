@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, real
+from flatpunch._support.checks import Array, values
 from flatpunch.indenters._common import FULL_TURN, inclination, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -40,8 +40,10 @@ class FacetedPyramid(Shape):
     inclinations: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        directions = [real(f"FacetedPyramid.directions[{i}]", d) % FULL_TURN for i, d in enumerate(self.directions)]
-        slants = [inclination(f"FacetedPyramid.inclinations[{i}]", a) for i, a in enumerate(self.inclinations)]
+        given = values("FacetedPyramid.directions", self.directions, minimum=-np.inf, unit="rad").tolist()
+        angles = values("FacetedPyramid.inclinations", self.inclinations, minimum=-np.inf, unit="rad").tolist()
+        directions = [direction % FULL_TURN for direction in given]
+        slants = [inclination(f"FacetedPyramid.inclinations[{i}]", angle) for i, angle in enumerate(angles)]
         if len(directions) != len(slants) or len(slants) < 3:
             raise ValueError(
                 f"FacetedPyramid has {len(directions)} directions and {len(slants)} inclinations; it needs 3 faces or "

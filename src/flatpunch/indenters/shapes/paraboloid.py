@@ -24,7 +24,7 @@ class Paraboloid(RoundShape):
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Paraboloid.radius", self.radius))
+        object.__setattr__(self, "radius", positive("Paraboloid.radius", self.radius, unit="m"))
 
     @property
     def exponent(self) -> float:
@@ -59,8 +59,8 @@ class EllipticParaboloid(Shape):
 
     def __post_init__(self) -> None:
         hint = "A and B are half the principal curvatures, 1/(2 R)."
-        object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint))
-        object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint))
+        object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint, unit="1/m"))
+        object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint, unit="1/m"))
 
     @property
     def exponent(self) -> float:

@@ -64,7 +64,7 @@ class AngularTable:
     _spline: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf)
+        phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf, unit="rad")
         psi = values("PowerLaw.angular psi", self.psi, strict=True)
         if phi.size != psi.size or phi.size < 3:
             raise ValueError(
@@ -136,7 +136,7 @@ class PowerLaw(Shape):
     _round: bool = field(init=False, repr=False, compare=False)
 
     def __init__(self, exponent: Any, angular: Any, corners: Any = ()) -> None:
-        object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent))
+        object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent, unit="1"))
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
         object.__setattr__(self, "angular", _as_angular(angular, self.corners))
         object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.ceilings import SIDES
+from flatpunch._support.checks import Array, whole
 from flatpunch.indenters._common import FULL_TURN, inclination, spread
 from flatpunch.indenters.shape import Shape
 
@@ -33,13 +33,7 @@ class Pyramid(Shape):
 
     def __post_init__(self) -> None:
         hint = "A pyramid has 3 faces or more; the round limit is Cone(inclination)."
-        try:
-            sides = operator.index(self.sides)
-        except TypeError:
-            raise TypeError(f"Pyramid.sides = {self.sides!r} must be an integer >= 3. {hint}") from None
-        if sides < 3:
-            raise ValueError(f"Pyramid.sides = {sides!r} must be an integer >= 3. {hint}")
-        object.__setattr__(self, "sides", sides)
+        object.__setattr__(self, "sides", whole("Pyramid.sides", self.sides, 3, hint, most=SIDES))
         object.__setattr__(self, "inclination", inclination("Pyramid.inclination", self.inclination))
 
     @property

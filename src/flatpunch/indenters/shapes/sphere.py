@@ -27,7 +27,7 @@ class Sphere(RoundShape):
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Sphere.radius", self.radius))
+        object.__setattr__(self, "radius", positive("Sphere.radius", self.radius, unit="m"))
 
     @property
     def reach(self) -> float:

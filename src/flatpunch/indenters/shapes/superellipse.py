@@ -36,7 +36,8 @@ class Superellipse(Shape):
 
     def __post_init__(self) -> None:
         for name in ("half_x", "half_y", "height_at_axes", "power", "exponent"):
-            object.__setattr__(self, name, positive(f"Superellipse.{name}", getattr(self, name)))
+            unit = "1" if name in ("power", "exponent") else "m"
+            object.__setattr__(self, name, positive(f"Superellipse.{name}", getattr(self, name), unit=unit))
         if self.power < 1:
             raise ValueError(
                 f"Superellipse.power = {self.power!r} must be >= 1: below it the level lines are hollow between the "

@@ -7,8 +7,9 @@ pyramid has, the polygon K that its faces span (for a cone, a disc):
 
 At the apex this is the cap itself, far away the pyramid, lowered by q of its faces, and along the edges a rounding of the same
 radius R. The faces touch the cap; height and slope are continuous everywhere, only curvatures jump. For equal faces it is the
-body that a sphere of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap inside
-the circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real tip does.
+body that a sphere of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap
+inside the circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real
+tip does.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, switch
 from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cone import Cone
@@ -37,14 +38,14 @@ class Rounded(Shape):
     radius : float
         Radius of curvature R at the apex [m], > 0.
     true_sphere : bool
-        The cap is a sphere, f = R - sqrt(R^2 - r^2), instead of its small-slope form r^2/(2 R). It matters for steep
-        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a sphere and 1.02 R to a paraboloid.
-        The small-slope form scales with the slopes, which the contact theory itself does.
+        Whether the cap is a sphere, f = R - sqrt(R^2 - r^2), or its small-slope form r^2/(2 R). It matters for steep
+        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a sphere and 1.02 R to a paraboloid, and forces
+        differ by 5 to 11 %. The small-slope form scales with the slopes, which the contact theory itself does.
     """
 
     tip: Pyramid | FacetedPyramid | Cone
     radius: float
-    true_sphere: bool = False
+    true_sphere: bool = True
     _gradients: Array | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -53,8 +54,8 @@ class Rounded(Shape):
                 f"Rounded.tip = {self.tip!r} must be a Pyramid, FacetedPyramid or Cone: other shapes are round at the "
                 "apex already."
             )
-        object.__setattr__(self, "radius", positive("Rounded.radius", self.radius))
-        object.__setattr__(self, "true_sphere", bool(self.true_sphere))
+        object.__setattr__(self, "radius", positive("Rounded.radius", self.radius, unit="m"))
+        object.__setattr__(self, "true_sphere", switch("Rounded.true_sphere", self.true_sphere))
         object.__setattr__(self, "_gradients", None if isinstance(self.tip, Cone) else face_gradients(self.tip))
 
     @property

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from flatpunch._support.checks import non_negative
+from flatpunch._support.checks import non_negative, real, switch
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -53,7 +53,10 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
         Rounding or flat [m], as for `Vickers`.
     """
     return _finished(
-        "Berkovich", Pyramid(3, math.radians(90 - (65.27 if modified else 65.03))), tip_radius, height_removed
+        "Berkovich",
+        Pyramid(3, math.radians(90 - (65.27 if switch("Berkovich.modified", modified) else 65.03))),
+        tip_radius,
+        height_removed,
     )
 
 
@@ -95,6 +98,8 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
     """
+    given = (("front", front), ("back", back), ("side", side))
+    front, back, side = (real(f"AfmPyramid.{name}", angle, "rad") for name, angle in given)
     for name, angle in (("front", front), ("back", back), ("side", side)):
         if not 0 < angle < math.pi / 2:
             raise ValueError(
@@ -120,8 +125,8 @@ def SpheroCone(inclination: float, radius: float) -> Rounded:
 
 
 def _finished(name: str, sharp: Pyramid | FacetedPyramid, tip_radius: float, height_removed: float) -> Tip:
-    tip_radius = non_negative(f"{name}.tip_radius", tip_radius, "0 is sharp.")
-    height_removed = non_negative(f"{name}.height_removed", height_removed, "0 is sharp.")
+    tip_radius = non_negative(f"{name}.tip_radius", tip_radius, "0 is sharp.", unit="m")
+    height_removed = non_negative(f"{name}.height_removed", height_removed, "0 is sharp.", unit="m")
     if tip_radius and height_removed:
         raise ValueError(
             f"{name}: give tip_radius or height_removed, not both. A tip first rounded and then worn flat is "

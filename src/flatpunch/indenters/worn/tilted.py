@@ -64,7 +64,7 @@ class Tilted:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Tilted.tip = {self.tip!r} must be an indenter such as Sphere(radius=...).")
         for name in ("tilt_x", "tilt_y"):
-            value = real(f"Tilted.{name}", getattr(self, name))
+            value = real(f"Tilted.{name}", getattr(self, name), "rad")
             if abs(value) >= math.pi / 2:
                 raise ValueError(f"Tilted.{name} = {value!r} must be an angle below pi/2 in size, in radians.")
             object.__setattr__(self, name, value)
@@ -223,7 +223,7 @@ def _tilted(tip: Indenter, x: float, y: float) -> tuple[Indenter, tuple[float, f
     if isinstance(tip, EllipticParaboloid):
         return tip, (-x / (2 * tip.A), -y / (2 * tip.B))
     if isinstance(tip, Rounded) and not tip.true_sphere and isinstance(tip.tip, (Pyramid, FacetedPyramid)):
-        return Rounded(_leaning(tip.tip, x, y), tip.radius), (-tip.radius * x, -tip.radius * y)
+        return Rounded(_leaning(tip.tip, x, y), tip.radius, true_sphere=False), (-tip.radius * x, -tip.radius * y)
     if isinstance(tip, (Pyramid, FacetedPyramid)):
         return _leaning(tip, x, y), (0.0, 0.0)
     if tip.exponent == 1:

@@ -47,14 +47,16 @@ class Truncated(Shape):
             raise TypeError(f"Truncated.tip = {self.tip!r} must be an indenter such as Pyramid(4, 0.6).")
         if isinstance(self.tip, (Cylinder, Truncated)):
             raise TypeError(f"Truncated.tip = {self.tip!r} is flat already.")
-        removed = positive("Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.")
+        removed = positive(
+            "Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.", unit="m"
+        )
         object.__setattr__(self, "height_removed", removed)
         object.__setattr__(self, "_rings", _border(self.tip, removed))
 
     @classmethod
     def across(cls, tip: Indenter, radius: float) -> Truncated:
         """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
-        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.")
+        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.", unit="m")
         if radius >= tip.reach:
             raise ValueError(f"Truncated radius = {radius!r} must be below the reach of the tip, {tip.reach:.6g} m.")
         angles = _angles(tip)

@@ -1,0 +1,27 @@
+"""Largest sizes of a problem: beyond them memory or time run out, which is said at once instead of after an hour.
+
+They are far above what a contact needs; nobody is meant to reach them by design.
+"""
+
+from __future__ import annotations
+
+STEPS = 1_000_000
+"""Steps of a curve, or times of a history: 100 MB of results without outlines."""
+
+ANGLES = 100_000
+"""Polar angles of an outline."""
+
+OUTLINES = 50_000_000
+"""Steps times angles of one result: 400 MB."""
+
+SIDES = 1000
+"""Faces of a pyramid: beyond, it is its round limit to 2e-6."""
+
+LAYERS = 2000
+"""Layers of a body: C(k) takes time in proportion, about a second for each solved radius at this number."""
+
+CELLS = 4096
+"""Cells along a side in boundary elements: 16 million cells take some GB."""
+
+POINTS = 200_000
+"""Points of a sweep or of a table of the atlas."""

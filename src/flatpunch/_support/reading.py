@@ -1,0 +1,55 @@
+"""Reading files from outside: regular files only, up to a size that is said, in one wording.
+
+A pipe without a writer would never end, a device never stop; a file that is far too large would fill the memory first and
+be refused afterwards.
+"""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+
+def shown_path(path: object) -> str:
+    """Return a path as messages write it: on one line, and not endless."""
+    text = "".join(c if c.isprintable() else "?" for c in str(path))
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+_SHOWN = 300
+
+
+class Unreadable(ValueError):
+    """A file that cannot be read; the message says why, without the path."""
+
+
+def content(path: Path, most: int) -> bytes:
+    """Return the bytes of a regular file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    most : int
+        Largest size that is read [bytes].
+
+    Raises
+    ------
+    Unreadable
+        If it is missing, no regular file, may not be read, or is larger.
+    """
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            kind = "a folder" if path.is_dir() else "a pipe or a device"
+            raise Unreadable(f"not readable (it is {kind}, not a file)")
+        with path.open("rb") as file:
+            # what the system says of the size need not be true
+            found = file.read(most + 1)
+    except OSError as error:
+        raise Unreadable(f"not readable ({error.strerror or error})") from None
+    except ValueError:
+        # a null character in the name
+        raise Unreadable("not readable (no name of a file)") from None
+    if len(found) > most:
+        raise Unreadable(f"larger than {most / 1e6:g} MB, the most that is read")
+    return found

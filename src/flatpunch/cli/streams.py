@@ -1,0 +1,54 @@
+"""Standard output and errors as they may be: closed, full, a pipe that nobody reads, or in an alphabet without Greek letters."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import sys
+from typing import TextIO
+
+_ASCII = {"µ": "u", "²": "^2", "°": " deg", "·": "*", "–": "-", "…": "..."}
+_HANDLER = "flatpunch"
+
+
+def prepare() -> None:
+    """Make both streams take everything that is printed."""
+    codecs.register_error(_HANDLER, _spelt)
+    # closed ones are None
+    sys.stdout = _usable(sys.stdout)
+    sys.stderr = _usable(sys.stderr)
+
+
+def finish() -> str | None:
+    """Write out what is buffered; say what went wrong, and let Python's own end find nothing more to write."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _silence()
+        raise
+    except OSError as error:
+        _silence()
+        return f"standard output: {error.strerror or type(error).__name__}."
+    return None
+
+
+def _silence() -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _usable(stream: TextIO | None) -> TextIO:
+    if stream is None:
+        return open(os.devnull, "w", encoding="utf-8")
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors=_HANDLER)
+    return stream
+
+
+def _spelt(error: UnicodeError) -> tuple[str, int]:
+    """Letters that the alphabet of the terminal lacks, in ones that it has."""
+    assert isinstance(error, UnicodeEncodeError)
+    lost = error.object[error.start : error.end]
+    return "".join(_ASCII.get(letter, "?") for letter in lost), error.end

@@ -1,0 +1,70 @@
+"""How errors are told on the command line: one message, in the words of case files, with the path of a file.
+
+Errors that the package raises itself say what is wrong and what to do; they are told as they are, with Python's spelling turned
+into that of TOML. What a library raises, or Python itself, is a mistake of the package: its message would help nobody, so the
+place is named, and the traceback is shown on request.
+"""
+
+from __future__ import annotations
+
+import linecache
+import os
+import re
+import traceback
+from pathlib import Path
+
+from flatpunch._support.checks import brief
+from flatpunch._support.reading import shown_path
+
+TRACEBACK = "FLATPUNCH_TRACEBACK"
+"""Environment variable; set to anything, errors show where they come from."""
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_RAISED = (ValueError, TypeError, OSError)
+
+
+def message(error: BaseException) -> str:
+    """Return the message of an error for the command line."""
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{shown_path(error.filename)}: {error.strerror or type(error).__name__}."
+    if isinstance(error, OSError) and error.errno is not None:
+        return f"a file or the output could not be read or written ({error.strerror})."
+    if isinstance(error, _RAISED) and _by_us(error):
+        return brief(toml(str(error)))
+    frame = _last_of_ours(error)
+    where = f"{Path(frame.filename).relative_to(_PACKAGE)}:{frame.lineno}" if frame is not None else "an unknown place"
+    return (
+        f"this could not be solved: {type(error).__name__} in {where}. That is a mistake of flatpunch; please report it with the "
+        f"case file. {TRACEBACK}=1 in the environment shows more."
+    )
+
+
+def toml(text: str) -> str:
+    """Return a message with Python's spelling of settings in that of case files: name=True becomes name = true."""
+    text = re.sub(r"(?<!--set )\b([a-z_]\w*)=(?=True|False|['\"{\[]|\.\.\.)", r"\1 = ", text)
+    text = re.sub(r"(?<== )(True|False)\b", lambda found: found[1].lower(), text)
+    return text
+
+
+def wants_traceback() -> bool:
+    """Whether the user asked for tracebacks."""
+    return bool(os.environ.get(TRACEBACK))
+
+
+def _by_us(error: BaseException) -> bool:
+    """Whether a `raise` of the package made the error, as far as its source is there to tell."""
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return True
+    last = frames[-1]
+    if not Path(last.filename).is_relative_to(_PACKAGE):
+        return False
+    line = linecache.getline(last.filename, last.lineno or 0).strip()
+    return not line or "raise" in line
+
+
+def _last_of_ours(error: BaseException) -> traceback.FrameSummary | None:
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((frame for frame in reversed(frames) if Path(frame.filename).is_relative_to(_PACKAGE)), None)

@@ -1,0 +1,198 @@
+"""The command line in hostile surroundings: one readable message and status 2, no traceback, nothing half-written."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from flatpunch.cli.app import app
+from flatpunch.cli.told import message, toml
+from support import case_mutations
+
+CASE = """
+title = "gel µ"
+[[layers]]
+young = "5 kPa"
+poisson = 0.45
+thickness = "1 um"
+[base]
+kind = "rigid"
+[indenter]
+kind = "sphere"
+radius = "5 um"
+[control]
+depth = ["10 nm", "20 nm"]
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE, encoding="utf-8")
+    return path
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def refused(done, *words):
+    assert done.exit_code == 2, done.output
+    assert "Traceback" not in done.output
+    assert "mistake of flatpunch" not in done.output
+    # words may be wrapped on a terminal
+    for word in words:
+        assert word in " ".join(done.output.split()), done.output
+
+
+def test_outputs_are_checked_before_the_work(case, tmp_path, monkeypatch):
+    def solved(*_, **__):
+        raise AssertionError("solved before the output was checked")
+
+    monkeypatch.setattr("flatpunch.cli.app._solve", solved)
+    (tmp_path / "folder.nc").mkdir()
+    (tmp_path / "loop.nc").symlink_to(tmp_path / "loop.nc")
+    refused(run("solve", case, "-o", tmp_path / "folder.nc"), "is a folder")
+    refused(run("solve", case, "-o", tmp_path / "none" / "x.nc"), "does not exist")
+    refused(run("solve", case, "-o", "/proc/x.nc"), "cannot be written")
+    refused(run("solve", case, "-o", tmp_path / "x.txt"), "the ending must be")
+    refused(run("solve", case, "--plot", tmp_path / ("x" * 300 + ".png")), "cannot be written")
+    refused(run("demo", "-o", case), "case.toml")
+    refused(run("demo", "-o", "/proc/demo"), "/proc/demo")
+    refused(run("paper", "-o", "/proc/paper"), "/proc/paper")
+    refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv")
+
+
+def test_a_full_disk_is_one_message(case, tmp_path, monkeypatch):
+    def full(self, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    for output in ("x.nc", "x.csv"):
+        refused(run("solve", case, "-o", tmp_path / output), output, "No space left on device")
+    refused(run("demo", "-o", tmp_path / "demo"), "No space left on device")
+    assert not [path for path in tmp_path.rglob("*") if "unfinished" in path.name or path.suffix in (".nc", ".csv")]
+
+
+def test_no_memory_is_told_like_every_other_error(case, monkeypatch):
+    def greedy(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("flatpunch.cli.app._solve", greedy)
+    refused(run("solve", case), "not enough memory")
+
+
+@pytest.mark.parametrize("name", [n for n in case_mutations.monsters() if n not in ("many keys", "many depths")])
+def test_monsters(name, tmp_path):
+    path = tmp_path / "monster.toml"
+    path.write_bytes(case_mutations.monsters()[name])
+    for command in (("check", path), ("solve", path), ("sweep", path, "--vary", "a=1,2"), ("fit", path, path)):
+        done = run(*command)
+        refused(done)
+        assert len(done.output) < 8000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("sweep", "CASE", "--vary", "layers.0.thickness=1um:2um:99999999:log"),
+        ("sweep", "CASE", "--vary", "layers.0.thickness=1um:2um:30000", "--vary", "layers.0.young=1kPa:2kPa:30000"),
+        ("sweep", "CASE", "--vary", "layers.0.thickness=1um:2um:\u0663"),
+        ("sweep", "CASE", "--vary", "layers.0.thickness=1e999999999um,2um"),
+        ("sweep", "CASE", "--vary", "x" * 5000 + "=1"),
+        ("sweep", "CASE", "--vary", "layers.0.young=" + "1kPa," * 5000 + "1kPa"),
+        ("atlas", "export", "bonded-layer", "--csv", "x.csv", "--beta", "0.1:1:999999999"),
+        ("atlas", "query", "bonded-layer", "--beta", "nan", "--set", "poisson=inf"),
+        ("atlas", "show", "/dev/zero"),
+        ("atlas", "show", "none.nc"),
+        ("correct", "CASE", "--reported", "1e999999999 Pa", "--depth", "1 nm"),
+        ("correct", "CASE", "--reported", "5 kPa", "--depth", "-1 nm"),
+        ("fit", "/dev/zero", "CASE"),
+        ("fit", "/proc", "CASE"),
+    ],
+    ids=lambda a: " ".join(a)[:60],
+)
+def test_arguments_of_all_sorts(arguments, case):
+    done = run(*(case if a == "CASE" else a for a in arguments))
+    refused(done)
+    assert len(done.output) < 5000
+
+
+def shell(command, case, **environment):
+    """Run in a shell, so that streams can be closed."""
+    flatpunch = f"{sys.executable} -m flatpunch.cli"
+    done = subprocess.run(
+        ["bash", "-c", command.replace("flatpunch", flatpunch).replace("CASE", str(case))],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        timeout=60,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+    return done
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is a file of Linux")
+def test_full_closed_and_narrow_streams(case):
+    full = shell("flatpunch check CASE > /dev/full", case)
+    assert full.returncode == 2
+    assert "No space left on device" in full.stderr
+    closed = shell("flatpunch check CASE >&- 2>&-", case)
+    assert (closed.returncode, closed.stderr) == (0, "")
+    narrow = shell("flatpunch check CASE", case, PYTHONIOENCODING="ascii", LC_ALL="C")
+    assert narrow.returncode == 0
+    assert "gel u" in narrow.stdout
+    assert "1 um" in narrow.stdout
+
+
+@pytest.mark.parametrize(
+    ("python", "written"),
+    [
+        ("read the file with skip_nan=True.", "read the file with skip_nan = true."),
+        ("Give columns={'depth': 0}.", "Give columns = {'depth': 0}."),
+        ("not with method='bem'.", "not with method = 'bem'."),
+        ("x == 3 and a/l = 0.1", "x == 3 and a/l = 0.1"),
+    ],
+)
+def test_messages_speak_toml(python, written):
+    assert toml(python) == written
+
+
+def test_what_a_library_or_python_says_is_not_passed_on():
+    import numpy as np
+    from scipy.optimize import brentq
+
+    from flatpunch.numerics import gauss
+
+    for mistake in (
+        lambda: brentq(lambda x: x**2 + 1, 0, 1),
+        lambda: np.ones(3) + np.ones(4),
+        lambda: gauss.gauss("three"),
+        lambda: [*3],
+    ):
+        try:
+            mistake()
+        except Exception as error:
+            told = message(error)
+        assert "mistake of flatpunch" in told
+        assert "different signs" not in told
+        assert "not iterable" not in told
+
+
+def test_tracebacks_on_request(case, monkeypatch):
+    def broken(*_, **__):
+        raise KeyError("a mistake")
+
+    monkeypatch.setattr("flatpunch.cli.app._solve", broken)
+    done = run("solve", case)
+    assert done.exit_code == 2
+    assert "KeyError" in done.output
+    assert "mistake of flatpunch" in done.output
+    monkeypatch.setenv("FLATPUNCH_TRACEBACK", "1")
+    assert isinstance(run("solve", case).exception, KeyError)
+    assert Path(case).exists()

@@ -1,0 +1,145 @@
+"""Damaged result files are refused, every one of them, and never read as other numbers; caches and stores solve again."""
+
+import random
+import sys
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch.files import ResultError
+
+GEL = fp.Medium([fp.Layer(5e3, 0.45, 1e-6)], fp.RigidBase())
+
+
+@pytest.fixture(scope="module")
+def result():
+    return fp.indent(GEL, fp.Paraboloid(5e-6), depth=np.linspace(0, 2e-7, 12), angles=24)
+
+
+def damaged(whole: bytes, rng: random.Random) -> bytes:
+    """Cut off, one bit turned, a piece replaced, something added, zeros."""
+    found, kind = bytearray(whole), rng.randrange(5)
+    at = rng.randrange(len(found))
+    if kind == 0:
+        del found[at:]
+    elif kind == 1:
+        found[at] ^= 1 << rng.randrange(8)
+    elif kind == 2:
+        found[at : at + rng.randint(1, 500)] = rng.randbytes(rng.randint(1, 500))
+    elif kind == 3:
+        found += rng.randbytes(rng.randint(1, 300))
+    else:
+        count = rng.randint(1, 64)
+        found[at : at + count] = bytes(count)
+    return bytes(found)
+
+
+@pytest.mark.parametrize("ending", [".nc", ".csv"])
+@pytest.mark.parametrize("count", [60, pytest.param(2000, marks=pytest.mark.slow)])
+def test_damaged_results_are_refused(result, tmp_path, ending, count):
+    path = fp.save(result, tmp_path / f"curve{ending}")
+    whole, rng = path.read_bytes(), random.Random(count)
+    for _ in range(count):
+        spoilt = damaged(whole, rng)
+        if spoilt == whole:
+            continue
+        path.write_bytes(spoilt)
+        with pytest.raises(ResultError, match=rf"curve\{ending}: "):
+            fp.load(path)
+
+
+def test_other_programs_read_sealed_files(result, tmp_path):
+    import h5netcdf
+    import xarray as xr
+
+    path = fp.save(result, tmp_path / "curve.nc")
+    assert xr.load_dataset(path, engine="h5netcdf")["force"].identical(result["force"])
+    with h5netcdf.File(path, "r") as file:
+        assert file.variables["force"]._h5ds.fletcher32
+
+
+def test_files_of_earlier_versions_are_read(result, tmp_path):
+    """They have no seal, and no digest."""
+    path = tmp_path / "old.nc"
+    result.to_netcdf(path, engine="h5netcdf")
+    assert fp.load(path).identical(result)
+    text = fp.save(result, tmp_path / "old.csv").read_text(encoding="utf-8")
+    first, rest = text.split("\n", 1)
+    assert first.startswith("# sha256")
+    old = tmp_path / "older.csv"
+    old.write_text(rest.replace('"content_sha256": true, ', ""), encoding="utf-8")
+    assert fp.load(old).identical(result)
+
+
+@pytest.mark.parametrize("size", [0, 1, 80, 5000])
+def test_seals(size):
+    content = random.Random(size).randbytes(size)
+    assert unsealed(sealed(content)) == (content, True)
+    assert unsealed(content) == (content, False)
+    for i in range(len(sealed(content)) - 88, len(sealed(content))):
+        spoilt = bytearray(sealed(content))
+        spoilt[i] ^= 4
+        with pytest.raises(BrokenSeal):
+            unsealed(bytes(spoilt))
+
+
+def test_a_damaged_cache_is_set_aside_and_solved_again(tmp_path):
+    tip, folder = fp.Pyramid(4, 0.3), tmp_path / "cache"
+
+    def solve():
+        return float(
+            fp.indent(GEL, tip, depth=1e-7, method=fp.Refined(cells=32, cache=folder, tables=False))["force"][0]
+        )
+
+    first = solve()
+    (path,) = folder.glob("*.npz")
+    whole = path.read_bytes()
+    for spoilt in (whole[:-300] + bytes([whole[-300] ^ 1]) + whole[-299:], b"", whole[:100]):
+        path.write_bytes(spoilt)
+        with pytest.warns(fp.FlatpunchWarning, match="damaged or changed.*set aside, and solved again"):
+            _fresh(solve, first)
+    np.savez(path, positions=np.array([0.0]), rows=np.full((1, 3), 7.0))
+    with pytest.warns(fp.FlatpunchWarning, match="it has no seal"):
+        _fresh(solve, first)
+    assert path.exists()
+
+
+def _fresh(solve, wanted):
+    from flatpunch.contact.refined import method
+
+    for name in vars(method).values():
+        if hasattr(name, "cache_clear"):
+            name.cache_clear()
+    assert solve() == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is a file of Linux")
+def test_a_full_disk_is_one_message(result, tmp_path, monkeypatch):
+    def full(self, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    for ending in (".nc", ".csv"):
+        with pytest.raises(ResultError, match=rf"curve\{ending}: cannot be written .No space left on device."):
+            fp.save(result, tmp_path / f"curve{ending}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_links_are_followed(result, tmp_path):
+    (tmp_path / "there").mkdir()
+    link = tmp_path / "curve.nc"
+    link.symlink_to(tmp_path / "there" / "real.nc")
+    fp.save(result, link)
+    assert link.is_symlink()
+    assert fp.load(tmp_path / "there" / "real.nc").identical(result)
+
+
+def test_what_is_no_file_is_no_result(tmp_path):
+    (tmp_path / "folder.nc").mkdir()
+    for path in (tmp_path / "folder.nc", tmp_path / "none.csv"):
+        with pytest.raises(ResultError, match="not readable"):
+            fp.load(path)
+    with pytest.raises(ResultError):
+        fp.save(fp.indent(GEL, fp.Cone(0.1), depth=1e-9), tmp_path / "folder.nc")

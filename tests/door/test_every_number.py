@@ -1,0 +1,354 @@
+"""Every number of every public constructor and function: what is no real number is refused by name, quantities are converted.
+
+One valid call of each stands below; each of its numbers, also those in lists, is replaced by each kind of bad value.
+"""
+
+import contextlib
+import inspect
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pint
+import pytest
+
+import flatpunch as fp
+from flatpunch import atlas, bem
+from flatpunch.fit import Sample, Settings, Tip, oliver_pharr
+from flatpunch.fit.films.oliver_pharr import DIAMOND
+
+LAYER = fp.Layer(5e3, 0.45, 2e-6)
+GEL = fp.Medium([LAYER], fp.RigidBase())
+BODY = fp.HalfSpace(5e3, 0.3)
+BALL = fp.Paraboloid(5e-6)
+AXIS = np.linspace(-1e-6, 1e-6, 15)
+MAP = (AXIS[:, None] ** 2 + AXIS**2) / 2e-5
+DEPTH = np.linspace(0, 2e-7, 40)
+FORCE = np.abs(DEPTH) ** 1.5
+CURVE = fp.Curve(DEPTH, FORCE)
+CYCLE = fp.Curve(DEPTH, FORCE, stiffness=FORCE + 1e-9)
+TIP = Tip.from_coefficients([24.5, 300.0])
+
+CALLS = {
+    "Layer": (fp.Layer, {"young": 5e3, "poisson": 0.45, "thickness": 2e-6}),
+    "HalfSpace": (fp.HalfSpace, {"young": 5e3, "poisson": 0.3}),
+    "GradedLayer": (fp.GradedLayer, {"young": 5e3, "poisson": 0.3, "thickness": 2e-6}),
+    "GradedLayer table": (fp.GradedLayer, {"young": ([0.0, 2e-6], [1e3, 2e3]), "poisson": 0.3, "thickness": 2e-6}),
+    "PowerLawHalfSpace": (fp.PowerLawHalfSpace, {"modulus": 5e3, "depth": 1e-6, "exponent": 0.3, "poisson": 0.3}),
+    "LinearModulus": (fp.LinearModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),
+    "ExponentialModulus": (fp.ExponentialModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),
+    "PowerModulus": (fp.PowerModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6, "exponent": 2.0}),
+    "DepthTable": (fp.DepthTable, {"depths": [0.0, 1e-6], "entries": [1e3, 2e3]}),
+    "Prony": (fp.Prony, {"weights": [0.5, 0.2], "times": [1.0, 0.1], "equilibrium": 0.3}),
+    "StandardLinearSolid": (fp.StandardLinearSolid, {"equilibrium": 0.3, "time": 1.0}),
+    "PowerLawRelaxation": (fp.PowerLawRelaxation, {"exponent": 0.2, "time": 1.0}),
+    "Cylinder": (fp.Cylinder, {"radius": 1e-6}),
+    "Paraboloid": (fp.Paraboloid, {"radius": 1e-6}),
+    "Sphere": (fp.Sphere, {"radius": 1e-6}),
+    "Cone": (fp.Cone, {"inclination": 0.3}),
+    "Pyramid": (fp.Pyramid, {"sides": 4, "inclination": 0.3}),
+    "PowerLaw": (fp.PowerLaw, {"exponent": 2.0, "angular": 1e5}),
+    "PowerLaw table": (
+        fp.PowerLaw,
+        {"exponent": 2.0, "angular": ([0.0, 1.0, 2.0, 4.0], [1.0, 1.1, 1.0, 1.1]), "corners": [0.0, 1.0]},
+    ),
+    "EllipticParaboloid": (fp.EllipticParaboloid, {"A": 1e5, "B": 2e5}),
+    "Ellipsoid": (fp.Ellipsoid, {"half_x": 1e-6, "half_y": 2e-6, "half_z": 1e-6}),
+    "Spheroid": (fp.Spheroid, {"half_width": 1e-6, "half_height": 2e-6}),
+    "Superellipse": (
+        fp.Superellipse,
+        {"half_x": 1e-6, "half_y": 2e-6, "height_at_axes": 1e-7, "power": 4.0, "exponent": 2.0},
+    ),
+    "FacetedPyramid": (fp.FacetedPyramid, {"directions": [0.0, 2.0, 4.0], "inclinations": [0.3, 0.3, 0.4]}),
+    "Rounded": (fp.Rounded, {"tip": fp.Cone(0.3), "radius": 1e-7}),
+    "SpheroCone": (fp.SpheroCone, {"inclination": 0.3, "radius": 1e-7}),
+    "Truncated": (fp.Truncated, {"tip": fp.Cone(0.3), "height_removed": 1e-8}),
+    "Truncated.across": (fp.Truncated.across, {"tip": fp.Cone(0.3), "radius": 1e-8}),
+    "Tilted": (fp.Tilted, {"tip": fp.Cone(0.3), "tilt_x": 0.05, "tilt_y": 0.02}),
+    "Vickers": (fp.Vickers, {"tip_radius": 1e-8}),
+    "Vickers flat": (fp.Vickers, {"height_removed": 1e-8}),
+    "Berkovich": (fp.Berkovich, {"tip_radius": 1e-8}),
+    "CubeCorner": (fp.CubeCorner, {"tip_radius": 1e-8}),
+    "Knoop": (fp.Knoop, {"height_removed": 1e-8}),
+    "AfmPyramid": (fp.AfmPyramid, {"front": 0.5, "back": 0.6, "side": 0.4, "tip_radius": 1e-8}),
+    "RadialProfile": (fp.RadialProfile, {"r": [0.0, 1.0, 2.0, 3.0], "f": [0.0, 1.0, 3.0, 5.0], "kinks": [1.0]}),
+    "RadialProfile.from_area": (fp.RadialProfile.from_area, {"depth": [0.0, 1.0, 2.0], "area": [0.0, 1.0, 4.0]}),
+    "AreaFunction": (fp.AreaFunction, {"coefficients": [24.5, 10.0], "limit": 1e-6, "unit": 1e-9, "start": 1e-8}),
+    "HeightMap": (
+        fp.HeightMap,
+        {"x": AXIS, "y": AXIS, "z": MAP, "smoothing": 1e-8, "near": (0.0, 0.0), "reach": 5e-7},
+    ),
+    "indent depth": (fp.indent, {"medium": GEL, "indenter": BALL, "depth": 1e-7, "angles": 8}),
+    "indent force": (fp.indent, {"medium": GEL, "indenter": BALL, "force": 1e-9}),
+    "indent radius": (fp.indent, {"medium": GEL, "indenter": BALL, "radius": [1e-7, 2e-7]}),
+    "indent adhesive": (
+        fp.indent,
+        {"medium": BODY, "indenter": BALL, "depth": 1e-7, "work_of_adhesion": 1e-5, "range_of_action": 1e-10},
+    ),
+    "indent history": (
+        fp.indent,
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "depth": [0.0, 1e-7],
+            "time": [0.0, 1.0],
+            "relaxation": fp.StandardLinearSolid(0.5, 1.0),
+        },
+    ),
+    "BoundaryElements": (fp.BoundaryElements, {"grid": 16, "tolerance": 1e-3, "limit": 50}),
+    "Refined": (fp.Refined, {"rtol": 1e-2, "cells": 32}),
+    "pressure": (fp.pressure, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": [0.0, 1e-8], "depth": 1e-8}),
+    "pressure adhesive": (
+        fp.pressure,
+        {"medium": BODY, "indenter": BALL, "x": 0.0, "y": 0.0, "depth": 1e-8, "work_of_adhesion": 1e-5},
+    ),
+    "pull_off": (
+        fp.pull_off,
+        {"medium": BODY, "indenter": BALL, "work_of_adhesion": 1e-5, "range_of_action": 1e-10},
+    ),
+    "adhesion_loop": (
+        fp.adhesion_loop,
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "work_of_adhesion": 1e-5,
+            "depth": 1e-7,
+            "points": 10,
+            "range_of_action": 1e-10,
+        },
+    ),
+    "flat_punch": (fp.flat_punch, {"medium": BODY, "radius": 1e-6}),
+    "FlatPunch.pressure": (fp.flat_punch(BODY, 1e-6).pressure, {"r": 1e-7}),
+    "FlatPunch.moment": (fp.flat_punch(BODY, 1e-6).moment, {"exponent": 1.0}),
+    "compliance": (fp.compliance(BODY), {"k": [1e5, 1e6]}),
+    "Curve": (
+        fp.Curve,
+        {"depth": DEPTH, "force": FORCE, "spring_constant": 0.1, "stiffness": FORCE, "time": 1e6 * DEPTH},
+    ),
+    "Curve.from_piezo": (fp.Curve.from_piezo, {"piezo": DEPTH, "force": FORCE, "spring_constant": 0.1}),
+    "Free": (fp.Free, {"start": 1e3, "minimum": 1e2, "maximum": 1e4}),
+    "Settings": (Settings, {"contact": 1e-8, "depth_to": 1e-7, "force_to": 1e-9, "level": 0.9}),
+    "Sample": (
+        Sample,
+        {"medium": BODY, "indenter": BALL, "work_of_adhesion": 1e-5, "range_of_action": 1e-10},
+    ),
+    "fit": (
+        fp.fit,
+        {"curve": CURVE, "medium": BODY, "indenter": BALL, "free": ["base.young"], "contact": 0.0, "level": 0.9},
+    ),
+    "correct": (
+        fp.correct,
+        {"reported": 5e3, "medium": GEL, "indenter": BALL, "depth": 1e-8, "reported_poisson": 0.5, "over": "depth"},
+    ),
+    "Tip": (Tip, {"area": np.square, "beta": 1.03, "epsilon": 0.75, "material": DIAMOND}),
+    "Tip.from_coefficients": (Tip.from_coefficients, {"coefficients": [24.5, 3.0], "unit": 1e-9}),
+    "oliver_pharr": (oliver_pharr, {"curve": CYCLE, "tip": TIP, "frame": 1e-9}),
+    "Grid": (bem.Grid, {"nx": 16, "ny": 16, "spacing": 1e-7, "center": (0.0, 0.0)}),
+    "Grid.around": (bem.Grid.around, {"half_widths": (1e-6, 1e-6), "cells": 32, "margin": 0.25}),
+    "atlas.Parameter": (atlas.Parameter, {"name": "ratio", "meaning": "", "low": 0.1, "high": 1.0}),
+}
+
+REGISTRY = pint.UnitRegistry()
+UNITS = {
+    **dict.fromkeys(("young", "modulus", "top", "bottom", "reported"), "Pa"),
+    **dict.fromkeys(("thickness", "depth", "depths", "radius", "x", "y", "z", "r", "f", "kinks", "limit", "unit"), "m"),
+    **dict.fromkeys(("start", "smoothing", "near", "reach", "half_x", "half_y", "half_z", "height_at_axes"), "m"),
+    **dict.fromkeys(
+        ("half_width", "half_height", "half_widths", "tip_radius", "height_removed", "spacing", "center"), "m"
+    ),
+    **dict.fromkeys(("range_of_action", "contact", "depth_to", "piezo"), "m"),
+    **dict.fromkeys(("time", "times"), "s"),
+    **dict.fromkeys(("force", "force_to"), "N"),
+    **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y", "front", "back", "side"), "rad"),
+    **dict.fromkeys(("A", "B", "k"), "1/m"),
+    **dict.fromkeys(("spring_constant", "stiffness"), "N/m"),
+    "work_of_adhesion": "J/m**2",
+    "area": "m**2",
+    "frame": "m/N",
+}
+
+BAD = {
+    "text": "5e3",
+    "bytes": b"1",
+    "truth": True,
+    "numpy truth": np.True_,
+    "complex": 1 + 0j,
+    "numpy complex": np.complex128(1 + 1j),
+    "nan": float("nan"),
+    "inf": np.inf,
+    "huge integer": 10**400,
+    "very long integer": 10**5000,
+    "masked": np.ma.masked,
+    "masked entry": np.ma.masked_array([1.0], mask=[True]),
+    "date": np.datetime64("2020-01-01"),
+    "duration": np.timedelta64(5, "s"),
+    "mapping": {"value": 1.0},
+    "set": {1.0},
+    "object": object(),
+    "temperature": REGISTRY.Quantity(3.0, "kelvin"),
+}
+SOME = {
+    "list of texts": ["1", "2"],
+    "list with truth": [1.0, True],
+    "list with None": [1.0, None],
+    "complex array": np.array([1 + 1j, 2.0]),
+    "nan within": np.array([1.0, np.nan]),
+    "masked within": np.ma.masked_array([1.0, 2.0], mask=[False, True]),
+    "three dimensions": np.ones((2, 2, 2)),
+    "ragged": [[1.0], [1.0, 2.0]],
+    "durations": np.array([1, 2], dtype="timedelta64[s]"),
+}
+NAN_IS_NONE = {("Curve", "stiffness")}
+"""Measured stiffnesses have gaps."""
+ANY_SHAPE = {
+    ("pressure", "x"),
+    ("pressure", "y"),
+    ("pressure adhesive", "x"),
+    ("pressure adhesive", "y"),
+    ("FlatPunch.pressure", "r"),
+}
+NO_LIMIT = {("Free", "minimum"), ("Free", "maximum")}
+"""Infinite limits are none."""
+
+
+def is_number(value):
+    if isinstance(value, (tuple, list, np.ndarray)):
+        return len(value) > 0 and all(map(is_number, value))
+    return isinstance(value, (int, float, np.floating)) and not isinstance(value, bool)
+
+
+CASES = [(call, name) for call, (_, given) in CALLS.items() for name, value in given.items() if is_number(value)]
+
+
+def refused(call, name, bad):
+    function, given = CALLS[call]
+    with pytest.raises((TypeError, ValueError)) as caught:
+        function(**{**given, name: bad})
+    message = str(caught.value)
+    # a table of the angle or of the depth is named by what it is
+    assert name.removesuffix("s") in message, message
+    assert len(message) < 700, message
+
+
+@pytest.mark.parametrize(("call", "name"), CASES, ids=[f"{call}: {name}" for call, name in CASES])
+def test_what_is_no_number_is_refused_by_name(call, name):
+    for kind, bad in {**BAD, **SOME}.items():
+        if ("nan" in kind and (call, name) in NAN_IS_NONE) or (kind == "inf" and (call, name) in NO_LIMIT):
+            continue
+        if kind == "three dimensions" and (call, name) in ANY_SHAPE:
+            continue
+        refused(call, name, bad)
+        listed = CALLS[call][1][name]
+        if isinstance(listed, (list, tuple)) and kind in BAD:
+            refused(call, name, [*listed[:-1], bad])
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_the_calls_themselves_are_valid(call):
+    function, given = CALLS[call]
+    function(**given)
+
+
+SCALED = [
+    (call, name)
+    for call, name in CASES
+    if name in UNITS and call not in ("Free", "GradedLayer table", "BoundaryElements")
+]
+
+
+@pytest.mark.parametrize(("call", "name"), SCALED, ids=[f"{call}: {name}" for call, name in SCALED])
+def test_quantities_are_converted(call, name):
+    """A quantity in thousandths of the SI unit gives what the plain number gives; that of another dimension is refused."""
+    function, given = CALLS[call]
+    unit = UNITS[name]
+    plain = np.asarray(given[name], dtype=float)
+    small = (
+        REGISTRY.Quantity(plain * 1e3, f"milli{'radian' if unit == 'rad' else 'meter'}")
+        if unit in ("m", "rad")
+        else None
+    )
+    quantity = small if small is not None else REGISTRY.Quantity(plain, unit)
+    if plain.ndim == 0:
+        quantity = REGISTRY.Quantity(float(quantity.magnitude), quantity.units)
+    ours = function(**{**given, name: quantity})
+    assert_same(ours, function(**given))
+    for other in ("kg", "m**7"):
+        with pytest.raises(TypeError, match=r"must be in|must be without dimension"):
+            function(**{**given, name: REGISTRY.Quantity(plain if plain.ndim else float(plain), other)})
+
+
+def assert_same(found, wanted):
+    if hasattr(wanted, "data_vars"):
+        for variable in wanted.data_vars:
+            # 1e-9: milli is no power of two
+            np.testing.assert_allclose(found[variable], wanted[variable], rtol=1e-9)
+    elif isinstance(wanted, np.ndarray):
+        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    else:
+        assert type(found) is type(wanted)
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        5000,
+        np.float32(5000),
+        np.int64(5000),
+        np.array(5000.0),
+        Decimal(5000),
+        Fraction(5000),
+        np.ma.masked_array(5000.0),
+    ],
+    ids=lambda number: type(number).__name__,
+)
+def test_real_numbers_of_every_type_are_taken(number):
+    assert fp.HalfSpace(number, 0.3) == BODY
+
+
+def test_labelled_arrays_are_taken_in_their_own_unit_only():
+    depth = fp.indent(BODY, BALL, depth=[1e-7, 2e-7])["depth"]
+    assert (fp.indent(BODY, BALL, depth=depth)["depth"] == depth).all()
+    with pytest.raises(TypeError, match="labelled as in 'N'"):
+        fp.indent(BODY, BALL, depth=depth.assign_attrs(units="N"))
+
+
+@pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
+@pytest.mark.parametrize("call", CALLS)
+def test_sizes_that_overflow_are_refused_or_solved_without_a_warning(call):
+    """Warnings are errors in this suite."""
+    function, given = CALLS[call]
+    for name in [name for called, name in CASES if called == call]:
+        plain = np.asarray(given[name], dtype=float)
+        for size in (5e-324, 1e-300, 1e-150, 1e150, 1e300):
+            far = np.full(plain.shape, size) if plain.ndim else size
+            with contextlib.suppress(TypeError, ValueError):
+                function(**{**given, name: far})
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-150, 1e300])
+def test_lengths_and_moduli_of_no_body_are_refused(size):
+    for make in (
+        lambda: fp.HalfSpace(size, 0.3),
+        lambda: fp.Layer(1e3, 0.3, size),
+        lambda: fp.Sphere(size),
+        lambda: fp.flat_punch(BODY, size),
+        lambda: fp.indent(BODY, BALL, depth=size),
+        lambda: fp.indent(BODY, BALL, force=[1e-9, size]),
+        lambda: fp.pull_off(BODY, BALL, work_of_adhesion=size),
+    ):
+        with pytest.raises(ValueError, match="Check the units"):
+            make()
+
+
+def test_every_public_constructor_and_function_is_here():
+    """A new one joins `CALLS`, or is named here with the reason."""
+    without = {
+        # no numbers: bodies of bodies, texts, errors, files
+        *("Medium", "RigidBase", "TwoBodies", "Formula", "CurveError", "FlatpunchWarning"),
+        *("FirstOrder", "SecondOrder", "FourthOrder"),
+        *("load", "save", "read_case", "read_curve"),
+        # take case files and curves; their own tests
+        *("read_height_map", "sweep", "fit_batch"),
+    }
+    public = {name for name in fp.__all__ if callable(getattr(fp, name)) and not inspect.ismodule(getattr(fp, name))}
+    assert public - without <= {call.split(" ")[0] for call in CALLS}
