@@ -12,6 +12,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, OUTLINES
 from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
@@ -48,6 +49,7 @@ _VARIABLES = {
 
 
 @one_blas_thread()
+@refused_overflow()
 def indent(
     medium: Any,
     indenter: Indenter,
@@ -131,6 +133,7 @@ def indent(
 
 
 @one_blas_thread()
+@refused_overflow()
 def pressure(
     medium: Any,
     indenter: Indenter,
