@@ -49,6 +49,11 @@ def unkeepable(x):
     return {"thing": object()}
 
 
+def slowly_in_process(point):
+    time.sleep(0.15)
+    return {"pid": os.getpid()}
+
+
 def which_process(point):
     time.sleep(0.02)
     return {"pid": os.getpid(), "at": time.monotonic()}

@@ -14,8 +14,8 @@ ANGLES = 100_000
 OUTLINES = 50_000_000
 """Steps times angles of one result: 400 MB."""
 
-SIDES = 1000
-"""Faces of a pyramid: beyond, it is its round limit to 2e-6."""
+SIDES = 100
+"""Faces of a pyramid: beyond, it is its round limit to 2e-4, which takes a hundred times less."""
 
 LAYERS = 2000
 """Layers of a body: C(k) takes time in proportion, about a second for each solved radius at this number."""

@@ -44,8 +44,7 @@ def message(error: BaseException) -> str:
 def toml(text: str) -> str:
     """Return a message with Python's spelling of settings in that of case files: name=True becomes name = true."""
     text = re.sub(r"(?<!--set )\b([a-z_]\w*)=(?=True|False|['\"{\[]|\.\.\.)", r"\1 = ", text)
-    text = re.sub(r"(?<== )(True|False)\b", lambda found: found[1].lower(), text)
-    return text
+    return re.sub(r"(?<== )(True|False)\b", lambda found: found[1].lower(), text)
 
 
 def wants_traceback() -> bool:

@@ -127,12 +127,12 @@ def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | Tabu
     return _kernel(medium)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _tabulated(medium: TabulatedMedium) -> Kernel:
     return replace(_kernel(medium.medium), solution=medium.solution, cache={})
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _kernel(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
     if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and not medium.layers):
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)

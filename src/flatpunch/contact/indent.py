@@ -9,6 +9,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, OUTLINES
 from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
@@ -45,6 +46,7 @@ _VARIABLES = {
 
 
 @one_blas_thread()
+@refused_overflow()
 def indent(
     medium: Any,
     indenter: Indenter,
@@ -152,6 +154,7 @@ def pressure(
     return_error: Literal[True],
 ) -> tuple[Array, Array]: ...
 @one_blas_thread()
+@refused_overflow()
 def pressure(
     medium: Any,
     indenter: Indenter,

@@ -11,6 +11,9 @@ from flatpunch._support.checks import Array, numbers, real, shown
 
 FULL_TURN = 2 * math.pi
 
+SLENDER = 1e6
+"""Largest ratio of the half-axes of a tip."""
+
 
 def inclination(name: str, value: Any) -> float:
     """Return `value` as an inclination between surface and face, 0 < value < pi/2 [rad]."""
@@ -22,6 +25,21 @@ def inclination(name: str, value: Any) -> float:
             "Degrees go through math.radians; a half-opening angle t measured from the axis is pi/2 - t."
         )
     return number
+
+
+def check_slender(name: str, *lengths: float) -> None:
+    """Refuse tips that are far longer than wide: their contacts are lines, and nothing resolves both."""
+    if max(lengths) > SLENDER * min(lengths):
+        raise ValueError(
+            f"{name} has half-axes or curvatures from {min(lengths):.3g} to {max(lengths):.3g}; they may differ by a factor of "
+            f"{SLENDER:.0e}. Check the units."
+        )
+
+
+def check_exponent(name: str, exponent: float) -> None:
+    """Refuse powers of the radius that are a step or a needle in floating point."""
+    if not 0.01 <= exponent <= 100:
+        raise ValueError(f"{name} = {exponent!r} must lie between 0.01 and 100; a flat end is Cylinder(radius).")
 
 
 def spread(radial: Array, phi: Array) -> Array:

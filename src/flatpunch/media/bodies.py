@@ -13,7 +13,7 @@ from typing import Any
 
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import poisson_ratio, positive, shown, switch
-from flatpunch.media.graded import BONDED, GradedLayer
+from flatpunch.media.graded import BONDED, CONTRAST, GradedLayer
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
@@ -119,6 +119,7 @@ class Medium:
                 f"Medium.base = {shown(base)} must be HalfSpace(young=..., poisson=...) or RigidBase(): "
                 "it is what lies below all layers."
             )
+        _check_contrast(self.layers, base)
         if not self.layers and isinstance(base, RigidBase):
             raise ValueError(
                 "Medium.layers is empty on a rigid base, so nothing can deform. "
@@ -141,6 +142,24 @@ class Medium:
     def thickness(self) -> float:
         """Thickness of all layers together [m]."""
         return sum(layer.thickness for layer in self.layers)
+
+
+def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | RigidBase) -> None:
+    """Refuse stacks whose moduli or thicknesses differ by more than floating point resolves."""
+    moduli = [layer.surface_modulus for layer in layers] + (
+        [base.surface_modulus] if isinstance(base, HalfSpace) else []
+    )
+    if moduli and max(moduli) > CONTRAST * min(moduli):
+        raise ValueError(
+            f"Medium has moduli from {min(moduli):.3g} to {max(moduli):.3g} Pa; they may differ by a factor of {CONTRAST:.0e}. "
+            "Check the units; what is far stiffer than all else is a RigidBase()."
+        )
+    lengths = [layer.thickness for layer in layers]
+    if lengths and max(lengths) > CONTRAST * min(lengths):
+        raise ValueError(
+            f"Medium has layers from {min(lengths):.3g} to {max(lengths):.3g} m thick; they may differ by a factor of "
+            f"{CONTRAST:.0e}. Check the units."
+        )
 
 
 def _as_layers(layers: Iterable[Any]) -> tuple[Layer | GradedLayer, ...]:

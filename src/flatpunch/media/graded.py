@@ -16,6 +16,9 @@ from flatpunch._support.checks import Array, positive, real, shown, switch, valu
 from flatpunch.media.laws import Constant, DepthTable, Law
 
 BONDED = "True sticks to what lies below, False slides on it without friction."
+CONTRAST = 1e15
+"""Ratio of moduli, or of lengths, beyond which the smaller ones are lost to rounding."""
+
 _SAMPLES = 2049
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
 
@@ -57,6 +60,12 @@ class GradedLayer:
         z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, _SAMPLES), self.breaks]))
         _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
         _check_profile("GradedLayer.poisson", z, self.poisson_at, _poisson_fault)
+        moduli = self.young_at(z)
+        if moduli.max() > CONTRAST * moduli.min():
+            raise ValueError(
+                f"GradedLayer.young = {moduli.min():.3g} to {moduli.max():.3g} Pa must not differ by more than a factor of "
+                f"{CONTRAST:.0e} over the depth. Check the units."
+            )
 
     def young_at(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m], 0 <= z <= thickness, any shape."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from flatpunch._support.checks import shown
 from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
+from flatpunch.media.graded import CONTRAST
 from flatpunch.media.power_law import PowerLawHalfSpace
 
 Body = HalfSpace | Medium | PowerLawHalfSpace | RigidBase
@@ -41,6 +42,13 @@ class TwoBodies:
             raise ValueError(
                 f"TwoBodies has bodies whose moduli grow with the exponents {sorted(exponents)} of depth. A power-law half-space "
                 "pairs with one of its own exponent or with RigidBase(); give the other body's grading as GradedLayer."
+            )
+
+        moduli = [body.surface_modulus for body in self.elastic]
+        if max(moduli) > CONTRAST * min(moduli):
+            raise ValueError(
+                f"TwoBodies has moduli of {moduli[0]:.3g} and {moduli[-1]:.3g} Pa; they may differ by a factor of "
+                f"{CONTRAST:.0e}. Check the units; the far stiffer one is a RigidBase()."
             )
 
     @property

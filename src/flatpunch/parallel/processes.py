@@ -22,6 +22,9 @@ from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
+_RETIRED = 5000
+"""Points after which a worker makes room for a new one: whatever it has gathered goes with it."""
+
 fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
 
 
@@ -63,6 +66,10 @@ def in_processes(
                     waiting.give_back(worker.items[len(done) :])
                     waiting.learn(outcomes)
                     yield done
+                    worker.solved += len(done)
+                    if worker.solved >= _RETIRED:
+                        worker.end()
+                        team[worker.name] = worker = _Worker(worker.name, function, with_main)
                 worker.give(waiting.take(worker.name))
             for worker in team:  # what was lost or given back may wait while others have nothing to do
                 if not worker.items:
@@ -78,6 +85,7 @@ class _Worker:
     def __init__(self, name: int, function: Function, with_main: bool) -> None:
         self.name, self._ready = name, False
         self.items: list[Item] = []
+        self.solved = 0
         self.pipe, end = fresh.Pipe()
         self._process = fresh.Process(target=_work, args=(end,), name=f"flatpunch-{name}", daemon=True)
         with one_thread(), unheard_by_children(), contextlib.nullcontext() if with_main else no_main():

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support import returned
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
@@ -197,7 +198,8 @@ def _rounding(series: Array) -> float:
     return float(20 * np.finfo(float).eps * np.pi * np.abs(series[0, 0]))
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=64)
 def punch_family(kernel: Kernel) -> PunchFamily:
     """The family of a kernel; solutions already computed are shared."""
+    returned.now_and_then()
     return PunchFamily(kernel)

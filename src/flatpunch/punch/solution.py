@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import beta as beta_function
 
 from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
@@ -113,6 +114,7 @@ class FlatPunch:
 
 
 @one_blas_thread()
+@refused_overflow()
 def flat_punch(
     medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float
 ) -> FlatPunch:

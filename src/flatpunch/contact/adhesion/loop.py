@@ -21,6 +21,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import STEPS
 from flatpunch._support.checks import Array, positive, whole
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
@@ -85,6 +86,7 @@ class _Leg:
 
 
 @one_blas_thread()
+@refused_overflow()
 def adhesion_loop(
     medium: Any,
     indenter: Indenter,

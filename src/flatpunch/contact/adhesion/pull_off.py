@@ -25,6 +25,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import FlatpunchWarning, positive
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
@@ -111,6 +112,7 @@ class PullOff:
 
 
 @one_blas_thread()
+@refused_overflow()
 def pull_off(
     medium: Any, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
 ) -> PullOff:

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, non_negative, positive, values
+from flatpunch._support.overflow import refused_overflow
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
@@ -54,6 +55,7 @@ class AreaFunction(RoundShape):
     start: float = 0.0
     _inverse: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False)
 
+    @refused_overflow()
     def __post_init__(self) -> None:
         found = tuple(values("AreaFunction.coefficients", self.coefficients, minimum=-np.inf, unit="1").tolist())
         if not any(found):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.sphere import USABLE
 
@@ -33,6 +33,7 @@ class Ellipsoid(Shape):
     def __post_init__(self) -> None:
         for name in ("half_x", "half_y", "half_z"):
             object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name), unit="m"))
+        check_slender("Ellipsoid", self.half_x, self.half_y, self.half_z)
 
     @property
     def reach(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.shape import RoundShape, Shape
 
 
@@ -61,6 +61,7 @@ class EllipticParaboloid(Shape):
         hint = "A and B are half the principal curvatures, 1/(2 R)."
         object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint, unit="1/m"))
         object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint, unit="1/m"))
+        check_slender("EllipticParaboloid", self.A, self.B)
 
     @property
     def exponent(self) -> float:

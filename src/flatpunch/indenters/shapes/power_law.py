@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, positive, values
-from flatpunch.indenters._common import FULL_TURN, corner_angles, power
+from flatpunch.indenters._common import FULL_TURN, check_exponent, corner_angles, power
 from flatpunch.indenters.shape import Shape
 
 _SAMPLES = FULL_TURN * (np.arange(720) + 0.382) / 720
@@ -137,6 +137,7 @@ class PowerLaw(Shape):
 
     def __init__(self, exponent: Any, angular: Any, corners: Any = ()) -> None:
         object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent, unit="1"))
+        check_exponent("PowerLaw.exponent", self.exponent)
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
         object.__setattr__(self, "angular", _as_angular(angular, self.corners))
         object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.indenters._common import power
+from flatpunch.indenters._common import check_exponent, check_slender, power
 from flatpunch.indenters.shape import Shape
 
 
@@ -38,6 +38,12 @@ class Superellipse(Shape):
         for name in ("half_x", "half_y", "height_at_axes", "power", "exponent"):
             unit = "1" if name in ("power", "exponent") else "m"
             object.__setattr__(self, name, positive(f"Superellipse.{name}", getattr(self, name), unit=unit))
+        check_slender("Superellipse", self.half_x, self.half_y)
+        check_exponent("Superellipse.exponent", self.exponent)
+        if self.power > 1000:
+            raise ValueError(
+                f"Superellipse.power = {self.power!r} must be 1000 or less: beyond, its level lines are rectangles."
+            )
         if self.power < 1:
             raise ValueError(
                 f"Superellipse.power = {self.power!r} must be >= 1: below it the level lines are hollow between the "

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, real
+from flatpunch._support.overflow import refused_overflow
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import Shape
@@ -60,6 +61,7 @@ class Tilted:
     apex: tuple[float, float] = field(init=False, compare=False)
     shape: Indenter = field(init=False, repr=False, compare=False)
 
+    @refused_overflow()
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Tilted.tip = {self.tip!r} must be an indenter such as Sphere(radius=...).")

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, positive
+from flatpunch._support.overflow import refused_overflow
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.shape import Shape
@@ -42,6 +43,7 @@ class Truncated(Shape):
     height_removed: float
     _rings: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
+    @refused_overflow()
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Truncated.tip = {self.tip!r} must be an indenter such as Pyramid(4, 0.6).")
