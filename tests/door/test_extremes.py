@@ -94,11 +94,11 @@ def test_finite_or_refused(count):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: fp.Medium([fp.Layer(1e3, 0.3, 1e-6), fp.Layer(1e20, 0.3, 1e-6)], fp.RigidBase()),
-        lambda: fp.Medium([fp.Layer(1e3, 0.3, 1e-20), fp.Layer(1e3, 0.3, 1.0)], fp.RigidBase()),
-        lambda: fp.Medium([fp.Layer(1e-10, 0.3, 1e-6)], fp.HalfSpace(1e10, 0.3)),
-        lambda: fp.GradedLayer(fp.ExponentialModulus(1e-5, 1e15, 1e-6), 0.3, 1e-6),
-        lambda: fp.TwoBodies(fp.HalfSpace(1e-10, 0.3), fp.HalfSpace(1e10, 0.3)),
+        lambda: fp.Medium([fp.Layer(1e3, 0.3, 1e-6), fp.Layer(1e40, 0.3, 1e-6)], fp.RigidBase()),
+        lambda: fp.Medium([fp.Layer(1e3, 0.3, 1e-30), fp.Layer(1e3, 0.3, 1.0)], fp.RigidBase()),
+        lambda: fp.Medium([fp.Layer(1e-20, 0.3, 1e-6)], fp.HalfSpace(1e10, 0.3)),
+        lambda: fp.GradedLayer(fp.ExponentialModulus(1e-15, 1e15, 1e-6), 0.3, 1e-6),
+        lambda: fp.TwoBodies(fp.HalfSpace(1e-20, 0.3), fp.HalfSpace(1e10, 0.3)),
         lambda: fp.EllipticParaboloid(1.0, 1e8),
         lambda: fp.Ellipsoid(1.0, 1e-8, 1.0),
         lambda: fp.Superellipse(1.0, 1e-8, 1.0),

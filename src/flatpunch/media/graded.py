@@ -16,8 +16,8 @@ from flatpunch._support.checks import Array, positive, real, shown, switch, valu
 from flatpunch.media.laws import Constant, DepthTable, Law
 
 BONDED = "True sticks to what lies below, False slides on it without friction."
-CONTRAST = 1e15
-"""Ratio of moduli, or of lengths, beyond which the smaller ones are lost to rounding."""
+CONTRAST = 1e25
+"""Ratio of moduli, or of lengths, beyond which solutions overflow or do not end; fits try media of 1e18 on their way."""
 
 _SAMPLES = 2049
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"

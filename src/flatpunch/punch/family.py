@@ -10,7 +10,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatpunch._support import returned
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
@@ -201,5 +200,4 @@ def _rounding(series: Array) -> float:
 @lru_cache(maxsize=64)
 def punch_family(kernel: Kernel) -> PunchFamily:
     """The family of a kernel; solutions already computed are shared."""
-    returned.now_and_then()
     return PunchFamily(kernel)
