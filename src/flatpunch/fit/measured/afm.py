@@ -174,16 +174,19 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
         if height not in columns:
             raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
-        segment = np.asarray(data["segment"]) if "segment" in columns else np.zeros(force.size, dtype=int)
+        segment = np.asarray(data["segment"], dtype=float) if "segment" in columns else None
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None
-    meta = {"source": str(path.name), "segment": segment, "metadata": dict(data.metadata)}
+    if segment is not None and ((np.diff(segment) < 0).any() or np.unique(segment).size < 2):
+        # one segment, or numbers that do not count up, tell nothing
+        segment = None
+    meta = {"source": str(path.name), "metadata": dict(data.metadata)}
     k = float(k) if k is not None and np.isfinite(k) else None
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
     if "tip position" in columns:
-        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time)
+        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time, segment=segment)
     if k is None:
         raise CurveError(
             f"{path.name}: the file does not say the cantilever's spring constant. Pass spring_constant=... [N/m]."
         )
-    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time)
+    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time, segment=segment)

@@ -79,7 +79,7 @@ class FitResult:
     @property
     def depth(self) -> Array:
         """Indentation depth at the points of the curve [m]."""
-        return np.asarray(self.curve.depth - self._rest()["contact"])
+        return np.asarray(self.objective.indentation(self.curve, self.minimum.x))
 
     @property
     def force(self) -> Array:
@@ -96,10 +96,6 @@ class FitResult:
         """Correlation of neighbouring residuals; 0 for independent noise."""
         r = self.minimum.residual
         return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
-
-    def _rest(self) -> dict[str, float]:
-        rest: dict[str, float] = self.objective.split(self.minimum.x)[1]
-        return rest
 
     def correlations(self) -> xr.DataArray:
         """Correlations of the estimates, shape (parameters, parameters)."""
