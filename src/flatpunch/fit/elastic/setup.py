@@ -26,6 +26,8 @@ _SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
 _TILTED = 0.02
 """Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
+_WAVING = 0.01
+"""Standard deviation of a wave over the rise from which it is worth a note."""
 _WAVES = 160
 """Stretches of the background in which a wave is looked for."""
 
@@ -91,8 +93,10 @@ class Approach:
         low, high = self.settings.contact_limits
         if self.turned < 0:
             low, high = (None if v is None else -v for v in (high, low))
-        first, width = objective.frame.origin, objective.frame.width
-        return first - width if low is None else low, first + width if high is None else high
+        position, force, k = objective.position, objective.force, objective.spring
+        bent = (0.0, 0.0) if k is None else (float(force.max()) / k, float(force.min()) / k)
+        first, last = float(position.min()) - bent[0], float(position.max()) - bent[1]
+        return 2 * first - last if low is None else low, last if high is None else high
 
     def scan(self, keep: Flags | None = None) -> Scan:
         """Best contact point, with a wave in the background if one is fitted."""
@@ -119,8 +123,8 @@ class Approach:
     def refuse_retract(self, scan: Scan) -> None:
         """A single segment that moves out of contact looks, read forwards, like an approach with the wrong sign."""
         objective = self.objective()
-        place = scan.contact(objective) if "contact" in objective.nuisance else objective.held["contact"]
-        if place > objective.frame.origin + 0.1 * objective.frame.width and scan.cost < scan.turned:
+        inside = objective.indentation(self.part, scan.x)
+        if inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned:
             return
         backwards = replace(self, part=self.part.turned(depth=-1.0), settings=replace(self.settings, contact="free"))
         other = backwards.scan()
@@ -133,9 +137,8 @@ class Approach:
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
         """The scan, points that are used and notes, judged over the background."""
         part, objective = self.part, self.objective()
-        contact = objective.split(scan.x)[1]["contact"]
-        first = objective.frame.origin
-        before = part.depth < first + _SAFE * (contact - first)
+        inside = objective.indentation(part, scan.x)
+        before = inside < (1 - _SAFE) * min(float(inside.min()), 0.0)
         notes: tuple[str, ...] = ()
         if before.sum() >= FEWEST:
             force = over_line(part, before)
@@ -154,7 +157,9 @@ class Approach:
         check_saturation(part, part.position[order], force[order], noise)
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
-            notes = _tilt_note(part, before, contact, rise)
+            notes = _tilt_note(part, before, float(inside.max()), rise)
+        if before.sum() >= 4 * _WAVES and self.settings.baseline in ("constant", "linear"):
+            notes += _wave_note(part.position[before], force[before], rise)
         if not keep.all():
             scan = self.scan(keep)
         return scan, keep, (*notes, *dips)
@@ -179,18 +184,33 @@ def over_line(part: Curve, before: Flags) -> Array:
     return np.asarray(part.force - level - slope * position)
 
 
-def _tilt_note(part: Curve, before: Flags, contact: float, rise: float) -> tuple[str, ...]:
+def _tilt_note(part: Curve, before: Flags, deepest: float, rise: float) -> tuple[str, ...]:
     """A tilted background that is fitted as a constant moves contact point and modulus."""
     here = part.position[before] - part.position[before].mean()
     force = part.force[before] - part.force[before].mean()
     slope = float(here @ force) / max(float(here @ here), 1e-300)
     error = float(np.std(force - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
-    share = slope * float(part.depth.max() - contact) / rise
+    share = slope * deepest / rise
     if abs(share) < _TILTED or abs(slope) < 5 * error:
         return ()
     return (
         f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
         "the tilt; a constant baseline biases contact point and modulus.",
+    )
+
+
+def _wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
+    """A wave on the background, told by means over stretches that remember their neighbours and come back."""
+    index = uniform(position, _WAVES)
+    size = np.bincount(index)
+    means = np.bincount(index, force)[size > 0] / size[size > 0]
+    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
+    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
+    if memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise:
+        return ()
+    return (
+        f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"
+        "range forces). baseline = 'sine' fits a wave.",
     )
 
 

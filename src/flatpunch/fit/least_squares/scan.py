@@ -20,6 +20,8 @@ _BEFORE = (0.03, 0.1, 0.3, 1.0)
 """Contact points before the first point that are tried as well, over the range of depths."""
 _FEWEST = 4
 """Readings that must be in contact, or any curve fits them."""
+_EARLY = 0.15
+"""Share of the way that shows the tilt by itself, to start from."""
 _TURNS = 4
 _CLOSE = 0.5
 """Change of ln E up to which the shape of the force curve need not be computed again."""
@@ -65,21 +67,39 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
     """
     coarse = towards_the_end(objective)
     theta = start[: len(objective.model.free)].copy()
+    if coarse.spring is None or not {"tilt", "drag"} & set(coarse.nuisance):
+        return _settled(coarse, coarse.depth, theta, start[theta.size :], moduli, between)
+    # what moves no tip is in its measured position: it is none, or that of the first part of the way, or what a scan finds
+    early = coarse.position < coarse.frame.first + _EARLY * coarse.frame.way
+    slope = np.polyfit(coarse.position[early], coarse.force[early], 1)[0] if early.sum() > 2 else 0.0
+    found = []
+    for moving in (np.zeros_like(coarse.depth), slope * (coarse.position - coarse.frame.first)):
+        for _ in range(_TURNS):
+            scan = _settled(coarse, coarse.depth + moving / coarse.spring, theta, start[theta.size :], moduli, between)
+            moving = coarse.background(coarse.split(scan.x)[1], coarse.position, coarse.speed)
+            found.append(scan)
+    return min(found, key=lambda scan: scan.cost)
+
+
+def _settled(
+    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
+) -> Scan:
+    """Scans at given depths until the modulus, and with it the shape of the force curve, is about right."""
     for _ in range(_TURNS):
-        found, shift = _one_scan(coarse, theta, start[theta.size :], moduli, between)
+        found, shift = _one_scan(coarse, depth, theta, rest, moduli, between)
         theta = found.x[: theta.size]
-        if not moduli or abs(shift) < _CLOSE or not objective.model.bends:
+        if not moduli or abs(shift) < _CLOSE or not coarse.model.bends:
             break
     return found
 
 
 def _one_scan(
-    coarse: Objective, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
+    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
 ) -> tuple[Scan, float]:
     origin, width, span, level, *_ = coarse.frame
     assert coarse.counts is not None
-    candidates = _candidates(coarse, between)
-    inside = coarse.depth - candidates[:, None]
+    candidates = _candidates(coarse, depth, between)
+    inside = depth - candidates[:, None]
     model = np.zeros_like(inside)
     touching = inside > 0
     if touching.any():
@@ -121,14 +141,14 @@ def _one_scan(
     return Scan(x, total - max(float(up[best]), 0.0), total, total - down), float(np.log(amplitude))
 
 
-def _candidates(coarse: Objective, between: tuple[float, float]) -> Array:
+def _candidates(coarse: Objective, depth: Array, between: tuple[float, float]) -> Array:
     """Contact points to try: the blocks, some points before them, and the ends of the range if it is narrow."""
     if "contact" not in coarse.nuisance:
         return np.array([coarse.held["contact"]])
-    first, width = float(coarse.depth.min()), coarse.frame.width
-    tried = np.concatenate([first - width * np.array(_BEFORE), coarse.depth])
+    first, width = float(depth.min()), float(np.ptp(depth))
+    tried = np.concatenate([first - width * np.array(_BEFORE), depth])
     inside = tried[(tried >= between[0]) & (tried <= between[1])]
     if inside.size < 12:
-        low, high = (float(np.clip(v, first - width, coarse.depth.max())) for v in between)
+        low, high = (float(np.clip(v, first - width, first + width)) for v in between)
         return np.append(inside, np.linspace(low, high, 24))
     return inside
