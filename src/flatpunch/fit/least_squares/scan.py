@@ -8,7 +8,7 @@ which contact point is best.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,8 @@ _BEFORE = (0.03, 0.1, 0.3, 1.0)
 """Contact points before the first point that are tried as well, over the range of depths."""
 _FEWEST = 4
 """Readings that must be in contact, or any curve fits them."""
+_FINER = 9
+"""Contact points tried between the neighbours of the best."""
 _EARLY = 0.15
 """Share of the way that shows the tilt by itself, to start from."""
 _TURNS = 4
@@ -85,20 +87,27 @@ def _settled(
     coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
 ) -> Scan:
     """Scans at given depths until the modulus, and with it the shape of the force curve, is about right."""
+    tried = _candidates(coarse, depth, between)
     for _ in range(_TURNS):
-        found, shift = _one_scan(coarse, depth, theta, rest, moduli, between)
+        found, shift = _one_scan(coarse, depth, theta, rest, moduli, tried)
         theta = found.x[: theta.size]
         if not moduli or abs(shift) < _CLOSE or not coarse.model.bends:
             break
-    return found
+    if tried.size < 2:
+        return found
+    # between the neighbours of the best
+    ordered = np.sort(tried)
+    best = int(np.argmin(np.abs(ordered - found.contact(coarse))))
+    finer = np.linspace(ordered[max(best - 1, 0)], ordered[min(best + 1, ordered.size - 1)], _FINER)
+    again = _one_scan(coarse, depth, theta, rest, moduli, finer)[0]
+    return replace(again if again.cost < found.cost else found, turned=min(found.turned, again.turned))
 
 
 def _one_scan(
-    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
+    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], candidates: Array
 ) -> tuple[Scan, float]:
     origin, width, span, level, *_ = coarse.frame
     assert coarse.counts is not None
-    candidates = _candidates(coarse, depth, between)
     inside = depth - candidates[:, None]
     model = np.zeros_like(inside)
     touching = inside > 0
