@@ -108,7 +108,7 @@ def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
     from flatpunch.fit.measured.readers import curves_in
 
-    return curves_in(path, **case.reading) > 1
+    return case.reading.get("index") is None and curves_in(path, **case.reading) > 1
 
 
 def _fit_one(

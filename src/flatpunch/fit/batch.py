@@ -24,7 +24,7 @@ from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
-_TEXTS = ("curve", "file", "reason", "notes")
+_TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
 @dataclass(frozen=True)
@@ -165,6 +165,10 @@ def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> l
             items.append(item)
             continue
         try:
+            chosen = (reading or {}).get("index")
+            if chosen is not None:
+                items.append(Place(Path(item), int(chosen)))
+                continue
             count = curves_in(item, **(reading or {}))
         except CurveError:
             # told again, as the record of this file, when its turn comes
@@ -242,7 +246,7 @@ class _Job:
         return {**origin, **result.row(), **place}
 
     def _read(self, place: Place, name: str) -> Curve:
-        return replace(read_curve(place.path, index=place.index or 0, **self.reading), name=name)
+        return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
 
 
 def _origin(place: Place) -> dict[str, Any]:

@@ -192,6 +192,8 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
+    if curve.meta.get("calibration"):
+        spread = spread + _calibration(curve, model, free, settings, found)
     result = FitResult(
         curve=setup.part,
         used=setup.used,
@@ -207,6 +209,26 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         notes=setup.notes,
     )
     return replace(result, notes=(*setup.notes, *judged(result), *limits_of_theory(result)))
+
+
+def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:
+    """Covariance that an uncertain calibration adds: the fit is repeated with each constant one standard deviation larger.
+
+    A larger spring constant makes forces larger and leaves the tip where it was; a larger sensitivity makes deflections larger.
+    """
+    added = np.zeros((found.x.size, found.x.size))
+    for name, relative in curve.meta["calibration"].items():
+        force, k = curve.force * (1 + relative), curve.spring_constant
+        other = replace(curve, force=force, meta={**curve.meta, "calibration": {}})
+        if k is not None:
+            k = k * (1 + relative) if name == "spring_constant" else k
+            other = replace(other, depth=curve.position - force / k, spring_constant=k)
+        moved = fit_model(other, model, free, replace(settings, engine="normal-equations"))
+        count = len(model.free)
+        shift = np.zeros(found.x.size)
+        shift[:count] = moved.minimum.x[:count] - found.x[:count]
+        added += np.outer(shift, shift)
+    return added
 
 
 def _setup(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:

@@ -66,6 +66,17 @@ class FitResult:
         return tuple(self.objective.names)
 
     @property
+    def read(self) -> tuple[str, ...]:
+        """Where the numbers come from: file, sheet, columns with units, calibration, segment."""
+        lines = tuple(self.curve.meta.get("read", ()))
+        if self.curve.segment is not None:
+            numbers = ", ".join(f"{v:g}" for v in np.unique(self.curve.segment))
+            lines += (f"segment {numbers} of the file",)
+        elif lines:
+            lines += (f"segment found from the positions: {self.used.size} points",)
+        return lines
+
+    @property
     def values(self) -> dict[str, float]:
         """Best values of the free parameters of the case, SI."""
         return {name: self.estimates[name].value for name in self.objective.model.free}
@@ -151,6 +162,8 @@ class FitResult:
         line["deepest"] = float(self.depth.max())
         line["noise"] = self.noise
         line["points"] = int(self.used.sum())
+        if self.read:
+            line["read"] = "; ".join(self.read)
         line["notes"] = " ".join(self.notes)
         return line
 
@@ -172,6 +185,7 @@ class FitResult:
             "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
             "noise": self.noise,
             "notes": "\n".join(self.notes),
+            "read": "\n".join(self.read),
             "flatpunch_version": __version__,
         }
         coordinates = {"point": np.arange(self.curve.depth.size), "parameter": names, "with": names}
@@ -181,6 +195,7 @@ class FitResult:
         """The result in words."""
         deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
         lines = [f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"]
+        lines += [f"  Read {line}" for line in self.read]
         for name, e in self.estimates.items():
             interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
             lines.append(
