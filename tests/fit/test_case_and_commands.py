@@ -1,5 +1,6 @@
 """Case files of fits, the two commands, batches and pictures."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +103,7 @@ def test_example_gives_its_known_answer(tmp_path):
     assert "profile" in done.output
     assert min(picture.stat().st_size, drift.stat().st_size) > 10_000
     header, row = table.read_text(encoding="utf-8").splitlines()
-    values = dict(zip(header.split(","), row.split(","), strict=True))
+    values = dict(zip(*csv.reader([header, row]), strict=True))
     # four standard errors
     assert float(values["layers[0].young [Pa]"]) == pytest.approx(
         2600, abs=4 * float(values["layers[0].young stderr [Pa]"])

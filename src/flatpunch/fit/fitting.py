@@ -26,6 +26,7 @@ from flatpunch.fit.parameters.scaling import external, internal, plain_limits, s
 from flatpunch.fit.parameters.settings import Free, Settings, as_free
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import judged
+from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
@@ -208,6 +209,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         lmfit=polished,
         notes=setup.notes,
     )
+    result = replace(result, estimates=by_profile(result, setup.coarse))
     return replace(result, notes=(*setup.notes, *judged(result), *limits_of_theory(result)))
 
 

@@ -17,7 +17,7 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.segments import approach, forwards, without_pause
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
 from flatpunch.fit.measured.signal import adhesion_dip, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -26,13 +26,17 @@ _SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
 _TILTED = 0.02
 """Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
+    "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
+    "second part."
 _WAVING = 0.01
 """Standard deviation of a wave over the rise from which it is worth a note."""
 _WAVES = 160
 """Stretches of the background in which a wave is looked for."""
 
 
-def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
+def elastic_setup(
+    curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings, *, _second: bool = False
+) -> Setup:
     """The approach of a curve against a model without adhesion."""
     curve, notes = forwards(curve)
     turned, force_sign = -1.0 if notes else 1.0, 1.0
@@ -45,7 +49,16 @@ def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array]
         problem = replace(problem, part=part)
         scan = problem.scan()
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    problem.refuse_retract(scan)
+    if problem.withdraws(scan):
+        if turning(curve) and not _second:
+            # in contact at both ends: counted the other way, the tip approaches in the second part
+            rest = replace(curve.taken(slice(approach_end(curve), None)), segment=None)
+            found = elastic_setup(rest.turned(depth=-1.0), model, limits, settings, _second=True)
+            return replace(found, notes=(_BOTH_ENDS, *found.notes))
+        raise CurveError(
+            f"{curve.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
+            "the approach, or the whole cycle."
+        )
     scan, keep, more = problem.judged(scan)
     return problem.setup(scan, keep, (*notes, *more))
 
@@ -120,19 +133,15 @@ class Approach:
         end = float(np.median(force[-few:]))
         return end < 0 and -end > 0.8 * float(np.abs(force).max() - 3 * noise_of(force[: force.size // 3]))
 
-    def refuse_retract(self, scan: Scan) -> None:
-        """A single segment that moves out of contact looks, read forwards, like an approach with the wrong sign."""
+    def withdraws(self, scan: Scan) -> bool:
+        """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
         objective = self.objective()
         inside = objective.indentation(self.part, scan.x)
         if inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned:
-            return
+            return False
         backwards = replace(self, part=self.part.turned(depth=-1.0), settings=replace(self.settings, contact="free"))
         other = backwards.scan()
-        if min(other.cost, other.turned) < 0.5 * scan.cost and other.without > 0:
-            raise CurveError(
-                f"{self.part.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
-                "the approach, or the whole cycle."
-            )
+        return min(other.cost, other.turned) < 0.5 * scan.cost
 
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
         """The scan, points that are used and notes, judged over the background."""

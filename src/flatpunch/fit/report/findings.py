@@ -45,6 +45,13 @@ def judged(result: FitResult) -> tuple[str, ...]:
                     f"The data can hardly tell {names[k]} and {names[j]} apart: correlation {table[j, k]:.4f}, intervals "
                     f"{first} and {second}. Fix one of them, or press deeper."
                 )
+    for name in free:
+        if result.estimates[name].by == "nothing":
+            told.add(name)
+            notes.append(
+                f"{name} is not determined by the data: within its limits every value fits about as well. The value shown is "
+                "one of many."
+            )
     for name in sorted(wide - told):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")

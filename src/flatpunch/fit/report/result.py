@@ -15,7 +15,7 @@ from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
@@ -198,9 +198,8 @@ class FitResult:
         lines += [f"  Read {line}" for line in self.read]
         for name, e in self.estimates.items():
             interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
-            lines.append(
-                f"  {name:<20} {quantity(e.value, unit_of(name)):>12}   {'at its limit' if e.at_bound else interval}"
-            )
+            told = "at its limit" if e.at_bound and e.by == "covariance" else interval
+            lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {told}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
 
