@@ -67,6 +67,8 @@ class FitCase:
         [J/m^2], [m].
     relaxation : object or None
         How the medium relaxes.
+    film : mapping
+        Tip and machine of a nanoindentation test, from [film].
     """
 
     title: str
@@ -78,6 +80,7 @@ class FitCase:
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
     relaxation: Any = None
+    film: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sample(self) -> Sample:
@@ -195,6 +198,34 @@ def _sensitivity(value: str) -> float:
     )
 
 
+class FilmTable(Table):
+    """[film]: tip and machine of a nanoindentation test, for `flatpunch fit-film`."""
+
+    area_coefficients: list[Number] = Field(default=[])
+    beta: Number = 1.034
+    epsilon: Number = 0.75
+    frame: str | None = None
+    fit_frame: Switch = False
+    depth_min: Length = 0.0
+    depth_max: Length | None = None
+
+    def build(self, folder: Path) -> dict[str, Any]:
+        """Return what `fit_film` and `Tip` take."""
+        frame = (
+            si.named_si("frame", self.frame, si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN")))
+            if self.frame
+            else 0.0
+        )
+        return {
+            "coefficients": list(self.area_coefficients),
+            "beta": self.beta,
+            "epsilon": self.epsilon,
+            "frame": frame,
+            "fit_frame": self.fit_frame,
+            "depths": (self.depth_min, math.inf if self.depth_max is None else self.depth_max),
+        }
+
+
 class FitCaseTable(Table):
     """The whole file."""
 
@@ -213,6 +244,7 @@ class FitCaseTable(Table):
     history: HistoryTable | None = None
     fit: FitTable | None = None
     curve: CurveTable | None = None
+    film: FilmTable | None = None
 
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
@@ -228,6 +260,7 @@ class FitCaseTable(Table):
             self.work_of_adhesion,
             self.range_of_action,
             self.relaxation.built if self.relaxation else None,
+            self.film.built if self.film else {},
         )
         # whether its parts go together
         sample = case.sample

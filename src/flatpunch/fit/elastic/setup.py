@@ -26,8 +26,12 @@ _SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
 _TILTED = 0.02
 """Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
+_BOTH_ENDS = (
     "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
     "second part."
+)
+_IMPRINT, _HARD = 0.2, 1e8
+"""Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
 _WAVING = 0.01
 """Standard deviation of a wave over the rise from which it is worth a note."""
 _WAVES = 160
@@ -60,6 +64,7 @@ def elastic_setup(
             "the approach, or the whole cycle."
         )
     scan, keep, more = problem.judged(scan)
+    problem.refuse_plastic(scan, curve.turned(force=force_sign))
     return problem.setup(scan, keep, (*notes, *more))
 
 
@@ -142,6 +147,26 @@ class Approach:
         backwards = replace(self, part=self.part.turned(depth=-1.0), settings=replace(self.settings, contact="free"))
         other = backwards.scan()
         return min(other.cost, other.turned) < 0.5 * scan.cost
+
+    def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
+        """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""
+        young = [np.exp(scan.x[j]) for j in self.moduli]
+        back = (
+            whole.taken(slice(approach_end(whole), None)) if whole.depth.size - approach_end(whole) > FEWEST else None
+        )
+        if back is None or self.part.spring_constant is not None or not young or max(young) < _HARD:
+            return
+        rest = self.objective().split(scan.x)[1]
+        pressed = back.force - rest["baseline"] > 0.05 * float(np.ptp(self.part.force))
+        deepest = float(whole.depth.max()) - rest["contact"]
+        left = float(back.depth[pressed].min()) - rest["contact"] if pressed.any() else 0.0
+        if pressed.all() or left < _IMPRINT * deepest:
+            return
+        raise CurveError(
+            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an imprint "
+            "is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` (fit_film) takes the "
+            "modulus from the unloading or from continuous stiffness."
+        )
 
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
         """The scan, points that are used and notes, judged over the background."""
