@@ -85,7 +85,7 @@ class ForwardModel(FreeParameters):
     @property
     def bends(self) -> bool:
         """Whether the free parameters change the shape of the force curve in a double logarithmic plot, or only shift it."""
-        return self._forms[0].size > 2
+        return bool(self._forms[0].size > 2)
 
     def value(self, name: str) -> float:
         """Value of a parameter in the case, free or not, SI."""

@@ -163,9 +163,9 @@ class Approach:
         if pressed.all() or left < _IMPRINT * deepest:
             return
         raise CurveError(
-            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an imprint "
-            "is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` (fit_film) takes the "
-            "modulus from the unloading or from continuous stiffness."
+            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an "
+            "imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` "
+            "(fit_film) takes the modulus from the unloading or from continuous stiffness."
         )
 
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:

@@ -286,18 +286,16 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
             runs.append([])
             above.append(before + 1)
         runs[-1].append(i)
-    runs, above = zip(
-        *[(r, a) for r, a in zip(runs, above, strict=True) if len(r) >= FEWEST] or [(numeric, 0)], strict=True
-    )
+    long = [(run, start) for run, start in zip(runs, above, strict=True) if len(run) >= FEWEST] or [(numeric, 0)]
     tables: list[Table] = []
-    for count, (run, start) in enumerate(zip(runs, above, strict=True)):
+    for count, (run, start) in enumerate(long):
         names, unit_row = _titles(rows[start : run[0]], width)
         pairs = [split_name(title) for title in names]
         found = tuple(unit_row[i] if unit_row and unit_row[i] else unit for i, (_, unit) in enumerate(pairs))
         body = [row for row in rows[run[0] : run[-1] + 1] if any(cell.strip() for cell in row)]
         if decimal == ",":
             body = [[cell.replace(",", ".") for cell in row] for row in body]
-        source = path.name if len(runs) == 1 else f"{path.name}, block {count + 1}"
+        source = path.name if len(long) == 1 else f"{path.name}, block {count + 1}"
         table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1)
         if tables and names[0].startswith("column "):
             table = replace(table, names=tables[0].names, units=tables[0].units)

@@ -38,9 +38,9 @@ def noise_of(force: Array, step: float = 0.0) -> float:
     Most readings of a digitised force may be equal; the median of their deviations then is zero and says nothing.
     """
     if not force.size:
-        return step / np.sqrt(12)
+        return float(step / np.sqrt(12))
     if step:
-        return max(float(np.std(force)), step / np.sqrt(12))
+        return max(float(np.std(force)), float(step / np.sqrt(12)))
     return float(1.4826 * np.median(np.abs(force - np.median(force))))
 
 
