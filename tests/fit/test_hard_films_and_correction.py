@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, tenth_rule
-from flatpunch.fit.films import oliver_pharr
 from flatpunch.fit.films.film import normalised_stiffness
-from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fit.films.oliver_pharr import DIAMOND, oliver_pharr
 from flatpunch.fit.half_space import published
 from flatpunch.fit.half_space.correction import correct, half_space_model
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere

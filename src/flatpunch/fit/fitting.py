@@ -396,13 +396,19 @@ def _follows(setup: Setup, found: Minimum, name: str) -> None:
         )
 
 
+@lru_cache(maxsize=1024)
+def _quantile(level: float, freedom: int) -> float:
+    """Half width of a two-sided interval in standard errors."""
+    from scipy.stats import t as student
+
+    return float(student.ppf((1 + level) / 2, freedom))
+
+
 def _estimates(
     objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
 ) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
-    from scipy.stats import t as student
-
-    quantile = float(student.ppf((1 + level) / 2, max(objective.depth.size - found.x.size, 1)))
+    quantile = _quantile(level, max(objective.depth.size - found.x.size, 1))
     count = len(objective.model.free)
     start = objective.model.start()
     estimates = {}
