@@ -117,6 +117,14 @@ def _edges(segment: Array) -> list[int]:
     return [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), segment.size]
 
 
+def leaves(curve: Curve) -> int:
+    """First point of the retract: that of its segment, or the last one near the largest position."""
+    if curve.segment is not None and np.unique(curve.segment).size > 1:
+        return retract_start(curve)
+    position = curve.position
+    return int(np.flatnonzero(position >= float(position.max()) - 2 * arrival(position))[-1]) + 1
+
+
 def arrival(position: Array) -> float:
     """How far below its largest value a position counts as having arrived there [m]."""
     return _AT_REST * _wander(position)

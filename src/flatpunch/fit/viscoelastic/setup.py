@@ -11,7 +11,7 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.elastic.setup import Approach, over_line
 from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.segments import approach, approach_end, forwards
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
 from flatpunch.fit.measured.signal import CLEAR, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -124,9 +124,17 @@ def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, t
     if not below.size or settings.adhesion == "ignore":
         return curve, ()
     if settings.adhesion == "refuse":
-        raise CurveError(
-            f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is "
-            "held. Adhesion of viscoelastic bodies is not solved; adhesion = 'above' fits what comes before."
+        begin = leaves(curve)
+        if begin <= top + 1:
+            raise CurveError(
+                f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is held, and "
+                "without a hold before it the approach alone tells little of the relaxation. Adhesion of viscoelastic bodies is "
+                "not solved; adhesion = 'above' fits the retract as well, down to the start of the dip."
+            )
+        return curve.taken(slice(0, begin)), (
+            f"Adhesion: the retract dips {-smooth[top:].min():.3g} N below the start of the curve and is left out ({n - begin} "
+            "points); approach and hold are fitted without adhesion, which is approximate: the adhesive force is small there, "
+            "not zero. adhesion = 'above' fits the retract down to the dip.",
         )
     back = top + int(np.argmax(smooth[top:] < 0))
     note = f"Adhesion: the retract is left out from where the force is back at its start ({n - back} points)."
