@@ -105,7 +105,7 @@ def test_what_is_refused():
     cycle = sticky(GEL, tip, W, 3e-7)
     top = int(np.argmax(cycle.force))
     adhesive = {"free": [WORK], "work_of_adhesion": W}
-    with pytest.raises(CurveError, match="never falls after its maximum"):
+    with pytest.raises(CurveError, match="ends at its deepest point"):
         fit(cycle.taken(slice(0, top)), GEL, tip, **adhesive)
     with pytest.raises(CurveError, match="ends before the tip lets go"):
         fit(cycle.taken(slice(0, top + 235)), GEL, tip, **adhesive)

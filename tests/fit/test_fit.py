@@ -212,7 +212,6 @@ def test_what_cannot_be_evaluated_is_refused_with_the_reason():
             base.depth, base.force / base.force.max() + np.random.default_rng(3).normal(size=600)
         ),
         "tip is pulled in": Curve(base.depth, sticky),
-        "depth must grow into the sample": Curve(-base.depth, base.force),
         "at every point": Curve(base.depth, np.ones(600)),
     }
     for message, curve in cases.items():

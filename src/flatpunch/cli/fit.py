@@ -61,6 +61,25 @@ def add_commands(app: typer.Typer) -> None:
             else:
                 _fit_one(curve, loaded, output, plot, drift, profile)
 
+    @app.command("fit-film")
+    def fit_film(
+        curve: CurveFile,
+        case: FitCaseFile,
+        output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the points (.csv).")] = None,
+        plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+    ) -> None:
+        """Fit a hard film to contact stiffness: continuous stiffness (CSM), or the unloading of load cycles.
+
+        The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
+        tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
+
+        [bold]flatpunch fit-film test.xls film.toml --plot film.png[/bold]
+        """
+        with friendly():
+            check_target("--output", output, (".csv",))
+            check_target("--plot", plot, (".png", ".pdf", ".svg"))
+            _fit_film(curve, case, output, plot)
+
     @app.command()
     def correct(
         case: FitCaseFile,
@@ -108,7 +127,7 @@ def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
     from flatpunch.fit.measured.readers import curves_in
 
-    return curves_in(path, **case.reading) > 1
+    return case.reading.get("index") is None and curves_in(path, **case.reading) > 1
 
 
 def _fit_one(
@@ -168,7 +187,7 @@ def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | N
     import numpy as np
 
     from flatpunch.fit.batch import Batch, files_in, fit_rows, listed
-    from flatpunch.fit.report.quantities import quantity, unit_of
+    from flatpunch.fit.report.quantities import label, quantity, unit_of
 
     items = listed(files_in(folder) if folder.is_dir() else [folder], case.reading)
     settings = replace(case.settings, engine="normal-equations")
@@ -189,10 +208,10 @@ def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | N
     say(f"{good} of {len(batch.rows)} curves fitted")
     for name in case.free:
         values = np.asarray(batch.column(name), dtype=float)
-        values = values[np.isfinite(values)]
+        values = values[np.isfinite(values) & np.array([bool(row["ok"]) for row in batch.rows])]
         if values.size:
             low, middle, high = (quantity(float(v), unit_of(name)) for v in np.percentile(values, [16, 50, 84]))
-            say(f"  {name:<20} median {middle}, middle two thirds {low} .. {high}")
+            say(f"  {label(name):<20} median {middle}, middle two thirds {low} .. {high}")
     for row in batch.failed:
         say(f"  {row['reason']}")
     written = [batch.save(output)] if output is not None else []
@@ -204,6 +223,56 @@ def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | N
     say_written(written)
     if not good:
         raise ValueError("no curve could be fitted.")
+
+
+def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None) -> None:
+    import csv
+    import io
+
+    from flatpunch._support.whole_file import whole_file
+    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fit.films.film import fit_film
+    from flatpunch.fit.films.measured import film_curves, film_tip
+
+    loaded = read_fit_case(case)
+    film = dict(loaded.film)
+    tip = film_tip(path, film)
+    names = [*(loaded.free or ()), *(["frame"] if film.get("fit_frame") else [])] or None
+    written: list[Path] = []
+    curves = film_curves(path, loaded.reading)
+    for number, curve in enumerate(curves):
+        result = fit_film(
+            curve,
+            loaded.medium,
+            tip,
+            names,
+            depths=film.get("depths", (0.0, float("inf"))),
+            frame=film.get("frame", 0.0),
+        )
+        for line in curve.meta.get("read", ()):
+            say(f"Read {line}")
+        say(f"{curve.name}: {result.summary()}")
+        stem = "" if len(curves) == 1 else f"-{number + 1}"
+        if plot is not None:
+            from flatpunch.fit.pictures import film_figure
+            from flatpunch.plots.result import save_figure
+
+            written.append(save_figure(film_figure(result), plot.with_stem(plot.stem + stem)))
+        if output is not None:
+            text = io.StringIO()
+            table = csv.writer(text)
+            table.writerow(
+                ["depth [m]", "contact depth [m]", "contact radius [m]", "apparent modulus [Pa]", "fitted modulus [Pa]"]
+            )
+            points = result.points
+            table.writerows(
+                zip(points.depth, points.contact_depth, points.radius, points.apparent, result.model, strict=True)
+            )
+            target = output.with_stem(output.stem + stem)
+            with whole_file(target) as temporary:
+                temporary.write_text(text.getvalue(), encoding="utf-8")
+            written.append(target)
+    say_written(written)
 
 
 def _correct(

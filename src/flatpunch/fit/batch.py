@@ -21,11 +21,12 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
-_TEXTS = ("curve", "file", "reason", "notes")
+_TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Batch:
 
     @property
     def failed(self) -> tuple[Mapping[str, Any], ...]:
-        """Records of the curves that could not be evaluated."""
+        """Records of the curves that could not be evaluated, or whose values cannot be trusted; the latter keep their values."""
         return tuple(row for row in self.rows if not row["ok"])
 
     def column(self, name: str) -> Any:
@@ -162,6 +163,10 @@ def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> l
             items.append(item)
             continue
         try:
+            chosen = (reading or {}).get("index")
+            if chosen is not None:
+                items.append(Place(Path(item), int(chosen)))
+                continue
             count = curves_in(item, **(reading or {}))
         except CurveError:
             # told again, as the record of this file, when its turn comes
@@ -236,10 +241,12 @@ class _Job:
             known = isinstance(error, (ValueError, TypeError, OSError))
             reason = str(error) if known else f"{type(error).__name__}: {error}"
             return {**origin, "ok": False, "reason": reason, **place}
-        return {**origin, **result.row(), **place}
+        reasons = doubts(result)
+        doubtful = {"ok": False, "reason": f"{origin['curve']}: {'; '.join(reasons)}."} if reasons else {}
+        return {**origin, **result.row(), **doubtful, **place}
 
     def _read(self, place: Place, name: str) -> Curve:
-        return replace(read_curve(place.path, index=place.index or 0, **self.reading), name=name)
+        return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
 
 
 def _origin(place: Place) -> dict[str, Any]:

@@ -17,14 +17,17 @@ from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.setup import elastic_setup
 from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, covariance, minimise
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import noise_variance, reweighted
 from flatpunch.fit.least_squares.setup import Setup
-from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.signal import noise_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, internal, plain_limits, slope
 from flatpunch.fit.parameters.settings import Free, Settings, as_free
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import judged
+from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
@@ -35,6 +38,13 @@ _ASTRAY = 3.0
 """Force ranges by which a fit may miss a point before it counts as none."""
 _FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
+
+_MISFIT = 0.8
+"""Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
+_FAINT = 0.01
+"""Noise of the tip's position, over the depth, below which taking the position as measured biases nothing."""
+_WIDENED = 4
+"""Searches with wider and wider limits."""
 
 Model = ForwardModel | AdhesiveModel | HistoryModel
 
@@ -169,10 +179,10 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     if not isinstance(curve, Curve):
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
     setup = _setup(curve, model, _bounds(model, free), settings)
-    found = _searched(setup, setup.start(), curve.name, settings)
+    setup, found = _searched(setup, curve.name, free, settings)
     if setup.again is not None and (narrower := setup.again(found.x)) is not None:
-        setup = narrower
-        found = _searched(setup, setup.start(), curve.name, settings)
+        setup, found = _searched(narrower, curve.name, free, settings)
+    setup, found = _unweighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
     polished = None
     if settings.engine == "lmfit" and count:
@@ -184,6 +194,8 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
+    if curve.meta.get("calibration"):
+        spread = spread + _calibration(curve, model, free, settings, found)
     result = FitResult(
         curve=setup.part,
         used=setup.used,
@@ -198,7 +210,28 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         lmfit=polished,
         notes=setup.notes,
     )
+    result = replace(result, estimates=by_profile(result, setup.coarse))
     return replace(result, notes=(*setup.notes, *judged(result), *limits_of_theory(result)))
+
+
+def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:
+    """Covariance that an uncertain calibration adds: the fit is repeated with each constant one standard deviation larger.
+
+    A larger spring constant makes forces larger and leaves the tip where it was; a larger sensitivity makes deflections larger.
+    """
+    added = np.zeros((found.x.size, found.x.size))
+    for name, relative in curve.meta["calibration"].items():
+        force, k = curve.force * (1 + relative), curve.spring_constant
+        other = replace(curve, force=force, meta={**curve.meta, "calibration": {}})
+        if k is not None:
+            k = k * (1 + relative) if name == "spring_constant" else k
+            other = replace(other, depth=curve.position - force / k, spring_constant=k)
+        moved = fit_model(other, model, free, replace(settings, engine="normal-equations"))
+        count = len(model.free)
+        shift = np.zeros(found.x.size)
+        shift[:count] = moved.minimum.x[:count] - found.x[:count]
+        added += np.outer(shift, shift)
+    return added
 
 
 def _setup(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:
@@ -262,18 +295,96 @@ def _limit(name: str, which: str, value: float) -> float:
     return float(np.clip(value, *plain)) if plain else value
 
 
-def _searched(setup: Setup, start: Array, name: str, settings: Settings) -> Minimum:
-    """Descend from a start."""
-    settled = SOON if settings.engine == "normal-equations" else SETTLED
-    found = minimise(setup.objective.evaluate, start, setup.lower, setup.upper, settled=settled)
-    if settings.loss != "linear":
-        found = reweighted(setup.objective, found, setup.lower, setup.upper, settings.loss)
+def _searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
+    """Descend from the start; limits that nobody set are widened where the search ends on one."""
+    start = setup.start()
+    for _ in range(_WIDENED):
+        found = _descended(setup, start, settings)
+        wider = _wider(setup, found, free, settings)
+        if wider is None:
+            break
+        setup, start = wider, found.x
     if not found.converged:
         raise CurveError(
             f"{name}: no minimum found after {found.evaluations} evaluations, residual "
             f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
         )
+    return setup, found
+
+
+def _unweighted(
+    setup: Setup, found: Minimum, name: str, free: Mapping[str, Free], settings: Settings
+) -> tuple[Setup, Minimum]:
+    """Behind a cantilever, where the misfit of the contact is no noise: the force over the tip's positions, equally weighted.
+
+    The weights of a cantilever's noise hold for noise. They count the deep points less, and where the misfit is the model's
+    they would decide which part of the curve the model is fitted to.
+    """
+    objective = setup.objective
+    if not isinstance(objective, Objective) or objective.spring is None or objective.loaded is not None:
+        return setup, found
+    theta, rest = objective.split(found.x)
+    inside = objective.depth > rest["contact"]
+    r = found.residual[inside]
+    if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > _MISFIT * float(r @ r):
+        return setup, found
+    noise = noise_of(np.diff(objective.force[~inside])) / np.sqrt(2)
+    if noise / objective.spring > _FAINT * float(objective.depth.max() - rest["contact"]):
+        # the measured positions scatter too much to be taken as they are
+        return setup, found
+    plain = replace(
+        setup,
+        objective=replace(objective, plain=True, _before={}),
+        coarse=None if setup.coarse is None else replace(setup.coarse, plain=True, _before={}),
+        start=lambda: found.x,
+    )
+    weighted = ", ".join(
+        f"{n} = {quantity(external(n, float(t)), unit_of(n))}" for n, t in zip(objective.model.free, theta, strict=True)
+    )
+    note = (
+        "The misfit of the contact is no noise of the detector: the force is fitted over the tip's position with equal weights. "
+        f"With the weights of a cantilever's noise: {weighted}."
+    )
+    return _searched(replace(plain, notes=(*setup.notes, note)), name, free, settings)
+
+
+def _descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
+    settled = SOON if settings.engine == "normal-equations" else SETTLED
+    objective, coarse = setup.objective, setup.coarse
+    if coarse is None or coarse is objective:
+        found = minimise(objective.evaluate, start, setup.lower, setup.upper, settled=settled)
+    else:
+        found = minimise(coarse.evaluate, start, setup.lower, setup.upper, settled=settled)
+        if settings.engine == "normal-equations":
+            residual, jacobian = objective.evaluate(found.x)
+            found = replace(found, residual=residual, normal=jacobian @ jacobian.T)
+        else:
+            found = minimise(objective.evaluate, found.x, setup.lower, setup.upper, settled=settled)
+    if settings.loss != "linear":
+        found = reweighted(objective, found, setup.lower, setup.upper, settings.loss)
     return found
+
+
+def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Settings) -> Setup | None:
+    """The same with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
+    names, lower, upper = setup.objective.names, setup.lower.copy(), setup.upper.copy()
+    low_set, high_set = settings.contact_limits
+    changed = False
+    for j in np.flatnonzero(found.at_bound):
+        below, name = bool(found.x[j] <= lower[j]), names[j]
+        if name == "contact":
+            # beyond the last point nothing is in contact
+            if below and low_set is None and high_set is None:
+                lower[j] -= 2 * (1 + abs(lower[j]))
+                changed = True
+        elif name in free and plain_limits(name) is None:
+            if below and free[name].minimum is None:
+                lower[j] -= np.log(_FAR)
+                changed = True
+            if not below and free[name].maximum is None:
+                upper[j] += np.log(_FAR)
+                changed = True
+    return replace(setup, lower=lower, upper=upper) if changed else None
 
 
 def _follows(setup: Setup, found: Minimum, name: str) -> None:
@@ -286,13 +397,19 @@ def _follows(setup: Setup, found: Minimum, name: str) -> None:
         )
 
 
+@lru_cache(maxsize=1024)
+def _quantile(level: float, freedom: int) -> float:
+    """Half width of a two-sided interval in standard errors."""
+    from scipy.stats import t as student
+
+    return float(student.ppf((1 + level) / 2, freedom))
+
+
 def _estimates(
     objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
 ) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
-    from scipy.stats import t as student
-
-    quantile = float(student.ppf((1 + level) / 2, max(objective.depth.size - found.x.size, 1)))
+    quantile = _quantile(level, max(objective.depth.size - found.x.size, 1))
     count = len(objective.model.free)
     start = objective.model.start()
     estimates = {}

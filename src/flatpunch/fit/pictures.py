@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from flatpunch.fit.batch import Batch
+    from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.report.result import FitResult
 
-_DATA, _FIT, _GREY = "#8fa9bf", "#1f4e79", "#8c8c8c"
+_DATA, _FIT, _GREY = "#8fa9bf", "#b8541a", "#8c8c8c"
+_SOLVED = "#1f4e79"
 _LONGEST = 32
 """Letters of a curve's name in a title."""
 _JOINT = (2.30, 5.99, 11.83)
@@ -170,6 +172,40 @@ def drift_figure(
     return figure
 
 
+def film_figure(result: FilmResult) -> Figure:
+    """Apparent modulus over contact depth: measured, fitted, film, substrate, and what published formulas give for the film.
+
+    Parameters
+    ----------
+    result : FilmResult
+        The fit.
+    """
+    points = result.points
+    x_factor, x_unit = readable(float(points.contact_depth.max()), "m")
+    y_factor, y_unit = readable(float(np.median(points.apparent)), "Pa")
+    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    x = points.contact_depth * x_factor
+    order = np.argsort(x)
+    axes.plot(x, points.apparent * y_factor, ".", ms=3, color=_DATA, label="measured", rasterized=True)
+    axes.plot(x[order], (result.model * y_factor)[order], color=_SOLVED, lw=1.4, label="film and substrate, fitted")
+    axes.axhline(result.case.surface_modulus * y_factor, color=_SOLVED, lw=1, ls="--", label="film")
+    base = getattr(result.case, "base", None)
+    if base is not None and hasattr(base, "surface_modulus"):
+        axes.axhline(base.surface_modulus * y_factor, color=_GREY, lw=1, ls="--", label="substrate")
+    for (name, (young, _)), style in zip(
+        result.others.items(), (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1))), strict=False
+    ):
+        poisson = float(result.case.layers[0].poisson)
+        axes.axhline(young / (1 - poisson**2) * y_factor, color=_GREY, lw=0.8, ls=style, label=f"film, {name}")
+    axes.set_xlabel(f"contact depth / {x_unit}")
+    axes.set_ylabel(f"plane-strain modulus / {y_unit}")
+    axes.set_xlim(left=0)
+    axes.grid(alpha=0.25, lw=0.6)
+    axes.legend(frameon=False, fontsize=7)
+    return figure
+
+
 def map_figure(batch: Batch, name: str) -> Figure:
     """Values of one parameter over the positions of a force map; over the order of the curves if there are no positions.
 
@@ -181,6 +217,8 @@ def map_figure(batch: Batch, name: str) -> Figure:
         Column of the table.
     """
     values = np.asarray(batch.column(name), dtype=float)
+    # values that cannot be trusted are crossed out, not shown
+    values = np.where([bool(row["ok"]) for row in batch.rows], values, np.nan)
     finite = np.abs(values[np.isfinite(values)])
     factor, unit = readable(float(finite.max()) if finite.size else 0.0, unit_of(name))
     figure = Figure(figsize=(5.6, 4.6), layout="constrained")
@@ -218,5 +256,5 @@ def map_figure(batch: Batch, name: str) -> Figure:
         axes.set_ylabel(f"{name} / {unit or '1'}")
         axes.grid(alpha=0.25, lw=0.6)
     failed = len(batch.failed)
-    axes.set_title(f"{values.size - failed} curves" + (f", {failed} failed" if failed else ""), fontsize=9)
+    axes.set_title(f"{values.size - failed} curves" + (f", {failed} left out" if failed else ""), fontsize=9)
     return figure

@@ -18,16 +18,16 @@ from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.setup import Setup, enough, held, with_nuisance
-from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError, check_saturation
+from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.segments import approach_end, arrival, forwards, retract_start, turning
+from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.sample import WORK
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
 _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""
-_CLEAR = 6.0
-"""A dip below the baseline counts from so many times the noise on."""
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _GIVING = -0.5
@@ -60,6 +60,7 @@ class Segment:
 
 def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """The retract, or the whole cycle, against a model with adhesion."""
+    curve, notes = _oriented(curve, settings)
     segments = _segments(curve, settings)
     chosen = np.sort(np.concatenate([s.points for s in segments]))
     part = curve.taken(chosen)
@@ -81,36 +82,83 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
                     f"{curve.name}: fewer than {FEWEST} points in contact are left by {name} = {limit:.4g}."
                 )
     start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments))
-    return start.setup(used, ())
+    return start.setup(used, notes)
+
+
+def _oriented(curve: Curve, settings: Settings) -> tuple[Curve, tuple[str, ...]]:
+    """The curve with depth growing into the sample and force positive when pressing, as far as a whole cycle shows it."""
+    notes: tuple[str, ...] = ()
+    if turning(curve) < 0:
+        curve, notes = forwards(curve)
+    force = curve.force - _background(curve, settings)
+    noise = noise_of(np.diff(force)) / np.sqrt(2)
+    deepest = float(np.median(force[np.argsort(curve.position)[-max(force.size // 200, 3) :]]))
+    # pressed and pulled the other way round
+    if deepest < -CLEAR * noise and force.max() > CLEAR * noise and force.max() < -force.min():
+        curve = curve.turned(force=-1.0)
+        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    return curve, notes
+
+
+def _background(curve: Curve, settings: Settings) -> Array:
+    """Force without contact [N], from the far ends of the curve: a constant, or a straight line where one is fitted."""
+    top = _deepest(curve)[0]
+    n = curve.force.size
+    far = np.zeros(n, dtype=bool)
+    far[top + int((1 - _FREE) * (n - top)) :] = True
+    position = curve.position
+    if settings.baseline not in ("linear", "sine"):
+        return np.full(n, float(np.median(curve.force[far])))
+    if top > 0.2 * n:
+        far[: int(_FREE * top)] = True
+    slope, level = np.polyfit(position[far], curve.force[far], 1)
+    return np.asarray(slope * position + level)
+
+
+def _deepest(curve: Curve) -> tuple[int, int]:
+    """First and last point of the turning at the deepest place; a pause lies between them."""
+    position = curve.position
+    if curve.segment is not None and turning(curve) > 0 and np.unique(curve.segment).size > 1:
+        return approach_end(curve) - 1, retract_start(curve)
+    reached = np.flatnonzero(position >= position.max() - arrival(position))
+    return int(reached[0]), int(reached[-1])
 
 
 def _segments(curve: Curve, settings: Settings) -> list[Segment]:
-    n, span = curve.force.size, float(np.ptp(curve.force))
-    if span == 0:
-        raise CurveError(f"{curve.name}: the force is {curve.force[0]:.4g} N at every point; is this the right column?")
-    window = max(n // 200, 1)
-    smooth = np.convolve(curve.force, np.full(window, 1 / window), "valid")
-    top = int(np.argmax(smooth)) + window // 2
-    out, back = np.arange(top, n), np.arange(top, -1, -1)
-    if out.size < FEWEST or np.ptp(smooth[min(top, smooth.size - 1) :]) < 0.1 * span:
+    for name, column, unit in (("force", curve.force, "N"), ("depth", curve.depth, "m")):
+        if np.ptp(column) == 0:
+            raise CurveError(
+                f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
+            )
+    n, force = curve.force.size, curve.force - _background(curve, settings)
+    top, leaves = _deepest(curve)
+    out, back = np.arange(leaves, n), np.arange(top, -1, -1)
+    if out.size < FEWEST or np.ptp(curve.position[leaves:]) < 0.02 * np.ptp(curve.position):
         raise CurveError(
-            f"{curve.name}: the work of adhesion is fitted to the retract, and the force of this curve never falls after its "
-            "maximum. Give the whole cycle (read all segments of the file), or leave work_of_adhesion out."
+            f"{curve.name}: the work of adhesion is fitted to the retract, and this curve ends at its deepest point. Give the "
+            "whole cycle (read all segments of the file), or leave work_of_adhesion out."
         )
-    check_saturation(curve)
+    _check_saturation(curve, force, out)
     # the start of a whole cycle knows the force without contact
-    reference = float(np.median(curve.force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
-    retract = _segment(curve, out, "retract", reference)
+    reference = float(np.median(force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
+    retract = _segment(curve, force, out, "retract", reference)
     if settings.segment != "both":
         return [retract]
     if back.size < FEWEST:
         raise CurveError(f"{curve.name}: segment = 'both' needs the approach as well; the curve begins at its maximum.")
-    return [_segment(curve, back, "approach"), retract]
+    return [_segment(curve, force, back, "approach"), retract]
 
 
-def _segment(curve: Curve, points: Indices, name: str, reference: float = -np.inf) -> Segment:
-    """Find the jump between contact and baseline on the way outwards."""
-    force, depth = curve.force[points], curve.depth[points]
+def _check_saturation(curve: Curve, force: Array, points: Indices) -> None:
+    """The part of the retract that presses, read backwards, is judged like an approach."""
+    order = points[np.argsort(curve.position[points], kind="stable")]
+    step = converter_step(curve.force)
+    check_saturation(curve, curve.position[order], force[order], noise_of(np.diff(force), step) / np.sqrt(2))
+
+
+def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: float = -np.inf) -> Segment:
+    """Find the jump between contact and baseline on the way outwards, in the force over its background."""
+    force, depth = over[points], curve.depth[points]
     if (depth[:FEWEST] - depth[-FEWEST:]).mean() <= 0:
         raise CurveError(
             f"{curve.name}: on the {name} the depth must fall from the largest force to the free end. depth must grow into the "
@@ -121,9 +169,9 @@ def _segment(curve: Curve, points: Indices, name: str, reference: float = -np.in
     noise = float(1.4826 * np.median(np.abs(np.diff(far))) / np.sqrt(2))
     lowest = int(np.argmin(force))
     dip = baseline - float(force[lowest])
-    if reference - baseline > max(_CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
+    if reference - baseline > max(CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
         raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
-    if dip < _CLEAR * noise or lowest < 3:
+    if dip < CLEAR * noise or lowest < 3:
         raise CurveError(
             f"{curve.name}: the {name} dips {max(dip, 0):.3g} N below its baseline, the noise is {noise:.3g} N: no adhesion "
             + ("to be seen. Leave work_of_adhesion out." if name == "retract" else "to be seen. Use segment='retract'.")
@@ -156,22 +204,27 @@ class _Start:
 
     def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
         """The problem with some points; behind its cantilever once there is a start."""
-        taken = self.part.taken(used)
+        taken, speed = self.part.taken(used), speed_of(self.part, self.settings)
+        if speed is not None:
+            self.part.meta["speed"] = speed
         objective = Objective(
             model=self.model,
             depth=taken.depth,
             force=taken.force,
             nuisance=self.settings.nuisance,
-            held=held(self.settings),
-            frame=frame_of(self.part.depth, self.part.force),
+            held=self.settings.held,
+            frame=frame_of(self.part.depth, self.part.force, self.part.position, speed),
             spring=None if start is None else taken.spring_constant,
+            speed=speed[used] if speed is not None else None,
             loaded=np.flatnonzero(self.in_contact[used]),
             part_loaded=np.flatnonzero(self.in_contact),
         )
         enough(taken, objective)
         low, high = self._contacts(objective)
         slack = high - low
-        lower, upper = with_nuisance(objective, self.limits, (low - slack, high + slack))
+        asked = self.settings.contact_limits
+        ends = (low - slack if asked[0] is None else asked[0], high + slack if asked[1] is None else asked[1])
+        lower, upper = with_nuisance(objective, self.limits, ends)
         return Setup(
             self.part,
             used,
@@ -180,15 +233,15 @@ class _Start:
             upper,
             lambda: _scanned(objective, lower, upper, (low, high)) if start is None else start,
             notes,
-            None if start is not None else lambda x: self._behind(objective, used, x),
+            again=None if start is not None else lambda x: self._behind(objective, used, x),
         )
 
     def _contacts(self, objective: Objective) -> tuple[float, float]:
         """Depth 0 lies between where the tip lets go and where the force is back at the baseline."""
         assert objective.loaded is not None
-        depth, force = objective.depth[objective.loaded], objective.force[objective.loaded]
-        baseline = float(np.median(np.delete(objective.force, objective.loaded)))
-        pressing = depth[force > baseline]
+        depth = objective.depth[objective.loaded]
+        force = (objective.force - _free_force(objective)[0])[objective.loaded]
+        pressing = depth[force > 0]
         low = float(depth.min())
         high = float(pressing.min()) if pressing.size else float(depth.max())
         return low, max(high, low + 0.02 * float(np.ptp(depth)))
@@ -217,7 +270,9 @@ class _Start:
         theta, rest = objective.split(x)
         at = objective.loaded
         depth = objective.depth[at] - rest["contact"]
-        force = objective.force[at] - rest["baseline"]
+        force = (
+            objective.force[at] - rest["baseline"] - objective.background(rest, objective.position, objective.speed)[at]
+        )
         way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 2000)
         on_branch, stiffness, _ = objective.model.evaluate(way, theta)
         past = np.flatnonzero(stiffness < _GIVING * spring)
@@ -240,14 +295,12 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
     assert objective.loaded is not None
     chosen = objective.loaded[:: max(objective.loaded.size // _SCANNED, 1)]
     depth, force = objective.depth[chosen], objective.force[chosen]
-    baseline = (
-        float(np.median(np.delete(objective.force, objective.loaded))) if "baseline" in objective.nuisance else 0.0
-    )
-    data = force - baseline
+    free, coefficients = _free_force(objective)
+    data = force - free[chosen]
     contacts = np.linspace(*between, _CONTACTS) if "contact" in objective.nuisance else [objective.held["contact"]]
     theta = _matched(model, theta, (moduli, works), depth - np.mean(contacts), data)
     shifts = np.log(_FACTOR) * np.linspace(-1, 1, _RATIOS) if works or moduli else np.zeros(1)
-    origin, width, span = objective.frame
+    origin, width, *_ = objective.frame
     found = []
     places = np.asarray(contacts)
     # all contact points at once: the branch is the same
@@ -263,8 +316,8 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
         for i in range(places.size):
             x = trial.copy()
             x[[*moduli, *works]] += np.log(factor[i])
-            rest = {"contact": (places[i] - origin) / width, "baseline": baseline / span, "tilt": 0.0}
-            found.append((float(misfit[i]), np.append(x, [rest[name] for name in objective.nuisance])))
+            rest = {"contact": (places[i] - origin) / width, "wavelength": 1.0, **coefficients}
+            found.append((float(misfit[i]), np.append(x, [rest.get(name, 0.0) for name in objective.nuisance])))
     found.sort(key=lambda pair: pair[0])
     # the best few, of different ratios where there are some: the valley has more than one end
     starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:_TRIED]]
@@ -273,6 +326,19 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
     best = min(ends, key=lambda end: end.cost)
     assert best.x.size == count + len(objective.nuisance)
     return best.x
+
+
+def _free_force(objective: Objective) -> tuple[Array, dict[str, float]]:
+    """Background through the points without contact [N], and its coefficients in x."""
+    assert objective.loaded is not None
+    free = np.delete(np.arange(objective.force.size), objective.loaded)
+    level, span = objective.frame.level, objective.frame.span
+    fitted = [n for n in objective.nuisance if n in ("baseline", "tilt", "drag")]
+    if "baseline" not in fitted:
+        return np.zeros_like(objective.force), {}
+    columns = np.array([objective.column(n, objective.held, objective.position, objective.speed) for n in fitted])
+    found = np.linalg.lstsq(columns[:, free].T, (objective.force[free] - level) / span, rcond=1e-9)[0]
+    return level + span * (found @ columns), dict(zip(fitted, (float(v) for v in found), strict=True))
 
 
 def _matched(
@@ -304,5 +370,10 @@ def _thinned(objective: Objective) -> Objective:
     inside = np.zeros_like(keep)
     inside[objective.loaded] = True
     return replace(
-        objective, depth=objective.depth[keep], force=objective.force[keep], loaded=np.flatnonzero(inside[keep])
+        objective,
+        depth=objective.depth[keep],
+        force=objective.force[keep],
+        speed=None if objective.speed is None else objective.speed[keep],
+        loaded=np.flatnonzero(inside[keep]),
+        _before={},
     )

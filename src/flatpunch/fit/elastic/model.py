@@ -80,6 +80,11 @@ class ForwardModel(FreeParameters):
         start = found.problem([c.offset for c in found.coordinates])
         object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, self.method))
 
+    @property
+    def bends(self) -> bool:
+        """Whether the free parameters change the shape of the force curve in a double logarithmic plot, or only shift it."""
+        return bool(self._forms[0].size > 2)
+
     def value(self, name: str) -> float:
         """Value of a parameter in the case, free or not, SI."""
         return value_of(self.medium, self.indenter, name)

@@ -1,50 +1,269 @@
-"""From a curve and a model to a least-squares problem: which part of the curve, which points, limits, where to start."""
+"""From a curve and a model to a least-squares problem: which part of the curve, which points, limits, where to start.
+
+The order matters: the position tells the approach, the scan of contact points tells the background, and only then is the force
+judged (sign, noise, saturation, adhesion), over its background.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Flags
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.least_squares.minimum import minimise
-from flatpunch.fit.least_squares.objective import Objective, contact_range, scanned
-from flatpunch.fit.least_squares.setup import Setup, cut, enough, held, with_nuisance
-from flatpunch.fit.measured.curve import Curve, approach, check_signal
+from flatpunch.fit.least_squares.blocks import blocked, uniform
+from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.least_squares.scan import Scan, scanned
+from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
+from flatpunch.fit.measured.signal import adhesion_dip, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
-_SCANNED, _BINS = 100, 400
-"""Points to which a curve is averaged for the search of the contact point, and for the first descent."""
+_SAFE = 0.6
+"""Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
+_TILTED = 0.02
+"""Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
+_BOTH_ENDS = (
+    "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
+    "second part."
+)
+_IMPRINT, _HARD = 0.2, 1e8
+"""Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
+_WAVING = 0.01
+"""Standard deviation of a wave over the rise from which it is worth a note."""
+_WAVES = 160
+"""Stretches of the background in which a wave is looked for."""
 
 
-def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
+def elastic_setup(
+    curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings, *, _second: bool = False
+) -> Setup:
     """The approach of a curve against a model without adhesion."""
-    part = approach(cut(curve, settings))
-    keep, notes = check_signal(part, settings.adhesion)
-    used = part.taken(keep) if not keep.all() else part
-    objective = Objective(
-        model=model,
-        depth=used.depth,
-        force=used.force,
-        nuisance=settings.nuisance,
-        held=held(settings),
-        frame=frame_of(used.depth, used.force),
-        spring=used.spring_constant,
+    curve, notes = forwards(curve)
+    turned, force_sign = -1.0 if notes else 1.0, 1.0
+    part = without_pause(approach(cut(curve, settings, turned)))
+    problem = Approach(part, model, limits, settings, turned)
+    scan = problem.scan()
+    if problem.presses_downwards(scan):
+        force_sign = -1.0
+        part = cut(part.turned(force=-1.0), settings, turned, force_sign)
+        problem = replace(problem, part=part)
+        scan = problem.scan()
+        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    if problem.withdraws(scan):
+        if turning(curve) and not _second:
+            # in contact at both ends: counted the other way, the tip approaches in the second part
+            rest = replace(curve.taken(slice(approach_end(curve), None)), segment=None)
+            found = elastic_setup(rest.turned(depth=-1.0), model, limits, settings, _second=True)
+            return replace(found, notes=(_BOTH_ENDS, *found.notes))
+        raise CurveError(
+            f"{curve.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
+            "the approach, or the whole cycle."
+        )
+    scan, keep, more = problem.judged(scan)
+    problem.refuse_plastic(scan, curve.turned(force=force_sign))
+    return problem.setup(scan, keep, (*notes, *more))
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """An approach on its way to a least-squares problem."""
+
+    part: Curve
+    model: ForwardModel
+    limits: tuple[Array, Array]
+    settings: Settings
+    turned: float
+
+    def objective(self, keep: Flags | None = None) -> Objective:
+        """All points, or some."""
+        speed = speed_of(self.part, self.settings)
+        if speed is not None:
+            self.part.meta["speed"] = speed
+        used = self.part if keep is None or keep.all() else self.part.taken(keep)
+        if speed is not None and keep is not None:
+            speed = speed[keep]
+        held = self.settings.held
+        held["contact"] *= self.turned
+        found = Objective(
+            model=self.model,
+            depth=used.depth,
+            force=used.force,
+            nuisance=self.settings.nuisance,
+            held=held,
+            frame=frame_of(used.depth, used.force, used.position, speed),
+            spring=used.spring_constant,
+            speed=speed,
+        )
+        enough(self.part, found)
+        return found
+
+    @property
+    def moduli(self) -> list[int]:
+        """Which of the free parameters are moduli."""
+        return [j for j, free in enumerate(self.model.free) if free.endswith("young")]
+
+    def contacts(self, objective: Objective) -> tuple[float, float]:
+        """Contact points that are allowed, those of the user or the whole curve and as much before it."""
+        low, high = self.settings.contact_limits
+        if self.turned < 0:
+            low, high = (None if v is None else -v for v in (high, low))
+        position, force, k = objective.position, objective.force, objective.spring
+        bent = (0.0, 0.0) if k is None else (float(force.max()) / k, float(force.min()) / k)
+        first, last = float(position.min()) - bent[0], float(position.max()) - bent[1]
+        return 2 * first - last if low is None else low, last if high is None else high
+
+    def scan(self, keep: Flags | None = None) -> Scan:
+        """Best contact point, with a wave in the background if one is fitted."""
+        objective = self.objective(keep)
+        start = np.append(self.model.start(), np.zeros(len(objective.nuisance)))
+        if "wavelength" not in objective.nuisance:
+            return scanned(objective, start, self.moduli, self.contacts(objective))
+        plain = replace(
+            objective, nuisance=tuple(n for n in objective.nuisance if n not in ("sine", "cosine", "wavelength"))
+        )
+        first = scanned(plain, start[: len(plain.names)], self.moduli, self.contacts(objective))
+        start[objective.names.index("wavelength")] = _wavelength(plain, first) / objective.frame.way
+        return scanned(objective, start, self.moduli, self.contacts(objective))
+
+    def presses_downwards(self, scan: Scan) -> bool:
+        """Whether the force is negative when pressing: a contact of negative amplitude fits better, deepest where it ends."""
+        if not scan.turned < scan.cost:
+            return False
+        force = over_line(self.part, self.part.position < np.quantile(self.part.position, 0.3))
+        few = max(force.size // 200, 3)
+        end = float(np.median(force[-few:]))
+        return end < 0 and -end > 0.8 * float(np.abs(force).max() - 3 * noise_of(force[: force.size // 3]))
+
+    def withdraws(self, scan: Scan) -> bool:
+        """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
+        objective = self.objective()
+        inside = objective.indentation(self.part, scan.x)
+        if inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned:
+            return False
+        backwards = replace(self, part=self.part.turned(depth=-1.0), settings=replace(self.settings, contact="free"))
+        other = backwards.scan()
+        return min(other.cost, other.turned) < 0.5 * scan.cost
+
+    def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
+        """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""
+        young = [np.exp(scan.x[j]) for j in self.moduli]
+        back = (
+            whole.taken(slice(approach_end(whole), None)) if whole.depth.size - approach_end(whole) > FEWEST else None
+        )
+        if back is None or self.part.spring_constant is not None or not young or max(young) < _HARD:
+            return
+        rest = self.objective().split(scan.x)[1]
+        pressed = back.force - rest["baseline"] > 0.05 * float(np.ptp(self.part.force))
+        deepest = float(whole.depth.max()) - rest["contact"]
+        left = float(back.depth[pressed].min()) - rest["contact"] if pressed.any() else 0.0
+        if pressed.all() or left < _IMPRINT * deepest:
+            return
+        raise CurveError(
+            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an "
+            "imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` "
+            "(fit_film) takes the modulus from the unloading or from continuous stiffness."
+        )
+
+    def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
+        """The scan, points that are used and notes, judged over the background."""
+        part, objective = self.part, self.objective()
+        inside = objective.indentation(part, scan.x)
+        before = inside < (1 - _SAFE) * min(float(inside.min()), 0.0)
+        notes: tuple[str, ...] = ()
+        if before.sum() >= FEWEST:
+            force = over_line(part, before)
+        else:
+            rest = objective.split(scan.x)[1]
+            force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
+            before = np.zeros(part.force.size, dtype=bool)
+        if self.settings.baseline == "sine":
+            rest = objective.split(scan.x)[1]
+            force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
+        step = converter_step(part.force)
+        noise = noise_of(force[before], step)
+        order = np.argsort(part.position, kind="stable")
+        rise = float(force.max())
+        check_rise(part, rise, noise)
+        check_saturation(part, part.position[order], force[order], noise)
+        keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
+        if before.sum() >= FEWEST and self.settings.baseline == "constant":
+            notes = _tilt_note(part, before, float(inside.max()), rise)
+        if before.sum() >= 4 * _WAVES and self.settings.baseline in ("constant", "linear"):
+            notes += _wave_note(part.position[before], force[before], rise)
+        if not keep.all():
+            scan = self.scan(keep)
+        return scan, keep, (*notes, *dips)
+
+    def setup(self, scan: Scan, keep: Flags, notes: tuple[str, ...]) -> Setup:
+        """The least-squares problem."""
+        objective = self.objective(keep)
+        lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
+        start = np.clip(scan.x, lower, upper)
+        rest = objective.split(start)[1]
+        place = rest["contact"] + (rest["baseline"] / objective.spring if objective.spring else 0.0)
+        coarse = blocked(objective, place) if self.settings.loss == "linear" else objective
+        return Setup(self.part, keep, objective, lower, upper, lambda: start, notes, coarse)
+
+
+def over_line(part: Curve, before: Flags) -> Array:
+    """Force over the straight line through the points before the contact [N]."""
+    position = part.position - part.position[before].mean()
+    here, force = position[before], part.force[before]
+    level = force.mean()
+    slope = float(here @ (force - level)) / max(float(here @ here), 1e-300)
+    return np.asarray(part.force - level - slope * position)
+
+
+def _tilt_note(part: Curve, before: Flags, deepest: float, rise: float) -> tuple[str, ...]:
+    """A tilted background that is fitted as a constant moves contact point and modulus."""
+    here = part.position[before] - part.position[before].mean()
+    force = part.force[before] - part.force[before].mean()
+    slope = float(here @ force) / max(float(here @ here), 1e-300)
+    error = float(np.std(force - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
+    share = slope * deepest / rise
+    if abs(share) < _TILTED or abs(slope) < 5 * error:
+        return ()
+    return (
+        f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
+        "the tilt; a constant baseline biases contact point and modulus.",
     )
-    enough(curve, objective)
-    low, high, _ = contact_range(used.depth, used.force)
-    slack = high - low
-    lower, upper = with_nuisance(objective, limits, (low - slack, high + slack / 3))
-    return Setup(part, keep, objective, lower, upper, lambda: _start(objective, lower, upper), notes)
 
 
-def _start(objective: Objective, lower: Array, upper: Array) -> Array:
-    """Scan the contact point, then descend on block means."""
-    low, high, first = contact_range(objective.depth, objective.force)
-    coarse = objective.binned(_BINS, first)
-    model = objective.model
-    moduli = [j for j, free in enumerate(model.free) if free.endswith("young")]
-    start = np.clip(scanned(objective.binned(_SCANNED, first), model.start(), moduli, (low, high)), lower, upper)
-    if coarse.depth.size < objective.depth.size:
-        start = minimise(coarse.evaluate, start, lower, upper, settled=0.05).x
-    return start
+def _wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
+    """A wave on the background, told by means over stretches that remember their neighbours and come back."""
+    index = uniform(position, _WAVES)
+    size = np.bincount(index)
+    means = np.bincount(index, force)[size > 0] / size[size > 0]
+    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
+    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
+    if memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise:
+        return ()
+    return (
+        f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"
+        "range forces). baseline = 'sine' fits a wave.",
+    )
+
+
+def _wavelength(objective: Objective, scan: Scan) -> float:
+    """Wavelength of the sine that fits best, beside a straight line, to the background before the contact [m]."""
+    contact = scan.contact(objective)
+    free = objective.depth < contact
+    if free.sum() < 4 * FEWEST:
+        free = np.ones(objective.depth.size, dtype=bool)
+    position, force = objective.position[free], objective.force[free]
+    index = uniform(position, min(_WAVES, position.size // 4))
+    size = np.bincount(index).astype(float)
+    filled = size > 0
+    p, f = ((np.bincount(index, c)[filled] / size[filled]) for c in (position - position[0], force))
+    weight, way = np.sqrt(size[filled]), float(np.ptp(p))
+    tried = way / np.linspace(0.4, size.size / 5, 400)
+    costs = []
+    for wavelength in tried:
+        phase = 2 * np.pi * p / wavelength
+        columns = np.array([np.ones_like(p), p / way, np.sin(phase), np.cos(phase)]) * weight
+        costs.append(float(np.linalg.lstsq(columns.T, weight * (f - f.mean()), rcond=None)[1].sum()))
+    return float(tried[int(np.argmin(costs))])

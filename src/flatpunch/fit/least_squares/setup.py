@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +11,6 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, real
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.parameters.settings import Settings
-
-LOOSE = 10.0
-"""Limits of baseline and tilt, in units of the force range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +29,8 @@ class Setup:
         Limits of all of x.
     start : callable
         () -> x to descend from.
+    coarse : Objective, optional
+        The same problem on block means with the same minimum, at a fraction of the cost.
     again : callable, optional
         x at the minimum -> the problem with other points left out, or None if it is settled.
     notes : tuple of str
@@ -44,16 +43,8 @@ class Setup:
     upper: Array
     start: Callable[[], Array]
     notes: tuple[str, ...] = ()
+    coarse: Any = None
     again: Callable[[Array], Setup | None] | None = None
-
-
-def held(settings: Settings) -> dict[str, float]:
-    """Contact point, baseline and tilt where they are not fitted."""
-    return {
-        "contact": 0.0 if settings.contact == "free" else float(settings.contact),
-        "baseline": 0.0,
-        "tilt": 0.0,
-    }
 
 
 def enough(curve: Curve, objective: Any) -> None:
@@ -64,28 +55,45 @@ def enough(curve: Curve, objective: Any) -> None:
 
 
 def with_nuisance(objective: Any, limits: tuple[Array, Array], contact: tuple[float, float]) -> tuple[Array, Array]:
-    """Limits of the free parameters, and of contact [m], baseline and tilt behind them."""
+    """Limits of the free parameters, of the contact point [m], and none for the background."""
     offset, unit = objective.scales()["contact"]
-    loose: Mapping[str, tuple[float, float]] = {
+    bounds = {
         "contact": ((contact[0] - offset) / unit, (contact[1] - offset) / unit),
-        "baseline": (-LOOSE, LOOSE),
-        "tilt": (-LOOSE, LOOSE),
+        "wavelength": (1e-6, np.inf),
     }
-    return (
-        np.append(limits[0], [loose[name][0] for name in objective.nuisance]),
-        np.append(limits[1], [loose[name][1] for name in objective.nuisance]),
-    )
+    ends = [bounds.get(name, (-np.inf, np.inf)) for name in objective.nuisance]
+    return np.append(limits[0], [low for low, _ in ends]), np.append(limits[1], [high for _, high in ends])
 
 
-def cut(curve: Curve, settings: Settings) -> Curve:
-    """The curve before it first reaches `force_to` or `depth_to`."""
+def speed_of(curve: Curve, settings: Settings) -> Array | None:
+    """Speed of the cantilever's base [m/s] where the drag counts.
+
+    Raises
+    ------
+    CurveError
+        If the curve has no times.
+    """
+    if settings.drag == 0:
+        return None
+    if curve.time is None:
+        raise CurveError(
+            f"{curve.name}: drag is a force per speed, and the curve has no times. {curve.meta.get('no time', '')} "
+            "Name the column of times, or leave drag out."
+        )
+    window = max(curve.time.size // 100, 2)
+    position, time = curve.position, curve.time
+    ahead = np.minimum(np.arange(time.size) + window, time.size - 1)
+    behind = np.maximum(np.arange(time.size) - window, 0)
+    return np.asarray((position[ahead] - position[behind]) / np.maximum(time[ahead] - time[behind], 1e-300))
+
+
+def cut(curve: Curve, settings: Settings, depth_sign: float = 1.0, force_sign: float = 1.0) -> Curve:
+    """The curve before it first reaches `force_to` or `depth_to`, given on the user's own axes (signs of turned ones)."""
     end = curve.depth.size
-    for name, column, limit in (
-        ("force_to", curve.force, settings.force_to),
-        ("depth_to", curve.depth, settings.depth_to),
-    ):
+    for name, column, sign in (("force_to", curve.force, force_sign), ("depth_to", curve.depth, depth_sign)):
+        limit = getattr(settings, name)
         if limit is not None:
-            beyond = column > real(name, limit)
+            beyond = column > sign * real(name, limit)
             if beyond.any():
                 end = min(end, int(np.argmax(beyond)))
     return curve if end == curve.depth.size else curve.taken(slice(0, end))

@@ -32,7 +32,7 @@ def read_afm(
     spring_constant : float, optional
         Cantilever [N/m]; needed where the file does not say, otherwise it must be left out or takes the place of the file's.
     sensitivity : float, optional
-        Deflection per signal [m/V], for files with raw signals.
+        Deflection per signal [m/V] or [m/A], for files with raw signals.
     height : str
         Which height to use: "height (measured)" or "height (piezo)".
 
@@ -104,11 +104,12 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
     try:
         with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
             names = [name for name in archive.namelist() if not name.endswith("/")]
-            if len(names) != 1:
-                raise CurveError(f"{path.name}: {len(names)} files inside; unpack it and read them one by one.")
-            inner = Path(folder) / Path(names[0]).name
-            inner.write_bytes(archive.read(names[0]))
-            return [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
+            curves: list[Any] = []
+            for name in sorted(names):
+                inner = Path(folder) / Path(name).name
+                inner.write_bytes(archive.read(name))
+                curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
+            return curves
     except zipfile.BadZipFile as error:
         raise CurveError(f"{path.name}: damaged ({error}).") from None
 
@@ -153,8 +154,9 @@ def _explained(path: Path) -> Iterator[None]:
         raise
     except MissingMetaDataError as error:
         raise CurveError(
-            f"{path.name}: the file does not say everything ({_first_line(error)}). Pass spring_constant=... [N/m] and "
-            "sensitivity=... [m/V]."
+            f"{path.name}: the file does not say everything ({_first_line(error)}). Write what is missing into the case file, "
+            '[curve] spring_constant = "0.05 N/m" and sensitivity = "70 nm/V" (Python: Pass spring_constant=... [N/m] and '
+            "sensitivity=... [m/V])."
         ) from None
     except (Exception, AFMFileFormatError) as error:  # the latter is no Exception
         kind = type(error).__name__
@@ -174,16 +176,25 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
         if height not in columns:
             raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
-        segment = np.asarray(data["segment"]) if "segment" in columns else np.zeros(force.size, dtype=int)
+        segment = np.asarray(data["segment"], dtype=float) if "segment" in columns else None
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None
-    meta = {"source": str(path.name), "segment": segment, "metadata": dict(data.metadata)}
+    if segment is not None and ((np.diff(segment) < 0).any() or np.unique(segment).size < 2):
+        # one segment, or numbers that do not count up, tell nothing
+        segment = None
+    used = "tip position" if "tip position" in columns else height
+    meta = {
+        "source": str(path.name),
+        "columns": f"depth from {used!r}, force from 'force'",
+        "metadata": dict(data.metadata),
+    }
     k = float(k) if k is not None and np.isfinite(k) else None
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
     if "tip position" in columns:
-        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time)
+        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time, segment=segment)
     if k is None:
         raise CurveError(
-            f"{path.name}: the file does not say the cantilever's spring constant. Pass spring_constant=... [N/m]."
+            f'{path.name}: the file does not say the cantilever\'s spring constant. Write [curve] spring_constant = "0.05 N/m" '
+            "into the case file, or pass spring_constant=... [N/m]."
         )
-    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time)
+    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time, segment=segment)

@@ -17,15 +17,29 @@ from flatpunch.fit.measured.curve import CurveError
 STIFFNESS = units.Dimension("stiffness", "N/m", "120 N/m", ("N/m", "mN/nm", "uN/nm", "N/mm", "mN/um"))
 TIME = units.Dimension("time", "s", "0.5 s", ("s", "ms", "min", "us"))
 
-ROLES: dict[str, tuple[units.Dimension, str]] = {
-    "depth": (units.LENGTH, r"indentation|displacement.*(surface|sample)|tip.*position|\bdepth\b|^h$"),
-    "force": (units.FORCE, r"\bforce\b|\bload\b|^[fp]$"),
-    "piezo": (units.LENGTH, r"\bpiezo\b|\bheight\b|\bz\b"),
-    "deflection": (units.LENGTH, r"deflection|cantilever"),
-    "stiffness": (STIFFNESS, r"stiffness"),
-    "time": (TIME, r"\btime\b|^t$"),
+ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
+    "depth": (
+        units.LENGTH,
+        (
+            r"^depth$|^indentation( depth)?$|^h$",
+            r"(displacement|disp\b).*(surface|sample)|tip.*position|indentation|indent.*disp",
+            r"\bdepth\b|displacement|\bdisp\b",
+        ),
+    ),
+    "force": (
+        units.FORCE,
+        (r"^force$|^load$|^[fFpP]$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
+    ),
+    "piezo": (units.LENGTH, (r"^piezo$|^z$", r"\bpiezo\b|\bheight\b|\bz\b")),
+    "deflection": (units.LENGTH, (r"deflection|cantilever",)),
+    "stiffness": (STIFFNESS, (r"^stiffness$|contact stiffness", r"stiffness")),
+    "time": (TIME, (r"^time$|^t$", r"\btime\b")),
 }
-"""What a column can be: its dimension, and how its name is recognised."""
+"""What a column can be: its dimension, and how its name is recognised, the surest patterns first."""
+_DERIVED = re.compile(
+    r"\bamp|amplitude|contact depth|\bact\b|actuat|\braw\b|\brate\b|noise|\bstd|error|phase|hardness|modulus|correction|drift"
+)
+"""Columns that are derived from others, or of the machine: no depth and no force of the contact."""
 
 _UNIT = re.compile(r"^(.*?)\s*(?:\(([^()]*)\)|\[([^\[\]]*)\]|/\s*([^/\s]+)|,\s*(\S+))\s*$")
 _NO_VALUE = 1e300
@@ -44,29 +58,71 @@ class Table:
 
 
 def split_name(title: str) -> tuple[str, str | None]:
-    """Name and unit of a column's title: "Load (uN)", "force [nN]", "depth / nm"."""
+    """Name and unit of a column's title: "Load (uN)", "force [nN]", "depth / nm", "load_uN"."""
     match = _UNIT.match(title.strip())
-    if match is None:
-        return title.strip(), None
-    unit = next(group for group in match.groups()[1:] if group is not None).strip()
-    return match[1].strip(), unit or None
+    if match is not None:
+        unit = next(group for group in match.groups()[1:] if group is not None).strip()
+        return match[1].strip(), unit or None
+    name, _, unit = title.strip().rpartition("_")
+    if name and any(unit in dimension.common for dimension in (*units.DIMENSIONS, STIFFNESS, TIME)):
+        return name.replace("_", " "), unit
+    return title.strip(), None
 
 
 def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict[str, int]:
-    """Position of the column of each role: as named by the user, or recognised by its title."""
+    """Position of the column of each role: as named by the user, or recognised by its title.
+
+    Raises
+    ------
+    CurveError
+        If several columns could have a role; the message has the lines that choose one.
+    """
     found: dict[str, int] = {}
-    lowered = [name.lower() for name in table.names]
     for role, title in (wanted or {}).items():
         if role not in ROLES:
             raise CurveError(f"columns: {role!r} is no kind of column; known are {', '.join(ROLES)}.")
         found[role] = _named(table, role, title)
-    for role, (_, pattern) in ROLES.items():
+    for role, (dimension, patterns) in ROLES.items():
         if role in found:
             continue
-        hits = [i for i, name in enumerate(lowered) if re.search(pattern, name) and i not in found.values()]
+        hits = _recognised(table, patterns, dimension, set(found.values()))
+        if len(hits) > 1 and role in ("depth", "force"):
+            lines = " or ".join(f'{role} = "{table.names[i]}"' for i in hits)
+            raise CurveError(
+                f"{table.source}: several columns could be the {role}: {', '.join(repr(table.names[i]) for i in hits)}. Choose "
+                f"one in the case file, [curve.columns] {lines}."
+            )
         if hits:
             found[role] = hits[0]
     return found
+
+
+def _recognised(table: Table, patterns: tuple[str, ...], dimension: units.Dimension, taken: set[int]) -> list[int]:
+    """Columns that the surest pattern finds; those whose unit is of another kind only if there is nothing else."""
+    # a capital H is a hardness
+    names = [name if name == "H" else name.lower().replace("_", " ") for name in table.names]
+    wrong: list[int] = []
+    for pattern in patterns:
+        hits = [
+            i
+            for i, name in enumerate(names)
+            if re.search(pattern, name) and not _DERIVED.search(name) and i not in taken
+        ]
+        right = [i for i in hits if _fits(table.units[i], dimension)]
+        if right:
+            return right
+        wrong += hits
+    return wrong[:1]
+
+
+def _fits(unit: str | None, dimension: units.Dimension) -> bool:
+    if unit is None:
+        return True
+    try:
+        units.to_si(f"1 {unit}", dimension)
+    except ValueError:
+        return False
+    return True
 
 
 def _named(table: Table, role: str, title: str | int) -> int:

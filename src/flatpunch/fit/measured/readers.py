@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import csv
 import re
+from bisect import bisect
 from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +24,7 @@ from flatpunch._support.archives import check_archive
 from flatpunch._support.checks import Array, whole
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.fit.measured.columns import Table, chosen_columns, in_si, split_name
-from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
 EXCEL = (".xls", ".xlsx", ".xlsm")
 AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5")
@@ -38,7 +41,8 @@ def read_curve(
     spring_constant: float | None = None,
     skip_nan: bool = False,
     flip: bool = False,
-    index: int = 0,
+    index: int | None = None,
+    calibration: Mapping[str, float] | None = None,
     **afm: Any,
 ) -> Curve:
     """Read one measured curve.
@@ -63,7 +67,9 @@ def read_curve(
     flip : bool
         Change the sign of depth and piezo: for heights that grow away from the sample.
     index : int
-        Which curve of a microscope file with many (a force map), from 0.
+        Which curve of a file with many (a force map, a workbook of tests, blocks one below the other), from 0.
+    calibration : mapping, optional
+        Relative standard deviations of "spring_constant" and "sensitivity"; they enter the intervals of a fit.
     **afm
         For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for
         which one of them is given is read as a microscope's.
@@ -80,45 +86,80 @@ def read_curve(
     path = Path(path)
     if not path.is_file():
         raise CurveError(f"{shown_path(path)}: no such file.")
-    index = whole("index", index, 0, "It is counted from 0.")
-    kind = path.suffix.lower()
+    if index is not None:
+        index = whole("index", index, 0, "It is counted from 0.")
     if _by_afmformats(path, afm):
         from flatpunch.fit.measured.afm import AfmFile
 
         _check_size(path)
-        return AfmFile.opened(path, spring_constant=spring_constant, **afm).curve(index)
-    if index:
-        raise CurveError(f"{path}: index = {index}, but a table holds one curve.")
+        file = AfmFile.opened(path, spring_constant=spring_constant, **afm)
+        curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
+        where = "given" if spring_constant is not None else "from the file"
+        told = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
+        told += [f"sensitivity {afm['sensitivity']:.4g} m per unit (given)"] if afm.get("sensitivity") else []
+        lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *told)
+        return replace(curve, meta={**curve.meta, "read": lines, "calibration": dict(calibration or {})})
+    tables = _tables(path, columns, decimal, sheet)
+    table = tables[_only(path, [t.source for t in tables], index)]
+    curve = curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
+    return replace(curve, meta={**curve.meta, "calibration": dict(calibration or {})})
+
+
+def _only(path: Path, found: list[str], index: int | None) -> int:
+    """Which curve: the one asked for, or the only one."""
+    if index is None and len(found) > 1:
+        names = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
+        raise CurveError(
+            f"{path.name}: the file holds {len(found)} curves ({names}); one must be chosen: index = 0 to {len(found) - 1}"
+            + (" or sheet = '...'" if path.suffix.lower() in EXCEL else "")
+            + ", or all are fitted with fit_batch([path], ...) or `flatpunch fit`."
+        )
+    if not 0 <= (index or 0) < len(found):
+        raise CurveError(f"{path.name}: there is no curve {index}; the file holds {len(found)}, counted from 0.")
+    return index or 0
+
+
+def _tables(path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None) -> list[Table]:
+    """All curves of a text or Excel file, as tables."""
+    kind = path.suffix.lower()
     if kind in EXCEL:
         from flatpunch.fit.measured.excel import excel_tables
 
-        table = _with_columns(excel_tables(path, sheet), columns, path)
-    elif kind in TEXT:
-        table = text_table(path, decimal)
-    else:
-        known = ", ".join((*TEXT, *EXCEL, *AFM))
-        raise CurveError(f"{path}: the ending {kind!r} is none of those that are read: {known}.")
-    return curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
+        return _with_columns(excel_tables(path, sheet), columns, path)
+    if kind in TEXT:
+        return text_tables(path, decimal)
+    known = ", ".join((*TEXT, *EXCEL, *AFM))
+    raise CurveError(f"{path}: the ending {kind!r} is none of those that are read: {known}.")
 
 
-def curves_in(path: str | Path, *, spring_constant: float | None = None, **reading: Any) -> int:
-    """Number of curves in a file: many in a force map, one elsewhere.
+def curves_in(
+    path: str | Path,
+    *,
+    spring_constant: float | None = None,
+    columns: Mapping[str, str | int] | None = None,
+    decimal: str = ".",
+    sheet: str | None = None,
+    **reading: Any,
+) -> int:
+    """Number of curves in a file: a force map, a workbook of tests, blocks one below the other.
 
     Parameters
     ----------
     path : path
         The file.
-    spring_constant, **reading
+    spring_constant, columns, decimal, sheet, **reading
         As for `read_curve`.
     """
     path = Path(path)
     afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
-    if not path.is_file() or not _by_afmformats(path, afm):
+    if not path.is_file():
         return 1
-    from flatpunch.fit.measured.afm import AfmFile
+    if _by_afmformats(path, afm):
+        from flatpunch.fit.measured.afm import AfmFile
 
-    _check_size(path)
-    return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
+        _check_size(path)
+        return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
+    return len(_tables(path, columns, decimal, sheet)) if path.suffix.lower() in (*EXCEL, *TEXT) else 1
 
 
 def _check_size(path: Path) -> None:
@@ -133,17 +174,26 @@ def _by_afmformats(path: Path, afm: Mapping[str, Any]) -> bool:
     return path.suffix.lower() in (*AFM, ".zip") or bool(afm)
 
 
-def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> Table:
-    """The first table with a force column, or the only one."""
+def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> list[Table]:
+    """The tables with a column of forces, long enough to be curves; the longest if none is."""
+    found, reasons = [], []
     for table in tables:
         try:
-            if "force" in chosen_columns(table, columns):
-                return table
-        except CurveError:
+            positions = chosen_columns(table, columns)
+            # a sheet of results has force and depth as well, one row for each test
+            if "force" in positions and {"depth", "piezo"} & set(positions) and len(table.rows) >= FEWEST:
+                found.append(table)
+        except CurveError as error:
             if len(tables) == 1:
                 raise
-    names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
-    raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. Name the columns with columns=....")
+            reasons.append(str(error))
+    if not found and len(tables) == 1:
+        return tables
+    if not found:
+        names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
+        why = " ".join(reasons) or "Name the columns with columns=...."
+        raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. {why}")
+    return found
 
 
 def curve_of(
@@ -163,7 +213,12 @@ def curve_of(
     data = {role: in_si(table, role, positions[role], units) for role in roles}
     if "stiffness" in positions and "stiffness" not in data:
         data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
-    meta: dict[str, Any] = {"source": table.source}
+    used = ", ".join(
+        f"{role} from {table.names[positions[role]]!r} ({(units or {}).get(role) or table.units[positions[role]]})"
+        for role in roles
+    )
+    told = [f"spring constant {spring_constant:.4g} N/m (given)"] if spring_constant is not None else []
+    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}", *told)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
         try:
@@ -217,8 +272,11 @@ LARGEST = 500_000_000
 _NUMBER = re.compile(r"\s*(?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|NaN|)\s*")
 
 
-def text_table(path: Path, decimal: str = ".") -> Table:
-    """Read a text file: the longest run of rows of numbers, the titles above it, a row of units between them if there is one."""
+def text_tables(path: Path, decimal: str = ".") -> list[Table]:
+    """Read a text file: runs of rows of numbers, the titles above each, a row of units between them if there is one.
+
+    Words between two runs make them two tables; comments, blank lines and single cells that are no number do not.
+    """
     if decimal not in (".", ","):
         raise ValueError(f"decimal = {decimal!r} must be '.' or ','.")
     try:
@@ -241,16 +299,37 @@ def text_table(path: Path, decimal: str = ".") -> Table:
         )
     width = int(np.median([len(rows[i]) for i in numeric]))
     numeric = [i for i in numeric if len(rows[i]) >= width]
-    first = numeric[0]
-    names, unit_row = _titles(rows[:first], width)
-    body = [
-        [cell.replace(",", ".") for cell in rows[i]] if decimal == "," else rows[i]
-        for i in range(first, numeric[-1] + 1)
-    ]
-    body = [row for row in body if any(cell.strip() for cell in row)]
-    pairs = [split_name(title) for title in names]
-    found = [unit_row[i] if unit_row and unit_row[i] else unit for i, (_, unit) in enumerate(pairs)]
-    return Table(path.name, tuple(n for n, _ in pairs), tuple(found), body, first + 1)
+    words = [i for i, row in enumerate(rows) if _only_words(row)]
+    runs, above = [[numeric[0]]], [0]
+    for before, i in pairwise(numeric):
+        if words[bisect(words, before) : bisect(words, i)]:
+            runs.append([])
+            above.append(before + 1)
+        runs[-1].append(i)
+    long = [(run, start) for run, start in zip(runs, above, strict=True) if len(run) >= FEWEST] or [(numeric, 0)]
+    tables: list[Table] = []
+    for count, (run, start) in enumerate(long):
+        names, unit_row = _titles(rows[start : run[0]], width)
+        pairs = [split_name(title) for title in names]
+        found = tuple(unit_row[i] if unit_row and unit_row[i] else unit for i, (_, unit) in enumerate(pairs))
+        body = [row for row in rows[run[0] : run[-1] + 1] if any(cell.strip() for cell in row)]
+        if decimal == ",":
+            body = [[cell.replace(",", ".") for cell in row] for row in body]
+        source = path.name if len(long) == 1 else f"{path.name}, block {count + 1}"
+        table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1)
+        if tables and names[0].startswith("column "):
+            table = replace(table, names=tables[0].names, units=tables[0].units)
+        tables.append(table)
+    return tables
+
+
+def _only_words(row: list[str]) -> bool:
+    filled = [cell for cell in row if cell.strip()]
+    return (
+        bool(filled)
+        and not filled[0].startswith("#")
+        and not any(re.search(r"^[+-]?\d", cell.strip()) for cell in filled)
+    )
 
 
 def _delimiter(lines: list[str], decimal: str) -> str | None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from flatpunch._support.checks import real
 from flatpunch.contact import Method
-from flatpunch.fit.measured.curve import Adhesion
+from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -46,14 +46,16 @@ class Settings:
 
     Parameters
     ----------
-    contact : "free" or float
-        Contact point: fitted, or given [m] on the curve's own depth axis.
-    baseline : "constant", "linear" or "none"
-        Force without contact: fitted constant, fitted straight line, or zero.
+    contact : "free", float, (minimum, maximum) or {"min": ..., "max": ...}
+        Contact point: fitted, given [m] on the curve's own depth axis, or fitted between limits.
+    baseline : "constant", "linear", "sine" or "none"
+        Force without contact: fitted constant, fitted straight line, straight line with a sine (laser interference), or zero.
+    drag : "free" or float
+        Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times.
     loss : "linear", "soft_l1", "huber" or "cauchy"
         Least squares, or a loss that outliers disturb less.
     adhesion : "refuse", "above" or "ignore"
-        What to do about a dip below the baseline, see `flatpunch.fit.measured.curve.check_signal`.
+        What to do about a dip below the baseline, see `flatpunch.fit.measured.signal.adhesion_dip`.
     depth_to, force_to : float, optional
         Use the curve up to this tip position [m] or force [N] only.
     method : str or method
@@ -66,8 +68,8 @@ class Settings:
         The second is several times faster and made for batches; the results are the same.
     """
 
-    contact: Literal["free"] | float = "free"
-    baseline: Literal["constant", "linear", "none"] = "constant"
+    contact: Any = "free"
+    baseline: Literal["constant", "linear", "sine", "none"] = "constant"
     loss: Loss = "linear"
     adhesion: Adhesion = "refuse"
     depth_to: float | None = None
@@ -76,10 +78,11 @@ class Settings:
     level: float = 0.95
     engine: Engine = "lmfit"
     segment: Literal["auto", "approach", "retract", "both"] = "auto"
+    drag: Literal["free"] | float = 0.0
 
     def __post_init__(self) -> None:
         choices = {
-            "baseline": ("constant", "linear", "none"),
+            "baseline": ("constant", "linear", "sine", "none"),
             "loss": ("linear", "soft_l1", "huber", "cauchy"),
             "adhesion": ("refuse", "above", "ignore"),
             "segment": ("auto", "approach", "retract", "both"),
@@ -90,8 +93,9 @@ class Settings:
                 raise ValueError(
                     f"{name} = {getattr(self, name)!r} is unknown; it is one of {', '.join(map(repr, known))}."
                 )
-        if not (isinstance(self.contact, str) and self.contact == "free"):
-            object.__setattr__(self, "contact", real("contact", self.contact, "m"))
+        object.__setattr__(self, "contact", _contact(self.contact))
+        if self.drag != "free":
+            real("drag", self.drag)
         for name, unit in (("depth_to", "m"), ("force_to", "N")):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, real(name, getattr(self, name), unit))
@@ -100,13 +104,51 @@ class Settings:
 
     @property
     def nuisance(self) -> tuple[str, ...]:
-        """Which of contact, baseline and tilt are fitted."""
+        """Which of the contact point and the coefficients of the background are fitted."""
+        wave = self.baseline == "sine"
         wanted = {
-            "contact": self.contact == "free",
+            "contact": isinstance(self.contact, (str, tuple)),
             "baseline": self.baseline != "none",
-            "tilt": self.baseline == "linear",
+            "tilt": self.baseline in ("linear", "sine"),
+            "sine": wave,
+            "cosine": wave,
+            "wavelength": wave,
+            "drag": self.drag == "free",
         }
         return tuple(name for name in NUISANCE if wanted[name])
+
+    @property
+    def held(self) -> dict[str, float]:
+        """Contact point and coefficients of the background where they are not fitted, SI."""
+        contact = self.contact if isinstance(self.contact, float) else 0.0
+        drag = 0.0 if self.drag == "free" else float(self.drag)
+        return dict.fromkeys(NUISANCE, 0.0) | {"contact": contact, "drag": drag, "wavelength": 1.0}
+
+    @property
+    def contact_limits(self) -> tuple[float | None, float | None]:
+        """Limits of the contact point that the user set [m]."""
+        return self.contact if isinstance(self.contact, tuple) else (None, None)
+
+
+def _contact(given: Any) -> Any:
+    """Contact point as given: a word, a float, or a pair of limits."""
+    if given == "free":
+        return given
+    if isinstance(given, Mapping):
+        unknown = set(given) - {"min", "max"}
+        if unknown:
+            raise ValueError(
+                f"contact.{min(unknown)} is no known field; limits are written {{ min = ..., max = ... }}."
+            )
+        given = (given.get("min"), given.get("max"))
+    if isinstance(given, (tuple, list)):
+        if len(given) != 2:
+            raise ValueError(f"contact = {given!r} must be 'free', a position, or a pair of limits.")
+        low, high = (None if v is None else real("contact", v) for v in given)
+        if low is not None and high is not None and not low < high:
+            raise ValueError(f"contact: the minimum {low!r} must be below the maximum {high!r}.")
+        return (low, high)
+    return real("contact", given)
 
 
 def as_free(free: Any) -> dict[str, Free]:

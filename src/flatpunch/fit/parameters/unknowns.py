@@ -1,19 +1,51 @@
-"""The unknowns of a fit in one vector: x = (theta, contact, baseline, tilt), the last three as far as they are free.
+"""The unknowns of a fit in one vector: x = (theta, contact, and the coefficients of the background as far as they are free).
 
-theta are the free parameters in their internal form. contact is in units of the depth range from the first point, baseline and
-tilt in units of the force range (tilt over the whole depth range), so that all of x are of order one.
+theta are the free parameters in their internal form. The background is what the force reads without contact, over the position
+p of the cantilever's base (of the tip where there is no cantilever):
+
+    B = baseline + tilt (p - p_1) + sine sin(2 pi (p - p_1)/wavelength) + cosine cos(...) + drag v,
+
+with v the speed of p. contact is in units of the depth range from the first point, forces in units of the force range, so that
+all of x are of order one; the baseline counts from the median of the measured force, so that no offset of it is large.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 
-NUISANCE = ("contact", "baseline", "tilt")
+NUISANCE = ("contact", "baseline", "tilt", "sine", "cosine", "wavelength", "drag")
+
+
+class Frame(NamedTuple):
+    """Units of x: first depth and depth range [m], force range and median [N], first position and range [m], speed [m/s]."""
+
+    origin: float
+    width: float
+    span: float
+    level: float
+    first: float
+    way: float
+    speed: float = 1.0
+
+
+def frame_of(depth: Array, force: Array, position: Array | None = None, speed: Array | None = None) -> Frame:
+    """Units of x for a curve."""
+    way = depth if position is None else position
+    fastest = float(np.abs(speed).max()) if speed is not None and speed.size else 1.0
+    return Frame(
+        float(depth.min()),
+        float(np.ptp(depth)),
+        float(np.ptp(force)),
+        float(np.median(force)),
+        float(way.min()),
+        float(np.ptp(way)),
+        fastest or 1.0,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +60,28 @@ class Unknowns:
         Which of `NUISANCE` are free, in the order of x.
     held : dict of str to float
         The others, SI.
-    frame : tuple of float
-        First depth [m], depth range [m] and force range [N].
+    frame : Frame
+        Units.
     """
 
     model: Any
     nuisance: tuple[str, ...]
     held: dict[str, float]
-    frame: tuple[float, float, float]
+    frame: Frame
+    _scales: dict[str, tuple[float, float]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        f = self.frame
+        scales = {
+            "contact": (f.origin, f.width),
+            "baseline": (f.level, f.span),
+            "tilt": (0.0, f.span / f.way),
+            "sine": (0.0, f.span),
+            "cosine": (0.0, f.span),
+            "wavelength": (0.0, f.way),
+            "drag": (0.0, f.span / f.speed),
+        }
+        object.__setattr__(self, "_scales", scales)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -43,20 +89,44 @@ class Unknowns:
         return (*self.model.free, *self.nuisance)
 
     def scales(self) -> dict[str, tuple[float, float]]:
-        """Offset and unit of contact [m], baseline [N] and tilt [N/m]."""
-        origin, width, span = self.frame
-        return {"contact": (origin, width), "baseline": (0.0, span), "tilt": (0.0, span / width)}
+        """Offset and unit of contact [m] and of the coefficients of the background, SI."""
+        return self._scales
 
     def split(self, x: Array) -> tuple[Array, dict[str, float]]:
-        """Free parameters (internal) and all of contact, baseline, tilt in SI."""
+        """Free parameters (internal) and all of contact and background in SI."""
         count = len(self.model.free)
         values = dict(self.held)
         for name, value in zip(self.nuisance, x[count:], strict=True):
-            offset, unit = self.scales()[name]
+            offset, unit = self._scales[name]
             values[name] = offset + unit * float(value)
         return x[:count], values
 
+    def background(self, rest: dict[str, float], position: Array, speed: Array | None) -> Array:
+        """Background without its baseline [N]."""
+        result = np.zeros_like(position)
+        if rest.get("tilt"):
+            result += rest["tilt"] * (position - self.frame.first)
+        if rest.get("sine") or rest.get("cosine"):
+            phase = 2 * np.pi * (position - self.frame.first) / rest["wavelength"]
+            result += rest["sine"] * np.sin(phase) + rest["cosine"] * np.cos(phase)
+        if rest.get("drag") and speed is not None:
+            result += rest["drag"] * speed
+        return result
 
-def frame_of(depth: Array, force: Array) -> tuple[float, float, float]:
-    """First depth, depth range and force range: the units of x."""
-    return float(depth.min()), float(np.ptp(depth)), float(np.ptp(force))
+    def column(self, name: str, rest: dict[str, float], position: Array, speed: Array | None) -> Array:
+        """Derivative of the background over an entry of x, over the force range."""
+        along = position - self.frame.first
+        if name == "baseline":
+            return np.ones_like(position)
+        if name == "tilt":
+            return along / self.frame.way
+        if name == "drag":
+            return np.zeros_like(position) if speed is None else speed / self.frame.speed
+        phase = 2 * np.pi * along / rest["wavelength"]
+        if name == "sine":
+            return np.asarray(np.sin(phase))
+        if name == "cosine":
+            return np.asarray(np.cos(phase))
+        # wavelength
+        by_phase = rest["sine"] * np.cos(phase) - rest["cosine"] * np.sin(phase)
+        return np.asarray(-by_phase * phase / rest["wavelength"] * self.frame.way / self.frame.span)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import interval_text
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
     from flatpunch.fit.report.result import FitResult
@@ -18,6 +19,39 @@ _WIDE = 0.1
 """Relative standard error that counts as wide."""
 _MEMORY = 0.3
 """Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
+
+
+_TIMES = 10.0
+"""Residuals so many times the noise of the detector are a fit that missed."""
+
+
+def doubts(result: FitResult) -> tuple[str, ...]:
+    """Reasons not to count a fit as one: a value on a limit, a contact outside the data, residuals far above the noise."""
+    found = [
+        f"{label(name)} sits on its limit"
+        for name, e in result.estimates.items()
+        if e.at_bound and (name == "contact" or name in result.objective.model.free)
+    ]
+    outside = contact_outside(result)
+    if outside:
+        found.append(outside)
+    free = result.residual[result.used & (result.depth < 0)]
+    inside = result.residual[result.used & (result.depth >= 0)]
+    if free.size > 30 and inside.size:
+        noise = noise_of(np.diff(free), converter_step(result.curve.force)) / np.sqrt(2)
+        if np.sqrt(np.mean(inside**2)) > _TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
+            found.append(f"the residuals are {np.sqrt(np.mean(inside**2)) / noise:.0f} times the noise")
+    return tuple(found)
+
+
+def contact_outside(result: FitResult) -> str:
+    """Whether the data begin in contact, or end before it."""
+    if "contact" not in result.estimates:
+        return ""
+    shown = result.depth[result.used]
+    if shown.min() >= 0:
+        return "the contact point is outside the data: they begin in contact, and no baseline is seen"
+    return "the contact point is outside the data: nothing is in contact" if shown.max() <= 0 else ""
 
 
 def judged(result: FitResult) -> tuple[str, ...]:
@@ -45,9 +79,21 @@ def judged(result: FitResult) -> tuple[str, ...]:
                     f"The data can hardly tell {names[k]} and {names[j]} apart: correlation {table[j, k]:.4f}, intervals "
                     f"{first} and {second}. Fix one of them, or press deeper."
                 )
+    for name in free:
+        if result.estimates[name].by == "nothing":
+            told.add(name)
+            notes.append(
+                f"{name} is not determined by the data: within its limits every value fits about as well. The value shown is "
+                "one of many."
+            )
     for name in sorted(wide - told):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
+    outside = contact_outside(result)
+    if outside:
+        notes.append(
+            f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone."
+        )
     notes += [
         f"{name} = {quantity(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
         for name, e in result.estimates.items()

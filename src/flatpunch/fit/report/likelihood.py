@@ -110,20 +110,47 @@ def profile(result: Fitted, name: str, level: float | None = None, points: int =
     return Profile(result.external(j, x), roots, *(float(v) for v in result.external(j, np.array(ends))))
 
 
-def _held_root(result: Fitted, j: int) -> Callable[[float], float]:
+def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float]:
+    """Ends of the interval of one parameter by its profile, internal; infinite where the profile does not reach the threshold.
+
+    Parameters
+    ----------
+    result : Fitted
+        The fit.
+    name : str
+        One of `names`.
+    coarse : Objective, optional
+        The same problem on block means.
+    """
+    from scipy.stats import t as student
+
+    j = result.index(name)
+    freedom = max(result.objective.depth.size - len(result.names), 1)
+    threshold = float(student.ppf((1 + result.settings.level) / 2, freedom))
+    root = _held_root(result, j, coarse)
+    low, high = (_crossing(result, root, j, side, threshold) for side in (-1, 1))
+    return low, high
+
+
+def _held_root(result: Fitted, j: int, coarse: Any = None) -> Callable[[float], float]:
     """Signed root of the growth of the sum of squares when parameter j is held."""
     freedom = max(result.objective.depth.size - len(result.names), 1)
     variance = result.minimum.cost / freedom
     fixed = np.zeros(len(result.names), dtype=bool)
     fixed[j] = True
+    problem = result.objective if coarse is None else coarse
+    least = result.minimum.cost
+    if problem is not result.objective:
+        residual = problem.evaluate(result.minimum.x)[0]
+        least = float(residual @ residual)
     warm = {"x": result.minimum.x}
 
     def root(value: float) -> float:
         start = warm["x"].copy()
         start[j] = value
-        found = minimise(result.objective.evaluate, start, *result.bounds, fixed=fixed)
+        found = minimise(problem.evaluate, start, *result.bounds, fixed=fixed)
         warm["x"] = found.x
-        growth = max(found.cost - result.minimum.cost, 0.0) / max(variance, 1e-300)
+        growth = max(found.cost - least, 0.0) / max(variance, 1e-300)
         return float(np.copysign(np.sqrt(growth), value - result.minimum.x[j]))
 
     return root

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
 
 import numpy as np
 
 from flatpunch.files.units import readable
 from flatpunch.fit.parameters.scaling import kind
-
-if TYPE_CHECKING:
-    pass
-
 
 _UNITS = {
     "young": "Pa",
@@ -22,6 +18,10 @@ _UNITS = {
     "contact": "m",
     "baseline": "N",
     "tilt": "N/m",
+    "sine": "N",
+    "cosine": "N",
+    "wavelength": "m",
+    "drag": "N s/m",
     "work_of_adhesion": "J/m^2",
     "time": "s",
     "times": "s",
@@ -29,6 +29,38 @@ _UNITS = {
     "exponent": "",
     "weights": "",
 }
+
+
+_WORDS = {
+    "young": "E",
+    "poisson": "Poisson ratio",
+    "thickness": "thickness",
+    "radius": "tip radius",
+    "inclination": "tip inclination",
+    "work_of_adhesion": "work of adhesion",
+    "contact": "contact point",
+    "equilibrium": "equilibrium share",
+    "time": "relaxation time",
+    "exponent": "exponent",
+    "weights": "share",
+    "times": "relaxation time",
+}
+
+
+def label(name: str) -> str:
+    """A parameter in the words of the field: "E of layer 1" for "layers[0].young"."""
+    word = _WORDS.get(kind(name))
+    if word is None:
+        return name
+    owner, index = name.rpartition(".")[0], re.search(r"\[(\d+)\]", name)
+    side = f"{name.split('.')[0]} " if name.startswith(("upper.", "lower.")) else ""
+    if "layers" in owner:
+        return f"{word} of {side}layer {int(index[1]) + 1 if index else ''}"
+    if owner.endswith("base"):
+        return f"{word} of {side}base"
+    if index:
+        return f"{word} {int(index[1]) + 1}"
+    return word
 
 
 def unit_of(name: str) -> str:

@@ -15,7 +15,7 @@ from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
@@ -66,6 +66,17 @@ class FitResult:
         return tuple(self.objective.names)
 
     @property
+    def read(self) -> tuple[str, ...]:
+        """Where the numbers come from: file, sheet, columns with units, calibration, segment."""
+        lines = tuple(self.curve.meta.get("read", ()))
+        if self.curve.segment is not None:
+            numbers = ", ".join(f"{v:g}" for v in np.unique(self.curve.segment))
+            lines += (f"segment {numbers} of the file",)
+        elif lines:
+            lines += (f"segment found from the positions: {self.used.size} points",)
+        return lines
+
+    @property
     def values(self) -> dict[str, float]:
         """Best values of the free parameters of the case, SI."""
         return {name: self.estimates[name].value for name in self.objective.model.free}
@@ -79,7 +90,7 @@ class FitResult:
     @property
     def depth(self) -> Array:
         """Indentation depth at the points of the curve [m]."""
-        return np.asarray(self.curve.depth - self._rest()["contact"])
+        return np.asarray(self.objective.indentation(self.curve, self.minimum.x))
 
     @property
     def force(self) -> Array:
@@ -96,10 +107,6 @@ class FitResult:
         """Correlation of neighbouring residuals; 0 for independent noise."""
         r = self.minimum.residual
         return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
-
-    def _rest(self) -> dict[str, float]:
-        rest: dict[str, float] = self.objective.split(self.minimum.x)[1]
-        return rest
 
     def correlations(self) -> xr.DataArray:
         """Correlations of the estimates, shape (parameters, parameters)."""
@@ -155,6 +162,8 @@ class FitResult:
         line["deepest"] = float(self.depth.max())
         line["noise"] = self.noise
         line["points"] = int(self.used.sum())
+        if self.read:
+            line["read"] = "; ".join(self.read)
         line["notes"] = " ".join(self.notes)
         return line
 
@@ -176,6 +185,7 @@ class FitResult:
             "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
             "noise": self.noise,
             "notes": "\n".join(self.notes),
+            "read": "\n".join(self.read),
             "flatpunch_version": __version__,
         }
         coordinates = {"point": np.arange(self.curve.depth.size), "parameter": names, "with": names}
@@ -185,11 +195,11 @@ class FitResult:
         """The result in words."""
         deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
         lines = [f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"]
+        lines += [f"  Read {line}" for line in self.read]
         for name, e in self.estimates.items():
             interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
-            lines.append(
-                f"  {name:<20} {quantity(e.value, unit_of(name)):>12}   {'at its limit' if e.at_bound else interval}"
-            )
+            told = "at its limit" if e.at_bound and e.by == "covariance" else interval
+            lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {told}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
 

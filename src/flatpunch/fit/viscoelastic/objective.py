@@ -34,6 +34,7 @@ class HistoryObjective(Unknowns):
     counts: Array
     spring: float | None = None
     weight: Array | None = None
+    speed: Array | None = None
     _before: dict[str, Array] = field(default_factory=dict, repr=False)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
@@ -55,10 +56,11 @@ class HistoryObjective(Unknowns):
 
     def _force(self, x: Array) -> Array:
         theta, rest = self.split(x)
-        straight = rest["baseline"] + rest["tilt"] * (self.depth - self.frame[0])
+        straight = rest["baseline"] + self.background(rest, self.depth, self.speed)
         if self.spring is None:
             return np.asarray(straight + self.model.history(self.time, self.depth - rest["contact"], theta))
-        piezo = self.depth - rest["contact"] - straight / self.spring
+        # tilt and drag are read by the detector and move no tip, see `flatpunch.fit.least_squares.objective`
+        piezo = self.depth - rest["contact"] - rest["baseline"] / self.spring
         depth, force = self.model.behind(self.time, piezo, self.spring, theta, self._before.get("depth"))
         self._before["depth"] = depth
         return np.asarray(straight + force)
@@ -67,3 +69,12 @@ class HistoryObjective(Unknowns):
         """Fitted force at all points of the curve that is shown [N]."""
         assert curve.time is not None
         return np.interp(curve.time, self.time, self._force(x))
+
+    def indentation(self, curve: Curve, x: Array) -> Array:
+        """Indentation depth at all points of the curve that is shown [m]."""
+        rest = self.split(x)[1]
+        inside = curve.depth - rest["contact"]
+        if curve.spring_constant is None:
+            return np.asarray(inside)
+        moving = self.background(rest, curve.position, curve.meta.get("speed"))
+        return np.asarray(inside + moving / curve.spring_constant)

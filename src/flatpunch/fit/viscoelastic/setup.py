@@ -8,44 +8,60 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.least_squares.objective import contact_range
-from flatpunch.fit.least_squares.setup import Setup, enough, held, with_nuisance
-from flatpunch.fit.measured.curve import Curve, CurveError, check_saturation
+from flatpunch.fit.elastic.setup import Approach, over_line
+from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
+from flatpunch.fit.measured.signal import CLEAR, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.objective import HistoryObjective
 
 _BINS, _SCANNED = 500, 120
-_FREE = 0.05
-"""Share of the points, at the start, from which baseline and noise are judged."""
-_DIP = (6.0, 0.03)
 _CYCLES = 0.05
 """Share of the depth range by which the tip may go down again before it counts as a second cycle."""
 _CONTACTS = 24
+_AROUND = 0.5
+"""Contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve."""
+_SAFE = 0.6
+_DIP = 0.03
 
 
 def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """Approach, hold and retract against a model with memory."""
-    part, notes = _checked(curve, settings)
-    assert part.time is not None
-    spring = part.spring_constant
-    position = part.depth if spring is None else part.depth + part.force / spring
-    position = _levelled(part, position)
-    objective = _binned(part, position, model, settings, _BINS)
+    _check_times(curve, settings)
+    curve, notes = forwards(curve)
+    turned = -1.0 if notes else 1.0
+    contact, sign = _elastic_contact(curve, model, limits, settings, turned)
+    if sign < 0:
+        curve = curve.turned(force=-1.0)
+        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    part, more = _checked(curve, settings, contact)
+    speed = speed_of(part, settings)
+    if speed is not None:
+        part.meta["speed"] = speed
+    position = _levelled(part, part.position)
+    objective = _binned(part, position, model, settings, _BINS, speed)
     enough(part, objective)
-    top = int(np.argmax(position))
-    low, high, _ = contact_range(part.depth[: top + 1], part.force[: top + 1])
-    slack = high - low
-    lowest = max(low - slack, float(part.depth[: max(int(_FREE * top), 3)].mean()))
-    lower, upper = with_nuisance(objective, limits, (lowest, high + slack / 3))
-    coarse = _binned(part, position, model, settings, _SCANNED)
+    end = float(part.depth[: approach_end(part)].max())
+    reach = _AROUND * (end - contact)
+    between = (contact - reach, min(contact + reach, end))
+    first = float(part.depth.min())
+    asked = (
+        settings.contact_limits
+        if turned > 0
+        else tuple(None if v is None else -v for v in settings.contact_limits[::-1])
+    )
+    ends = (first if asked[0] is None else asked[0], end if asked[1] is None else asked[1])
+    between = (max(between[0], ends[0]), min(between[1], ends[1]))
+    lower, upper = with_nuisance(objective, limits, ends)
+    coarse = _binned(part, position, model, settings, _SCANNED, speed)
     used = np.ones(part.depth.size, dtype=bool)
-    return Setup(part, used, objective, lower, upper, lambda: _start(coarse, lower, upper, (low, high)), notes)
+    return Setup(part, used, objective, lower, upper, lambda: _start(coarse, lower, upper, between), (*notes, *more))
 
 
-def _checked(curve: Curve, settings: Settings) -> tuple[Curve, tuple[str, ...]]:
-    """Times, no saturation, a rise, no second cycle, no adhesion."""
+def _check_times(curve: Curve, settings: Settings) -> None:
     if curve.time is None:
         why = curve.meta.get("no time")
         raise CurveError(
@@ -55,34 +71,72 @@ def _checked(curve: Curve, settings: Settings) -> tuple[Curve, tuple[str, ...]]:
         )
     if settings.depth_to is not None or settings.force_to is not None:
         raise ValueError("depth_to and force_to do not go with relaxation: what was before is remembered.")
+    if settings.baseline == "sine":
+        raise ValueError("baseline = 'sine' does not go with relaxation; it is 'constant', 'linear' or 'none'.")
     steps = np.diff(curve.time)
     if (steps < 0).any() or not steps.any():
         i = int(np.argmin(steps))
         raise CurveError(
             f"{curve.name}: time must grow; it goes from {curve.time[i]:.6g} s to {curve.time[i + 1]:.6g} s at row {i + 1}."
         )
-    check_saturation(curve)
-    n = curve.force.size
-    window = max(n // 200, 1)
-    smooth = np.convolve(curve.force, np.full(window, 1 / window), "same")
-    far = curve.force[: max(int(_FREE * n), 12)]
-    noise = float(1.4826 * np.median(np.abs(np.diff(far))) / np.sqrt(2))
-    baseline, top = float(np.median(far)), int(np.argmax(smooth))
-    rise = float(smooth[top]) - baseline
-    if rise < 6 * noise or top < 3:
+
+
+def _elastic_contact(
+    curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings, turned: float
+) -> tuple[float, float]:
+    """Contact point [m] and sign of the force by the elastic model of the approach."""
+    plain = [name in model.elastic.free for name in model.free]
+    elastic = (limits[0][: len(plain)][plain], limits[1][: len(plain)][plain])
+    problem = Approach(approach(curve), model.elastic, elastic, replace(settings, drag=0.0), turned)
+    scan, sign = problem.scan(), 1.0
+    if problem.presses_downwards(scan):
+        problem, sign = replace(problem, part=problem.part.turned(force=-1.0)), -1.0
+        scan = problem.scan()
+    return scan.contact(problem.objective()), sign
+
+
+def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, tuple[str, ...]]:
+    """A rise, no saturation, no adhesion; judged over the background before the contact."""
+    n, top = curve.force.size, approach_end(curve) - 1
+    first = float(curve.depth.min())
+    before = (np.arange(n) <= top) & (curve.depth < first + _SAFE * (contact - first))
+    if before.sum() >= FEWEST:
+        force = over_line(curve, before)
+        if settings.baseline == "constant":
+            # what is fitted as a constant is judged as one
+            force = curve.force - float(np.median(curve.force[before]))
+    elif settings.baseline == "none":
+        force, before = curve.force.copy(), np.zeros(n, dtype=bool)
+    else:
         raise CurveError(
-            f"{curve.name}: the force rises {max(rise, 0):.3g} N above its start, the noise is {noise:.3g} N. The history must "
-            "begin without contact, and press."
+            f"{curve.name}: the contact begins with the curve: the history must begin without contact, and press. Record from "
+            "further out, or give baseline = 'none' and the contact point."
         )
-    below = np.flatnonzero(smooth[top:] < baseline - max(_DIP[0] * noise, _DIP[1] * rise))
+    noise = noise_of(force[before], converter_step(curve.force))
+    window = max(n // 200, 1)
+    smooth = np.convolve(np.pad(force, window // 2, "edge"), np.full(window, 1 / window), "valid")[:n]
+    rise = float(smooth[: top + 1].max())
+    check_rise(curve, rise, noise)
+    up = np.arange(top + 1)
+    order = up[np.argsort(curve.position[up], kind="stable")]
+    check_saturation(curve, curve.position[order], force[order], noise)
+    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, _DIP * rise))
     if not below.size or settings.adhesion == "ignore":
         return curve, ()
     if settings.adhesion == "refuse":
-        raise CurveError(
-            f"{curve.name}: on the way back the force dips {baseline - smooth[top:].min():.3g} N below its start: the tip is "
-            "held. Adhesion of viscoelastic bodies is not solved; adhesion = 'above' fits what comes before."
+        begin = leaves(curve)
+        if begin <= top + 1:
+            raise CurveError(
+                f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is held, and "
+                "without a hold before it the approach alone tells little of the relaxation. Adhesion of viscoelastic bodies is "
+                "not solved; adhesion = 'above' fits the retract as well, down to the start of the dip."
+            )
+        return curve.taken(slice(0, begin)), (
+            f"Adhesion: the retract dips {-smooth[top:].min():.3g} N below the start of the curve and is left out ({n - begin} "
+            "points); approach and hold are fitted without adhesion, which is approximate: the adhesive force is small there, "
+            "not zero. adhesion = 'above' fits the retract down to the dip.",
         )
-    back = top + int(np.argmax(smooth[top:] < baseline))
+    back = top + int(np.argmax(smooth[top:] < 0))
     note = f"Adhesion: the retract is left out from where the force is back at its start ({n - back} points)."
     return curve.taken(slice(0, back)), (note,)
 
@@ -106,7 +160,9 @@ def _levelled(curve: Curve, position: Array) -> Array:
     return np.asarray(result)
 
 
-def _binned(part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int) -> HistoryObjective:
+def _binned(
+    part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int, speed: Array | None = None
+) -> HistoryObjective:
     """Means over stretches that are short where much happens: in time, in depth, and after the turning point."""
     assert part.time is not None
     time, n = part.time, part.time.size
@@ -130,16 +186,17 @@ def _binned(part: Curve, position: Array, model: HistoryModel, settings: Setting
         force=means["f"],
         counts=size,
         nuisance=settings.nuisance,
-        held=held(settings),
-        frame=frame_of(part.depth, part.force),
+        held=settings.held,
+        frame=frame_of(part.depth, part.force, part.position, speed),
         spring=part.spring_constant,
+        speed=None if speed is None else np.bincount(index, speed) / size,
     )
 
 
 def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
     """Scan contact points, then relaxation, then contact points again; the amplitude by linear least squares."""
     names, count = coarse.names, len(coarse.model.free)
-    origin, width, span = coarse.frame
+    origin, width, span, level, *_ = coarse.frame
     moduli = [j for j in range(count) if names[j].endswith("young")]
     x = np.zeros(len(names))
     x[:count] = coarse.model.start()
@@ -152,23 +209,34 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
         loose = replace(coarse, depth=coarse.depth - coarse.force / coarse.spring, spring=None)
         loose = replace(loose, depth=_single(loose.depth))
 
+    linear = [n for n in names if n in ("baseline", "tilt", "drag")]
+    root = np.sqrt(loose.counts)
+
     def tried(trial: Array) -> tuple[float, Array]:
         trial = np.clip(trial, lower, upper)
         theta, rest = loose.split(trial)
         force = loose.model.history(loose.time, loose.depth - rest["contact"], theta) / span
-        data, weight = loose.force / span, loose.counts
-        base = "baseline" in names
-        mean_f, mean_d = (np.average(c, weights=weight) if base else 0.0 for c in (force, data))
-        square = float(weight @ (force - mean_f) ** 2)
-        factor = (
-            max(float(weight @ ((force - mean_f) * (data - mean_d))) / max(square, 1e-300), 1e-9) if moduli else 1.0
-        )
-        left = data - mean_d - factor * (force - mean_f)
+        fixed = level if "baseline" in linear else rest["baseline"]
+        data = (loose.force - fixed) / span
+        rows = [coarse.column(n, rest, coarse.depth, coarse.speed) for n in linear]
+        if moduli:
+            rows.append(force)
+        else:
+            data = data - force
+        if not rows:
+            return float(loose.counts @ data**2), trial
+        columns = np.array(rows) * root
+        found = np.linalg.lstsq(columns.T, root * data, rcond=None)[0]
+        left = root * data - found @ columns
         end = trial.copy()
-        end[moduli] += np.log(factor) / max(len(moduli), 1)
-        if base:
-            end[names.index("baseline")] = mean_d - factor * mean_f
-        return float(weight @ left**2), end
+        if moduli:
+            factor = max(float(found[-1]), 1e-9)
+            end[moduli] += np.log(factor) / len(moduli)
+            if found[-1] <= 0:
+                left = root * data
+        for name, value in zip(linear, found, strict=False):
+            end[names.index(name)] = value
+        return float(left @ left), end
 
     def best(trials: list[Array]) -> Array:
         return min((tried(t) for t in trials), key=lambda pair: pair[0])[1]

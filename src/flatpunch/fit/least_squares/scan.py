@@ -1,0 +1,163 @@
+"""Where to start: all contact points are tried, amplitude and background by linear least squares.
+
+For a contact point z0 the force is a M(d - z0) + B, linear in its amplitude a and in the background B. With the background
+projected out, a = (M, F)/(M, M), and the sum of squares falls by (M, F)^2/(M, M). No offset or tilt of the force changes
+which contact point is best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.blocks import towards_the_end
+from flatpunch.fit.least_squares.objective import Objective
+
+_BEFORE = (0.03, 0.1, 0.3, 1.0)
+"""Contact points before the first point that are tried as well, over the range of depths."""
+_FEWEST = 4
+"""Readings that must be in contact, or any curve fits them."""
+_FINER = 9
+"""Contact points tried between the neighbours of the best."""
+_EARLY = 0.15
+"""Share of the way that shows the tilt by itself, to start from."""
+_TURNS = 4
+_CLOSE = 0.5
+"""Change of ln E up to which the shape of the force curve need not be computed again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """The best contact point.
+
+    Attributes
+    ----------
+    x : ndarray
+        Start for a descent.
+    cost, without : float
+        Sum of squares there, and that of the background alone, both over the force range squared.
+    turned : float
+        Sum of squares of the best contact with a negative amplitude.
+    """
+
+    x: Array
+    cost: float
+    without: float
+    turned: float
+
+    def contact(self, objective: Objective) -> float:
+        """Contact point [m]."""
+        return objective.split(self.x)[1]["contact"]
+
+
+def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: tuple[float, float]) -> Scan:
+    """Try contact points.
+
+    Parameters
+    ----------
+    objective : Objective
+        All points of the approach.
+    start : ndarray
+        Starting parameters, internal, and a wavelength of the background behind the nuisance parameters if it has one.
+    moduli : sequence of int
+        Which of them are moduli; the amplitude goes into them.
+    between : tuple of float
+        Contact points allowed [m].
+    """
+    coarse = towards_the_end(objective)
+    theta = start[: len(objective.model.free)].copy()
+    if coarse.spring is None or not {"tilt", "drag"} & set(coarse.nuisance):
+        return _settled(coarse, coarse.depth, theta, start[theta.size :], moduli, between)
+    # what moves no tip is in its measured position: it is none, or that of the first part of the way, or what a scan finds
+    early = coarse.position < coarse.frame.first + _EARLY * coarse.frame.way
+    slope = np.polyfit(coarse.position[early], coarse.force[early], 1)[0] if early.sum() > 2 else 0.0
+    found = []
+    for moving in (np.zeros_like(coarse.depth), slope * (coarse.position - coarse.frame.first)):
+        for _ in range(_TURNS):
+            scan = _settled(coarse, coarse.depth + moving / coarse.spring, theta, start[theta.size :], moduli, between)
+            moving = coarse.background(coarse.split(scan.x)[1], coarse.position, coarse.speed)
+            found.append(scan)
+    return min(found, key=lambda scan: scan.cost)
+
+
+def _settled(
+    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
+) -> Scan:
+    """Scans at given depths until the modulus, and with it the shape of the force curve, is about right."""
+    tried = _candidates(coarse, depth, between)
+    for _ in range(_TURNS):
+        found, shift = _one_scan(coarse, depth, theta, rest, moduli, tried)
+        theta = found.x[: theta.size]
+        if not moduli or abs(shift) < _CLOSE or not coarse.model.bends:
+            break
+    if tried.size < 2:
+        return found
+    # between the neighbours of the best
+    ordered = np.sort(tried)
+    best = int(np.argmin(np.abs(ordered - found.contact(coarse))))
+    finer = np.linspace(ordered[max(best - 1, 0)], ordered[min(best + 1, ordered.size - 1)], _FINER)
+    again = _one_scan(coarse, depth, theta, rest, moduli, finer)[0]
+    return replace(again if again.cost < found.cost else found, turned=min(found.turned, again.turned))
+
+
+def _one_scan(
+    coarse: Objective, depth: Array, theta: Array, rest: Array, moduli: Sequence[int], candidates: Array
+) -> tuple[Scan, float]:
+    origin, width, span, level, *_ = coarse.frame
+    assert coarse.counts is not None
+    inside = depth - candidates[:, None]
+    model = np.zeros_like(inside)
+    touching = inside > 0
+    if touching.any():
+        model[touching] = coarse.model.evaluate(inside[touching], theta)[0] / span
+    given = np.zeros(len(coarse.names))
+    given[theta.size :] = rest
+    values = coarse.split(given)[1]
+    fitted = [n for n in coarse.nuisance if n in ("baseline", "tilt", "sine", "cosine", "drag")]
+    held = coarse.background({**values, **dict.fromkeys(fitted, 0.0)}, coarse.position, coarse.speed)
+    fixed = level if "baseline" in fitted else values["baseline"]
+    weight = np.sqrt(coarse.counts)
+    data = weight * (coarse.force - fixed - held) / span
+    columns = np.array([weight * coarse.column(n, values, coarse.position, coarse.speed) for n in fitted])
+    basis = np.linalg.qr(columns.T)[0] if fitted else np.zeros((data.size, 0))
+    model *= weight
+    left = data - basis @ (basis.T @ data)
+    reduced = model - (model @ basis) @ basis.T
+    square = np.einsum("ij,ij->i", reduced, reduced)
+    along = reduced @ left
+    total = float(left @ left)
+    # a contact that the background can stand in for tells nothing
+    square = np.where(square > 1e-12 * np.einsum("ij,ij->i", model, model), square, np.inf)
+    usable = (touching * coarse.counts).sum(axis=1) >= _FEWEST
+    gain = np.where(usable, along**2 / square, 0.0)
+    up = np.where(along > 0, gain if moduli else 2 * along - square, -np.inf)
+    best = int(np.argmax(up))
+    down = float(np.max(np.where(along < 0, gain, 0.0), initial=0.0))
+    amplitude = max(float(along[best] / square[best]), 1e-12) if moduli and up[best] > 0 else 1.0
+    end = theta.copy()
+    for j in moduli:
+        end[j] += np.log(amplitude) / len(moduli)
+    x = np.append(end, rest)
+    if fitted:
+        coefficients = np.linalg.lstsq(columns.T, data - amplitude * model[best], rcond=None)[0]
+        for name, value in zip(fitted, coefficients, strict=True):
+            x[coarse.names.index(name)] = value
+    if "contact" in coarse.nuisance:
+        x[coarse.names.index("contact")] = (candidates[best] - origin) / width
+    return Scan(x, total - max(float(up[best]), 0.0), total, total - down), float(np.log(amplitude))
+
+
+def _candidates(coarse: Objective, depth: Array, between: tuple[float, float]) -> Array:
+    """Contact points to try: the blocks, some points before them, and the ends of the range if it is narrow."""
+    if "contact" not in coarse.nuisance:
+        return np.array([coarse.held["contact"]])
+    first, width = float(depth.min()), float(np.ptp(depth))
+    tried = np.concatenate([first - width * np.array(_BEFORE), depth])
+    inside = tried[(tried >= between[0]) & (tried <= between[1])]
+    if inside.size < 12:
+        low, high = (float(np.clip(v, first - width, first + width)) for v in between)
+        return np.append(inside, np.linspace(low, high, 24))
+    return inside

@@ -1,0 +1,149 @@
+"""Segments of a curve: which way the tip goes, and where the approach ends.
+
+Judged by positions alone (the piezo's where it is known), which no offset, tilt or noise of the force changes. Where the file
+knows its segments these are used; otherwise the approach ends where the position turns.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+
+_AT_REST = 2.0
+"""Noise levels of the position below its largest value at which the tip has arrived."""
+
+_TOLD = 1000
+"""Points from which the noise of a position is taken."""
+_CREEP = 0.1
+"""Advance per point, over the usual one, below which the tip pauses."""
+
+
+def forwards(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
+    """The curve with a depth that grows on the approach, and a note if its sign had to be turned.
+
+    Of a whole cycle the position has its turning point at the deepest place; a single segment moves towards the sample (whether
+    it does is judged by `flatpunch.fit.elastic.setup`, which knows the shape of a contact).
+
+    Raises
+    ------
+    CurveError
+        If force or depth never change.
+    """
+    for name, column in (("force", curve.force), ("depth", curve.depth)):
+        if np.ptp(column) == 0:
+            unit = "N" if name == "force" else "m"
+            raise CurveError(
+                f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
+            )
+    if _direction(curve) > 0:
+        return curve, ()
+    return curve.turned(depth=-1.0), (
+        "The depth falls while the tip approaches; it was taken with its sign turned (growing into the sample).",
+    )
+
+
+def turning(curve: Curve) -> int:
+    """1 if the position grows to a turning point and falls, -1 for the opposite, 0 for a single segment."""
+    position = curve.position
+    few = max(position.size // 100, 1)
+    begin, end = float(np.median(position[:few])), float(np.median(position[-few:]))
+    above, below = float(position.max()) - max(begin, end), min(begin, end) - float(position.min())
+    # noise alone makes neither a turning point
+    if max(above, below) > max(8 * _wander(position), 0.01 * float(np.ptp(position))):
+        return 1 if above >= below else -1
+    return 0
+
+
+def _direction(curve: Curve) -> int:
+    """1 if the position grows on the approach, else -1."""
+    few = max(curve.position.size // 100, 1)
+    grows = np.median(curve.position[-few:]) >= np.median(curve.position[:few])
+    return turning(curve) or (1 if grows else -1)
+
+
+def _wander(position: Array) -> float:
+    """Standard deviation of the noise of positions, from second differences, in which steady motion cancels."""
+    # neighbours of a thousand points tell as much as those of all
+    at = np.arange(0, max(position.size - 2, 0), max(position.size // _TOLD, 1))
+    second = position[at + 2] - 2 * position[at + 1] + position[at]
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
+
+
+def approach(curve: Curve) -> Curve:
+    """The part of a curve up to where its position turns, or its approach segment.
+
+    Parameters
+    ----------
+    curve : Curve
+        With a depth that grows on the approach.
+
+    Raises
+    ------
+    CurveError
+        If next to nothing is left.
+    """
+    end = approach_end(curve)
+    if end < FEWEST:
+        raise CurveError(
+            f"{curve.name}: the tip only withdraws (deepest at point {end - 1} of {curve.depth.size}): this is a retract. Give "
+            "the approach, or the whole cycle."
+        )
+    return curve if end == curve.depth.size else curve.taken(slice(0, end))
+
+
+def approach_end(curve: Curve) -> int:
+    """Number of points up to the end of the approach."""
+    position = curve.position
+    if curve.segment is not None and np.unique(curve.segment).size > 1:
+        edges = _edges(curve.segment)
+        return edges[int(np.argmax([position[b - 1] - position[a] for a, b in pairwise(edges)])) + 1]
+    # pauses are short of the largest position by noise only, and are no approach
+    return int(np.argmax(position >= float(position.max()) - arrival(position))) + 1
+
+
+def retract_start(curve: Curve) -> int:
+    """First point of the segment in which the position falls most, of a curve that knows its segments."""
+    assert curve.segment is not None
+    position, edges = curve.position, _edges(curve.segment)
+    return edges[int(np.argmax([position[a] - position[b - 1] for a, b in pairwise(edges)]))]
+
+
+def _edges(segment: Array) -> list[int]:
+    """Where segments begin, and the number of points."""
+    return [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), segment.size]
+
+
+def leaves(curve: Curve) -> int:
+    """First point of the retract: that of its segment, or the last one near the largest position."""
+    if curve.segment is not None and np.unique(curve.segment).size > 1:
+        return retract_start(curve)
+    position = curve.position
+    return int(np.flatnonzero(position >= float(position.max()) - 2 * arrival(position))[-1]) + 1
+
+
+def arrival(position: Array) -> float:
+    """How far below its largest value a position counts as having arrived there [m]."""
+    return _AT_REST * _wander(position)
+
+
+def without_pause(curve: Curve) -> Curve:
+    """An approach without a pause at its end, in which the tip creeps on: where the file does not know its segments.
+
+    A pause is a last stretch over which the position advances, per point, less than a tenth of what is usual.
+    """
+    if curve.segment is not None:
+        return curve
+    position, n = curve.position, curve.depth.size
+    edges = np.linspace(0, n - 1, min(40, n)).astype(int)
+    advance = np.diff(position[edges]) / np.diff(edges)
+    moving = advance[advance > _CREEP * advance.max()]
+    left = float(position.max()) - position
+    slow = left < _CREEP * float(np.median(moving)) * (n - np.arange(n))
+    begin = int(np.argmax(slow)) if slow.any() else n
+    if n - begin < max(FEWEST, n // 50):
+        return curve
+    return curve.taken(slice(0, max(begin, FEWEST)))

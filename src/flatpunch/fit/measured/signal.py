@@ -1,0 +1,155 @@
+"""Judging a force from which its background has been removed: noise, steps of the converter, saturation, adhesion."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+
+Adhesion = Literal["refuse", "above", "ignore"]
+
+CLEAR = 6.0
+"""Noise levels that a rise or a dip must have to count."""
+_DIP = 0.03
+"""Share of the rise below which a dip is no adhesion worth refusing."""
+_UPPER = 0.05
+"""Share of the rise, at its end, in which saturation is looked for."""
+_LEVELS = 400
+"""Readings in which steps are looked for before all are."""
+_LONGER = 4.0
+"""How many times longer than the steepness before allows the force may stay at its end."""
+
+
+def converter_step(force: Array) -> float:
+    """Step of a digitised force [N]; zero where hardly any two readings are equal."""
+    few = force[:_LEVELS]
+    if np.unique(few).size > 0.5 * few.size:
+        return 0.0
+    levels = np.unique(force)
+    if levels.size > 0.5 * force.size or levels.size < 2:
+        return 0.0
+    gaps = np.diff(levels)
+    # levels that differ by rounding are one
+    gaps = gaps[gaps > 1e-9 * float(np.abs(levels).max())]
+    return float(gaps.min()) if gaps.size else 0.0
+
+
+def noise_of(force: Array, step: float = 0.0) -> float:
+    """Standard deviation of a force without its background, robust; never below that of rounding to steps, step/sqrt(12).
+
+    Most readings of a digitised force may be equal; the median of their deviations then is zero and says nothing.
+    """
+    if not force.size:
+        return float(step / np.sqrt(12))
+    if step:
+        return max(float(np.std(force)), float(step / np.sqrt(12)))
+    return float(1.4826 * np.median(np.abs(force - np.median(force))))
+
+
+def check_rise(curve: Curve, rise: float, noise: float) -> None:
+    """Refuse a curve whose force does not leave its noise.
+
+    Raises
+    ------
+    CurveError
+        If it does not.
+    """
+    if rise < CLEAR * noise or rise <= 0:
+        raise CurveError(
+            f"{curve.name}: the force rises {max(rise, 0.0):.3g} N above its baseline, the noise is {noise:.3g} N. "
+            "Nothing can be fitted; press deeper or average."
+        )
+
+
+def check_saturation(curve: Curve, position: Array, force: Array, noise: float) -> None:
+    """Refuse an approach whose force stays where it is while the tip goes on.
+
+    The force of a contact grows ever faster. Over the last twentieth of its rise (or eight noise levels) it takes at most as
+    much of the way as its mean steepness over the upper half below that allows.
+
+    Parameters
+    ----------
+    curve : Curve
+        For the message.
+    position, force : ndarray, shape (n,)
+        Ascending positions [m] and the force over its background [N].
+    noise : float
+        [N].
+
+    Raises
+    ------
+    CurveError
+        If the detector is saturated.
+    """
+    # the second largest of a few: less than the largest moved by noise
+    top = float(np.partition(force, -3)[-2])
+    band = max(_UPPER * top, 8 * noise)
+    if band > 0.3 * top:
+        return
+    above = np.flatnonzero(force >= top - band)
+    half = np.flatnonzero(force >= 0.5 * top)
+    if not above.size or not half.size or half[0] >= above[0]:
+        return
+    before = float(position[above[0]] - position[half[0]])
+    flat = float(position[-1] - position[above[0]])
+    allowed = before * band / (0.5 * top - band)
+    spacing = float(np.ptp(position)) / position.size
+    if flat > _LONGER * allowed + 3 * spacing and above.size >= 8:
+        raise CurveError(
+            f"{curve.name}: over the last {above.size} points the force stays at {top:.4g} N above its baseline while the tip "
+            "goes on: the detector is saturated. Cut the curve below it (force_to=...), or measure again with a smaller setpoint."
+        )
+
+
+def adhesion_dip(
+    curve: Curve, force: Array, noise: float, rise: float, before: Flags, adhesion: Adhesion
+) -> tuple[Flags, tuple[str, ...]]:
+    """Which points of an approach can be used in spite of a dip below the background, and notes.
+
+    Parameters
+    ----------
+    curve : Curve
+        An approach.
+    force : ndarray, shape (n,)
+        Force over its background [N].
+    noise, rise : float
+        [N].
+    before : ndarray of bool, shape (n,)
+        The points that the background was taken from: no dip is looked for there.
+    adhesion : {"refuse", "above", "ignore"}
+        What to do about it: refuse the curve, leave out the dip up to where the force is back at the background, or fit it.
+
+    Raises
+    ------
+    CurveError
+        If there is a dip and it is refused.
+    """
+    keep = np.ones(force.size, dtype=bool)
+    looked = np.where(before, np.inf, force)
+    lowest = int(np.argmin(looked))
+    dip = -float(looked[lowest])
+    if adhesion == "ignore" or not dip > max(CLEAR * noise, _DIP * rise) or before.sum() < FEWEST:
+        return keep, ()
+    if adhesion == "refuse":
+        raise CurveError(
+            f"{curve.name}: the force dips {dip:.3g} N below the baseline before it rises, {dip / rise:.1%} of the largest force "
+            f"and {_times(dip, noise)} the noise: the tip is pulled in. A model without adhesion would put the contact point "
+            "wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still biased by the "
+            "adhesive force), or measure in a liquid that screens it. If the curve has a retract, work_of_adhesion fits the "
+            "adhesion with the rest."
+        )
+    back = lowest + int(np.argmax(force[lowest:] >= 0))
+    calm = np.flatnonzero(force[:lowest] >= -3 * noise)
+    start = int(calm[-1]) + 1 if calm.size else 0
+    keep[start:back] = False
+    return keep, (
+        f"Adhesion: {dip:.3g} N below the baseline; {back - start} points of the dip are left out. The modulus is biased by the "
+        "adhesive force that remains.",
+    )
+
+
+def _times(value: float, noise: float) -> str:
+    return f"{value / noise:.0f} times" if value < 1e6 * noise else "far above"

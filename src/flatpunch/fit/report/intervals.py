@@ -1,0 +1,62 @@
+"""Intervals by the likelihood profile, where the covariance does not tell the whole story.
+
+The covariance is a parabola through the minimum. It fails where two parameters trade off along a curved valley, where a limit
+cuts the valley, and where the sum of squares is flat. It is believed where it is narrow, and where the profile at both ends of
+its interval has grown by what it says; otherwise the interval ends where the profile has grown by the threshold, with all
+other parameters fitted anew within their limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flatpunch.fit.report.estimate import Estimate
+from flatpunch.fit.report.likelihood import ends_of
+
+if TYPE_CHECKING:
+    from flatpunch.fit.report.result import FitResult
+
+_NARROW = 0.03
+"""Standard error of an internal parameter (relative, for logarithms) up to which the parabola is believed."""
+
+_NEAR = 12.0
+"""Distance of a limit, in the internal parameter, below which it is the user's."""
+
+
+def by_profile(result: FitResult, coarse: Any = None) -> dict[str, Estimate]:
+    """Estimates with intervals by the profile where they are needed.
+
+    Parameters
+    ----------
+    result : FitResult
+        With intervals by the covariance.
+    coarse : Objective, optional
+        The same problem on block means, for speed.
+    """
+    estimates = dict(result.estimates)
+    if result.settings.loss != "linear":
+        return estimates
+    free = result.objective.model.free
+    cut = bool(result.minimum.at_bound.any()) or bool(len(result.undetermined))
+    for j, name in enumerate(free):
+        error = float(np.sqrt(result.covariance[j, j]))
+        if not cut and len(free) == 1 and np.isfinite(error) and error <= 10 * _NARROW:
+            # one parameter of the sample has no valley; contact and baseline are linear enough
+            continue
+        if not cut and np.isfinite(error) and error <= _NARROW:
+            continue
+        low, high = ends_of(result, name, coarse)
+        open_ends = [not np.isfinite(v) for v in (low, high)]
+        # an interval that a limit cuts ends there; limits that nobody set are far away and end nothing
+        cuts = [
+            limit[j] if abs(limit[j] - result.minimum.x[j]) < _NEAR else end
+            for limit, end in zip(result.bounds, (low, high), strict=True)
+        ]
+        ends = [cut_ if is_open else end for cut_, is_open, end in zip(cuts, open_ends, (low, high), strict=True)]
+        values = result.external(j, np.array(ends))
+        by = "nothing" if all(open_ends) else "profile"
+        estimates[name] = replace(estimates[name], low=float(values[0]), high=float(values[1]), by=by)
+    return estimates
