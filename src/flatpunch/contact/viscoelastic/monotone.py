@@ -27,6 +27,9 @@ from flatpunch.media.relaxation import Relaxation
 _SPLITS = 16
 """Pieces, each half as long as the next, into which the step of the first touch is split: K begins there like a root of d."""
 
+_EQUAL = 1e-9
+"""Difference of two rates, over the largest, that may be rounding."""
+
 _HALVINGS = 12
 """Halvings of a step at most."""
 
@@ -72,14 +75,14 @@ def one_cycle(
         The contact depth is the one at which an elastic contact has the same extent. The error is infinite where the contact is
         lost and comes back.
     """
-    fine, bound = _fine_times(time, depth, elastic, tolerance)
+    fine, share, bound = _fine_steps(time, depth, elastic, tolerance)
     pressed = np.maximum(np.interp(fine, time, depth), 0.0)
     top = last_rise(pressed)
-    memory = _memory(fine, pressed, series, elastic)
+    memory = _memory(fine, pressed, series, elastic, share)
     force = memory.force @ series.weights + series.constant * elastic.force(pressed)
     contact = pressed.copy()
     step = np.diff(fine)
-    error = np.cumsum(bound * np.concatenate([[0.0], relaxation.integral(step) / step]))
+    error = np.cumsum(np.append(0.0, bound * relaxation.integral(step) / step))
     falling = np.arange(top + 1, fine.size)
     if falling.size:
         force[falling], contact[falling] = _shrinking(memory, relaxation, falling, top)
@@ -90,31 +93,28 @@ def one_cycle(
     return force[at], contact[at], error[at]
 
 
-def _fine_times(time: Array, depth: Array, elastic: ElasticForce, tolerance: float) -> tuple[Array, Array]:
-    """Times with steps halved where K is not quadratic over them, and the elastic force in question at each [N]."""
+def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: float) -> tuple[Array, Array, Array]:
+    """Times with steps halved where K is not quadratic over them.
+
+    With the coefficients of K over each step, shape (3, steps), zero where the depth does not rise, and the elastic force in
+    question at each, shape (steps,) [N].
+    """
     fine = with_touches(time, depth)
+    share, bound = np.zeros((3, fine.size - 1)), np.zeros(fine.size - 1)
+    new = np.ones(fine.size - 1, dtype=bool)
+    allowed = tolerance * float(elastic.force(depth.max(keepdims=True))[0])
     for turn in range(_HALVINGS + 1):
         pressed = np.maximum(np.interp(fine, time, depth), 0.0)
-        begin, end = pressed[:-1], pressed[1:]
-        rising = np.flatnonzero(end > begin)
-        bound = np.zeros(fine.size)
-        bound[rising + 1] = _not_quadratic(elastic, begin[rising], end[rising])
-        allowed = tolerance * elastic.force(pressed.max(keepdims=True))[0] / max(rising.size, 1)
-        coarse = np.flatnonzero(bound[1:] > allowed)
-        if not coarse.size or turn == _HALVINGS:
+        rising = np.diff(pressed) > 0
+        chosen = np.flatnonzero(new & rising)
+        share[:, chosen], bound[chosen] = _stiffness_shares(elastic, pressed[chosen], pressed[chosen + 1])
+        coarse = bound * np.count_nonzero(rising) > allowed
+        if not coarse.any() or turn == _HALVINGS:
             break
-        fine = np.unique(np.concatenate([fine, (fine[coarse] + fine[coarse + 1]) / 2]))
-    return fine, bound
-
-
-def _not_quadratic(elastic: ElasticForce, start: Array, end: Array) -> Array:
-    """Elastic force gained over steps [N] times the error of the quadratic for K at their quarters."""
-    share = _stiffness_shares(elastic, start, end)
-    worst = np.zeros_like(start)
-    for x in (0.25, 0.75):
-        quadratic = share[0] + x * (share[1] + x * share[2])
-        worst = np.maximum(worst, np.abs(elastic.stiffness(start + x * (end - start)) - quadratic))
-    return np.asarray(worst * (end - start))
+        pieces = 1 + coarse
+        fine = np.unique(np.concatenate([fine, (fine[:-1] + fine[1:])[coarse] / 2]))
+        share, bound, new = np.repeat(share, pieces, axis=1), np.repeat(bound, pieces), np.repeat(coarse, pieces)
+    return fine, share, bound
 
 
 def _regrown(memory: Memory, relaxation: Relaxation, contact: Array, top: int) -> Array:
@@ -141,7 +141,7 @@ def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
     first = int(lost[0])
     rate = np.diff(depth[first - 1 :]) / np.diff(memory.time[first - 1 :])
     # its height falls ever slower: a tip that does not slow down stays ahead of it
-    if (np.diff(rate) <= 0).all():
+    if (np.diff(rate) <= _EQUAL * np.abs(rate).max()).all():
         return False
     modes = recovery(memory.series)
     speed = memory.approach[first] @ modes.amplitudes
@@ -171,7 +171,7 @@ def last_rise(depth: Array) -> int:
     return int(falls[0]) if falls.size else depth.size - 1
 
 
-def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticForce) -> Memory:
+def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticForce, share: Array) -> Memory:
     step = np.diff(time)
     rate = np.diff(depth) / step
     z = step[:, None] * series.rates
@@ -179,25 +179,29 @@ def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: Elast
     decay = np.exp(-z)
     start = np.ones(series.rates.size)
     approach = convolve(decay, np.diff(depth)[:, None] * weight[0], depth[0] * start)
-    share = _stiffness_shares(elastic, depth[:-1], depth[1:])
     grown = np.diff(depth)[:, None] * np.einsum("pn,pnj->nj", share, weight)
     force = convolve(decay, grown, elastic.force(depth[:1]) * start)
     return Memory(time, depth, rate, series, elastic, approach, force)
 
 
-def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> Array:
+def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> tuple[Array, Array]:
     """K = k_0 + k_1 x + k_2 x^2 over steps between two depths, 0 <= x <= 1; shape (3, n).
 
-    Scaled so that the elastic force is exact: at the first touch K is no polynomial.
+    Scaled so that the elastic force is exact: at the first touch K is no polynomial. Second, the error of K at the quarters of
+    the step times the way, shape (n,) [N].
     """
-    first, middle, last = (elastic.stiffness(d) for d in (start, (start + end) / 2, end))
     moved = end - start
+    at = start + np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] * moved
+    first, early, middle, late, last = elastic.stiffness(at.ravel()).reshape(at.shape)
+    before, after = elastic.force(at[::4].ravel()).reshape(2, -1)
     mean = (first + 4 * middle + last) / 6
-    exact = (elastic.force(end) - elastic.force(start)) / np.where(moved == 0, 1, moved)
+    exact = (after - before) / np.where(moved == 0, 1, moved)
     # the difference of two tabulated forces means something only where it is large against their rounding
     clear = np.abs(moved) > 1e-5 * end
     scale = np.where(clear & (mean > 0), exact / np.where(mean > 0, mean, 1), 1.0)
-    return scale * np.stack([first, 4 * middle - 3 * first - last, 2 * (first + last) - 4 * middle])
+    share = scale * np.stack([first, 4 * middle - 3 * first - last, 2 * (first + last) - 4 * middle])
+    quarters = [share[0] + x * (share[1] + x * share[2]) for x in (0.25, 0.75)]
+    return share, np.maximum(np.abs(quarters[0] - early), np.abs(quarters[1] - late)) * np.abs(moved)
 
 
 def _shrinking(memory: Memory, relaxation: Relaxation, now: Indices, top: int) -> tuple[Array, Array]:
@@ -233,7 +237,7 @@ def _since(memory: Memory, relaxation: Relaxation, now: Indices, then: Indices) 
     weight = moments(z)
     begin = memory.depth[then]
     end = begin + memory.rate[then] * x
-    grown = (end - begin)[:, None] * np.einsum("pn,pnj->nj", _stiffness_shares(elastic, begin, end), weight)
+    grown = (end - begin)[:, None] * np.einsum("pn,pnj->nj", _stiffness_shares(elastic, begin, end)[0], weight)
     state = np.exp(-z) * memory.force[then] + grown
     fading = np.exp(-(memory.time[now] - memory.time[then] - x)[:, None] * series.rates)
     return (fading * state) @ series.weights + series.constant * elastic.force(end), end
