@@ -44,15 +44,15 @@ def by_springs(time: Array, depth: Array, series: ExponentialSeries, elastic: El
     """The same by springs, as many as the tolerance takes."""
     count = FEWEST
     while True:
-        force, rough, contact = _followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
-        # second order in the number of springs: half as many are off by three times the difference
+        force, rough, contact = followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
         error = SECOND_ORDER * np.abs(force - rough)
         if error.max() <= TOLERANCE * force.max() or count >= MOST:
+            # second order in the number of springs: half as many are off by four times as much
             return Response(depth, np.maximum(force + (force - rough) / 3, 0.0), contact, error)
         count *= 2
 
 
-def _followed(springs: Springs, time: Array, depth: Array) -> Array:
+def followed(springs: Springs, time: Array, depth: Array) -> Array:
     """Force of all springs and of every other one, and contact depth, shape (n, 3)."""
     result = np.empty((time.size, 3))
     result[0] = springs.jump(float(depth[0]))

@@ -14,8 +14,7 @@ from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential
 from flatpunch.contact.viscoelastic.springs import Ahead, End, Springs
 from flatpunch.media.relaxation import Relaxation
 
-
-_SPRINGS = 800
+_SPRINGS = 400
 """Springs, for errors of the force of about 1e-5."""
 
 _HALVINGS = 14
@@ -109,7 +108,8 @@ class _Follower:
             stiffness = springs.stiffness(end.contact) * ahead.total / ahead.time
             steps = stiffness * abs(springs.depth - self.whole.springs.depth)
             error[n + 1] = SECOND_ORDER * (abs(end.force - end.coarse) + steps)
-        return Response(depth, force, contact, error)
+        # a tip that carries nothing rests on the surface
+        return Response(depth, force, np.where(force > 0, contact, 0.0), error)
 
     def _through(self, step: float, before: float, after: float, level: int) -> tuple[Ahead, End]:
         """Go through a step, in parts where it takes them; its last half and the end of it."""
@@ -164,7 +164,7 @@ class _Driven:
             return springs.end(ahead, low)
         for _ in range(_TURNS):
             end = springs.end(ahead, rate)
-            miss = force - end.force
+            miss = force - end.extrapolated
             if abs(miss) <= 1e-11 * self.most:
                 break
             low, high = (rate, high) if miss > 0 else (low, rate)

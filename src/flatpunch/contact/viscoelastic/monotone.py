@@ -54,7 +54,12 @@ class Memory:
 
 
 def one_cycle(
-    time: Array, depth: Array, relaxation: Relaxation, series: ExponentialSeries, elastic: ElasticForce, tolerance: float
+    time: Array,
+    depth: Array,
+    relaxation: Relaxation,
+    series: ExponentialSeries,
+    elastic: ElasticForce,
+    tolerance: float,
 ) -> tuple[Array, Array, Array]:
     """Force [N], contact depth [m] and estimated error of the force [N] at each time.
 

@@ -1,8 +1,8 @@
 """Free recovery of a viscoelastic spring: the modes in which it moves while it carries no force.
 
-Force and deflection of a spring of unit stiffness are Q = int psi(t - t') w'(t') dt'. With psi = constant + sum_j w_j exp(-s_j t) its
-state is the memory m_j = int exp(-s_j (t - t')) w'(t') dt'. While Q = 0 the speed w' is a sum of exponentials exp(-r_k t) whose
-rates are the zeros of
+A spring of unit stiffness with the deflection w carries Q = int psi(t - t') w'(t') dt'. With a sum of exponentials,
+psi = constant + sum_j w_j exp(-s_j t), its state is the memory m_j = int exp(-s_j (t - t')) w'(t') dt'. While Q = 0 the speed w'
+is a sum of exponentials exp(-r_k t) whose rates are the zeros of
 
     H(-r) = constant - r sum_j w_j/(s_j - r),
 

@@ -1,8 +1,8 @@
 """Forward model of a viscoelastic fit: force over time for a measured history of the depth.
 
 The elastic curve comes from the tables of `ForwardModel`, the memory from `flatpunch.contact.viscoelastic`, for any history;
-`setup` takes curves that rise once and fall once: approach, hold and retract. Behind a cantilever of stiffness k the piezo's position p is what is known,
-and the depth follows from the force itself,
+`setup` takes curves that rise once and fall once: approach, hold and retract. Behind a cantilever of stiffness k the position p
+of the piezo is known, and the depth follows from the force itself,
 
     d(t) = p(t) - F[d](t)/k,
 
