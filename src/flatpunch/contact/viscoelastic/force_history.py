@@ -24,6 +24,17 @@ _TURNS = 60
 """Newton steps and halvings for the rate of the depth over a step."""
 
 
+def most_elastic_force(time: Array, force: Array, relaxation: Relaxation) -> float:
+    """Elastic force [N] at the largest depth that creep under a history of forces may reach.
+
+    That of a growing contact under the largest force so far, which is nowhere smaller than the force.
+    """
+    series = exponential_series(relaxation, float(np.diff(time).min()), float(time[-1] - time[0]))
+    fine = with_touches(time, force)
+    largest = np.maximum.accumulate(np.interp(fine, time, force))
+    return float(grown_force(fine, largest, series).max())
+
+
 def depth_of_force(
     time: Array, force: Array, relaxation: Relaxation, elastic: ElasticCurve, deepest: float
 ) -> Response:
@@ -48,8 +59,13 @@ def depth_of_force(
     if grown is not None:
         wanted, error = grown
         depth = elastic.depth_of(wanted, deepest)
-        return Response(depth, force, depth, error)
-    return _Follower(elastic, series, float(force.max()), deepest).run(time, force)
+        response = Response(depth, force, depth, error)
+    else:
+        response = _Follower(elastic, series, float(force.max()), deepest).run(time, force)
+    # at the first moment the series is softer than a power law
+    at_once = elastic.depth_of(force[:1] / relaxation(np.zeros(1)), deepest)[0]
+    response.depth[0] = response.contact[0] = at_once
+    return response
 
 
 def grown_force(time: Array, force: Array, series: ExponentialSeries) -> Array:
@@ -103,16 +119,24 @@ class _Follower:
         loaded, coarse, contact[0] = springs.jump(float(depth[0]))
         error[0] = SECOND_ORDER * abs(loaded - coarse)
         for n in range(time.size - 1):
-            ahead, end = self._through(float(time[n + 1] - time[n]), float(force[n]), float(force[n + 1]), 0)
+            end = self._through(float(time[n + 1] - time[n]), float(force[n]), float(force[n + 1]), 0)
             depth[n + 1], contact[n + 1] = springs.depth, end.extent
-            stiffness = springs.stiffness(end.contact) * ahead.total / ahead.time
-            steps = stiffness * abs(springs.depth - self.whole.springs.depth)
-            error[n + 1] = SECOND_ORDER * (abs(end.force - end.coarse) + steps)
+            error[n + 1] = SECOND_ORDER * (
+                abs(end.force - end.coarse) + self._of_steps(float(force[n + 1]), end.extent)
+            )
         # a tip that carries nothing rests on the surface
         return Response(depth, force, np.where(force > 0, contact, 0.0), error)
 
-    def _through(self, step: float, before: float, after: float, level: int) -> tuple[Ahead, End]:
-        """Go through a step, in parts where it takes them; its last half and the end of it."""
+    def _of_steps(self, force: float, contact: float) -> float:
+        """Force [N] that goes with the difference in depth of the two rows, at the slope that the elastic curve has there."""
+        if contact <= 0:
+            return 0.0
+        at = np.array([contact])
+        slope = float(self.elastic.stiffness(at)[0] / self.elastic.force(at)[0])
+        return force * slope * abs(self.half.springs.depth - self.whole.springs.depth)
+
+    def _through(self, step: float, before: float, after: float, level: int) -> End:
+        """Go through a step, in parts where it takes them; the end of its last half."""
         whole, half = self.whole, self.half
         kept = whole.state(), half.state()
         off = whole.springs.depth - half.springs.depth
@@ -144,13 +168,13 @@ class _Driven:
         self.springs.restore(state[0])
         self.rate = state[1]
 
-    def go(self, step: float, force: float) -> tuple[Ahead, End]:
+    def go(self, step: float, force: float) -> End:
         """Go to the end of a step, with this force there."""
         ahead = self.springs.ahead(step)
         end = self._rate(ahead, force)
         self.springs.move(ahead, end)
         self.rate = end.rate
-        return ahead, end
+        return end
 
     def _rate(self, ahead: Ahead, force: float) -> End:
         """End of a step at which the springs carry a force, which grows with the rate; Newton's method, kept between bounds."""

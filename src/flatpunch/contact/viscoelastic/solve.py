@@ -15,11 +15,14 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
-from flatpunch.contact.viscoelastic.force_history import depth_of_force
+from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
 from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.media.relaxation import Relaxation
+
+_MARGIN = 1.01
+"""Depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse."""
 
 NOTED = 1e-3
 """Numerical error over the largest force from which a note says so."""
@@ -73,7 +76,8 @@ def solve(
             # the series stands for psi from the first time step on
             response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
     else:
-        deepest = _deepest(medium, indenter, control, relaxation, time, phi, method, options)
+        most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))
+        deepest = _MARGIN * float(method(kernel, indenter, most, phi[:1], **options).depth[0])
         elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
         response = depth_of_force(time, control.values, relaxation, elastic, deepest)
     return _curve(time, response, elastic, relaxation, phi)
@@ -113,22 +117,6 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
     if force is None:
         return Control("depth", values("depth", depth, minimum=-np.inf))
     return Control("force", values("force", force))
-
-
-def _deepest(
-    medium: Any,
-    indenter: Indenter,
-    control: Control,
-    relaxation: Relaxation,
-    time: Array,
-    phi: Array,
-    method: Solve,
-    options: dict[str, Any],
-) -> float:
-    """Depth that no creep under at most this force exceeds: the elastic one with the modulus left at the end."""
-    left = float(relaxation(time[-1:] - time[0])[0])
-    most = Control("force", np.array([control.values.max() / left]))
-    return float(method(compliance(medium), indenter, most, phi[:1], **options).depth[0])
 
 
 def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: Relaxation, phi: Array) -> Curve:
