@@ -38,6 +38,7 @@ from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import Panels
+from flatpunch.punch.power_law import power_law_punch
 
 _MOST_ORDERS = 192
 """Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
@@ -218,7 +219,9 @@ class PerturbedBranch:
     def _responses(self, radius: Array) -> tuple[Array, Array]:
         """R_m and k_m at radii, shape (n, orders) each."""
         beta = radius / self.kernel.length
-        live = (beta > SMALLEST) & (not self.kernel.homogeneous)
+        # a power-law half-space looks the same at every radius, as a homogeneous one does
+        alike = self.kernel.homogeneous or self.kernel.exponent != 0
+        live = (beta > SMALLEST) & (not alike)
         values = np.empty((radius.size, 2 * self.orders.size))
         if not live.all():
             values[~live] = self._answers(np.zeros(1))
@@ -227,7 +230,11 @@ class PerturbedBranch:
         return values[:, : self.orders.size], values[:, self.orders.size :]
 
     def _answers(self, beta: Array) -> Array:
-        """R_m and k_m side by side, sampled on panels of ln(beta)."""
+        """R_m and k_m side by side, sampled on panels of ln(beta); in closed form on power-law half-spaces."""
+        if self.kernel.exponent:
+            punch = power_law_punch(self.kernel)
+            response = [punch.outline_response(self.profile.exponent, int(m)) for m in self.orders]
+            return np.array([response + [punch.stiffening(int(m)) for m in self.orders]])
         edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges.half_space(beta.size)
         unit = PowerProfile(self.profile.exponent, 1.0)
         answers = punch_family(self.kernel).at(beta)
