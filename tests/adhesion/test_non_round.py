@@ -6,9 +6,10 @@ import pytest
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
-from support.adhesive_ellipse import adhesive_ellipse, force_and_energy
+from support.adhesive_ellipse import adhesive_ellipse, force_and_energy, unit_of
 
 UNIT = fp.HalfSpace(1.0, 0.0)
+GRADED = fp.PowerLawHalfSpace(1.0, 0.5, 0.4, 0.3)
 LAYER = fp.Medium([fp.Layer(1.0, 0.45, 0.8)], base=fp.RigidBase())
 
 
@@ -37,7 +38,38 @@ def test_order_of_the_error_against_exact_ellipses(radius):
     assert np.all(errors[0] < [0.15 * 0.2**4, 0.03 * 0.2**3, 0.1 * 0.2**4])
 
 
-@pytest.mark.parametrize("medium", [UNIT, LAYER], ids=["half-space", "layer"])
+@pytest.mark.parametrize("exponent", [-0.3, 0.4, 0.7])
+@pytest.mark.parametrize("radius", [0.6, 1.5])
+def test_order_of_the_error_on_power_law_half_spaces(exponent, radius):
+    medium, work = fp.PowerLawHalfSpace(1.0, 1.0, exponent, 0.0), 0.3
+    unit = unit_of(fp.flat_punch(medium, 1.0).stiffness, exponent)
+    errors = []
+    for asymmetry in (0.2, 0.1):
+        tip = fp.EllipticParaboloid(0.5 * (1 - asymmetry), 0.5 * (1 + asymmetry))
+        branch = PerturbedBranch(compliance(medium), tip, work)
+        at = np.array([radius])
+        contact = branch.at(at)
+        _, _, area = branch.shape(at, np.zeros(1))
+        force, axes = adhesive_ellipse(float(contact.depth[0]), tip.A, tip.B, work, radius, exponent, unit)
+        errors.append(np.abs([contact.force[0] - force, area[0] / (np.pi * axes.prod()) - 1]))
+    # of fourth order in the asymmetry, and what sixth order adds; the constants are those of the half-space
+    np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 4, atol=0.25)
+    assert np.all(errors[1] < [0.15e-4, 0.1e-4])
+
+
+@pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.PowerLaw(2.5, lambda phi: 2 + 0.3 * np.cos(3 * phi))])
+def test_power_law_half_spaces_go_over_into_the_homogeneous_one(tip):
+    plain, *graded = (
+        fp.pull_off(medium, tip, work_of_adhesion=0.1)
+        for medium in (fp.HalfSpace(1.0, 0.3), *(fp.PowerLawHalfSpace(1.0, 1.0, k, 0.3) for k in (1e-3, 1e-6)))
+    )
+    off = [abs(g.force / plain.force - 1) for g in graded]
+    # in proportion to the exponent
+    assert off[1] == pytest.approx(1e-3 * off[0], rel=1e-2, abs=1e-9)
+    assert off[1] < 1e-5
+
+
+@pytest.mark.parametrize("medium", [UNIT, LAYER, GRADED], ids=["half-space", "layer", "graded"])
 def test_round_limit(medium):
     tip = fp.PowerLaw(2.0, lambda phi: 0.5 * (1 + 1e-7 * np.cos(3 * phi)))
     near, exact = (fp.pull_off(medium, shape, work_of_adhesion=0.3) for shape in (tip, fp.Paraboloid(1.0)))
@@ -46,7 +78,7 @@ def test_round_limit(medium):
     assert near.depth_minimum.depth == pytest.approx(exact.depth_minimum.depth, rel=1e-11)
 
 
-@pytest.mark.parametrize("medium", [UNIT, LAYER], ids=["half-space", "layer"])
+@pytest.mark.parametrize("medium", [UNIT, LAYER, GRADED], ids=["half-space", "layer", "graded"])
 @pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.3, 0.7), fp.Pyramid(4, 0.5)], ids=["ellipse", "pyramid"])
 def test_no_adhesion_is_the_second_order_method(medium, tip):
     depth = np.linspace(0.5, 2, 4)

@@ -4,6 +4,12 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.contact.perturbation import first_order
+from flatpunch.contact.viscoelastic.depth_history import followed
+from flatpunch.contact.viscoelastic.elastic import elastic_curve
+from flatpunch.contact.viscoelastic.series import exponential_series
+from flatpunch.contact.viscoelastic.springs import Springs
 
 GEL = fp.HalfSpace(young=1e6, poisson=0.5)
 BALL = fp.Paraboloid(1e-5)
@@ -30,29 +36,112 @@ def test_elastic_at_fast_and_slow_rates(medium, duration, share):
     assert np.allclose(curve.radius[:-3], elastic.radius[:-3], rtol=1e-4)
 
 
-@pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])
-def test_springs_agree_with_ting(law):
-    from flatpunch.compliance import compliance
-    from flatpunch.contact.perturbation import first_order
-    from flatpunch.contact.viscoelastic.elastic import elastic_curve
-    from flatpunch.contact.viscoelastic.series import exponential_series
-    from flatpunch.contact.viscoelastic.springs import Springs
+def springs(law, count, time, depth):
+    """Force of all springs and of every other one, and contact depth, under BALL on LAYER."""
+    elastic = elastic_curve(first_order.solve, compliance(LAYER), BALL, float(depth.max()), np.zeros(1), {})
+    series = exponential_series(law, float(np.diff(time).min()), float(np.ptp(time)))
+    return followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
 
-    exact_time = np.linspace(0, 2, 2001)
-    exact = fp.indent(LAYER, BALL, time=exact_time, depth=triangle(exact_time), relaxation=law)
-    elastic = elastic_curve(first_order.solve, compliance(LAYER), BALL, V, np.zeros(1), {})
+
+@pytest.mark.parametrize(("law", "order"), [(SOLID, 2.0), (POWER, 1.8)], ids=["solid", "power"])
+def test_springs_agree_with_lee_radok_and_ting(law, order):
+    t = np.linspace(0, 2, 101)
+    exact = fp.indent(LAYER, BALL, time=t, depth=triangle(t), relaxation=law)
+    scale = float(exact.force.max())
+    # closed formulas on halved steps, by their own estimate
+    assert (exact.force_error * exact.force).max() < 3e-5 * scale
     errors = []
-    for n in (40, 80, 200, 400):
-        t = np.linspace(0, 2, n + 1)
-        springs = Springs(elastic, exponential_series(law, 2 / n, 2.0), V)
-        _, force, contact = springs.follow(t, triangle(t), by_force=False)
+    counts = [50, 100, 200, 400]
+    for count in counts:
+        force, rough, contact = springs(law, count, t, triangle(t))
+        errors.append(np.abs(force - exact.force.values).max() / scale)
+        # what is reported is no smaller
+        assert errors[-1] <= np.abs(force - rough).max() / scale * 2 / 3 + 1e-6
         assert (force >= 0).all()
-        errors.append(np.abs(force - exact.force.values[:: 2000 // n]).max() / float(exact.force.max()))
-    slope = np.polyfit(np.log([40, 80, 200, 400]), np.log(errors), 1)[0]
-    # linear deflections over each step: second order under smooth psi, 2 - alpha under a power law
-    assert slope < -1.6
-    assert errors[-1] < 2e-4
-    assert np.allclose(contact, exact.contact_depth.values[:: 2000 // 400], rtol=0, atol=3e-3 * V)
+    # Q linear between springs: second order, at its edge like the distance to the power 1 - alpha under power laws
+    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope == pytest.approx(-order, abs=0.25)
+    assert errors[-1] < 2e-5
+    # the contact depth lies within a spring's distance
+    assert np.allclose(contact, exact.contact_depth.values, rtol=0, atol=2 / 400 * V)
+
+
+@pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])
+def test_springs_need_no_more_steps_than_the_history_has_corners(law):
+    corners, values = np.array([0, 1, 1.3, 2.0, 2.4, 3.0]), V * np.array([0, 1, 0.5, 0.5, 0.9, 0.1])
+    t = np.linspace(0, 3, 301)
+    few = springs(law, 200, corners, values)
+    many = springs(law, 200, t, np.interp(t, corners, values))
+    # in between all is exact; the series of the power law is good to 1e-9 at steps of either length
+    assert np.allclose(few, many[:, ::10][:, np.round(corners * 10).astype(int)], rtol=0, atol=1e-8 * few.max())
+
+
+def test_partial_withdrawal_and_hold():
+    """The contact is lost, and comes back while the surface recovers."""
+    law = fp.Prony([0.5, 0.2], [1, 0.1])
+    t = np.linspace(0, 60, 601)
+    depth = V * np.interp(t, [0, 1, 1.2], [0, 1, 0.3])
+    curve = fp.indent(GEL, fp.Cone(0.3), time=t, depth=depth, relaxation=law)
+    assert float(curve.force[12]) == 0
+    assert float(curve.radius[12]) == 0
+    assert (np.diff(curve.force[13:150]) > 0).all()
+    held = fp.indent(GEL, fp.Cone(0.3), depth=0.3 * V)
+    # the slowest mode recovers at 0.37/s
+    assert float(curve.force[-1]) == pytest.approx(law.equilibrium * float(held.force[0]), rel=1e-6)
+    assert float(curve.radius[-1]) == pytest.approx(float(held.radius[0]), rel=1e-6)
+    assert curve.valid.all()
+
+
+def test_the_contact_grows_while_the_depth_is_held():
+    law = fp.Prony([0.5, 0.2], [1, 0.1])
+    t = np.linspace(0, 20, 401)
+    depth = V * np.interp(t, [0, 1, 1.05], [1, 1, 0.6])
+    curve = fp.indent(GEL, fp.Cone(0.3), time=t, depth=depth, relaxation=law)
+    assert (np.diff(curve.radius[21:]) >= -1e-12 * float(curve.radius[0])).all()
+    assert float(curve.contact_depth[21]) < 0.55 * V
+    # exp(-0.37 x 19) is left of the slowest mode
+    assert float(curve.contact_depth[-1]) == pytest.approx(0.6 * V, rel=1e-3)
+
+
+def test_few_times_are_as_good_as_many():
+    """Three cycles by 17 points: linear in between, whatever the number of steps."""
+    law = fp.Prony([0.5, 0.2], [1, 0.1])
+    t = np.linspace(0, 3, 17)
+    depth = V * np.sin(np.pi * t) ** 2
+    few = fp.indent(GEL, fp.Cone(0.3), time=t, depth=depth, relaxation=law)
+    fine = np.linspace(0, 3, 16 * 32 + 1)
+    many = fp.indent(GEL, fp.Cone(0.3), time=fine, depth=np.interp(fine, t, depth), relaxation=law)
+    assert np.allclose(few.force, many.force[::32], rtol=0, atol=1e-5 * float(many.force.max()))
+    assert float(few.force_error.max()) < 1e-3
+
+
+@pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])
+def test_force_histories_within_their_estimate(law):
+    """Loads up and down, one interval without contact; halved steps change the depth by less than is reported."""
+    corners, loads = [0, 0.5, 0.8, 1.1, 1.3, 2.0], np.array([0, 1, 0.2, 0.8, 0, 0.5]) * 1e-6
+    t = np.linspace(0, 2, 21)
+    few = fp.indent(GEL, BALL, time=t, force=np.interp(t, corners, loads), relaxation=law)
+    fine = np.linspace(0, 2, 81)
+    many = fp.indent(GEL, BALL, time=fine, force=np.interp(fine, corners, loads), relaxation=law)
+    off = np.abs(few.depth.values - many.depth.values[::4])
+    # force over depth is two thirds of the stiffness under a paraboloid
+    reported = few.depth.values * few.force_error.values
+    loaded = few.force.values > 0
+    assert (off[loaded] <= reported[loaded] + 1e-6 * V).all()
+    assert off.max() < 2e-4 * float(many.depth.max())
+    assert float(few.contact_depth[13]) == 0
+    # the tip rests on the surface while it carries nothing
+    assert (few.depth[13:] > 0).all()
+
+
+def test_estimates_of_the_method_are_part_of_the_error():
+    t = np.linspace(0, 1, 21)
+    pyramid = fp.Pyramid(3, 0.3)
+    same = {"angles": 8, "method": "second-order"}
+    curve = fp.indent(LAYER, pyramid, time=t, depth=V * t, relaxation=SOLID, **same)
+    elastic = fp.indent(LAYER, pyramid, depth=V, **same)
+    assert float(curve.force_error[-1]) >= float(elastic.force_error[0])
+    assert float(curve.contour_error[-1]) == pytest.approx(float(elastic.contour_error[0]), rel=1e-6)
 
 
 @pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])

@@ -14,7 +14,14 @@ of the round contact and q = a K' D,
     d = d_round + delta,      F = F_round - V + K delta + N K^2 d_x/(q^2 + (K d_x)^2),      delta = N q/(q^2 + (K d_x)^2).
 
 Any delta of second order gives the same curve F(d) to that order; this one stays finite at both instabilities. The area is
--dPi/dw at constant depth. Without adhesion all this is the second order of `perturbation`.
+-dPi/dw at constant depth,
+
+    area = pi a^2 (1 - 2 X),      X = (F - F_round + V - K delta + dY/dd)/q,
+    X -> [a K' d_n <g^2>/2 - dT/dln a + 2 T_k]/(a K' D1),      T = a K' sum S_m^2/(4 D1),  T_k the same with the factors k_m
+
+as D -> 0. Without adhesion all this is the second order of `perturbation`, which sums it differently: as an exponential in
+ln F, and with the area from the stiffness. So that it is the limit for w -> 0, the force is larger by F_n (e^x2 - 1 - x2), and the area
+is the one without adhesion times exp(-2 (X - X(D = 0))). Both are terms of fourth order.
 """
 
 from __future__ import annotations
@@ -30,7 +37,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Branch, central_derivatives, stiffness_growth
 from flatpunch.contact.perturbation.asymmetry import Angles, expand
 from flatpunch.contact.perturbation.error import second_order_error
-from flatpunch.contact.perturbation.power_law_series import power_expansion
+from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
@@ -38,6 +45,7 @@ from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import Panels
+from flatpunch.punch.power_law import power_law_punch
 
 _MOST_ORDERS = 192
 """Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
@@ -80,6 +88,11 @@ class PerturbedBranch:
     def base(self) -> Branch:
         """The round branch of C r^n."""
         return Branch(self.kernel, lambda radius: round_contact(self.kernel, self.profile, radius), self.work)
+
+    @cached_property
+    def plain(self) -> PowerExpansion:
+        """The contact without adhesion."""
+        return power_expansion(self.kernel, self.indenter, "second")
 
     @cached_property
     def harmonics(self) -> Array:
@@ -160,7 +173,7 @@ class PerturbedBranch:
         That of the contact without adhesion, and the square of the second-order change, whichever is larger.
         """
         assert self.indenter.exponent is not None
-        plain = power_expansion(self.kernel, self.indenter, "second").evaluate(radius)
+        plain = self.plain.evaluate(radius)
         contact = self.base.at(radius)
         scale = contact.plain.force + contact.plain.stiffness * contact.retraction
         depth, force, _ = self._tabulated(np.log(radius))[0].T
@@ -186,9 +199,10 @@ class PerturbedBranch:
     def _corrected(self, radius: Array) -> Array:
         """Depth, force and area, shape (3, n)."""
         steps = STEP * np.arange(-5, 6)[:, None]
-        around = self._left((radius * np.exp(steps)).ravel()).reshape(2, 11, radius.size)
+        around = self._left((radius * np.exp(steps)).ravel()).reshape(4, 11, radius.size)
         left_slope, _ = central_derivatives(around[0])
-        slope_by_depth = around[1, 5]
+        weak_slope, _ = central_derivatives(around[2])
+        slope_by_depth, stiffened = around[1, 5], around[3, 5]
         contact = self.base.at(radius)
         plain, back = contact.plain, contact.retraction
         growth, _ = stiffness_growth(self.kernel, plain)
@@ -201,11 +215,15 @@ class PerturbedBranch:
         q, kd = growth * back, plain.stiffness * contact.depth_slope
         delta = n * q / (q**2 + kd**2)
         rest = n * plain.stiffness * kd / (q**2 + kd**2)
-        area = np.pi * radius**2 * (1 - 2 * (rest + slope_by_depth) / q)
-        return np.stack([contact.depth + delta, contact.force - v + plain.stiffness * delta + rest, area])
+        weak = (growth * plain.depth * half_square - weak_slope + 2 * stiffened) / (growth * plain.depth_slope)
+        without = self.plain.evaluate(radius)
+        x2 = without.terms[:, 0]
+        force = contact.force - v + plain.stiffness * delta + rest + plain.force * (np.expm1(x2) - x2)
+        area = without.area * np.exp(-2 * ((rest + slope_by_depth) / q - weak))
+        return np.stack([contact.depth + delta, force, area])
 
     def _left(self, radius: Array) -> Array:
-        """Y and its derivative by the depth at constant radius, shape (2, n)."""
+        """Y, its derivative by the depth at constant radius, and T and T_k, shape (4, n)."""
         contact = self.base.at(radius)
         growth, _ = stiffness_growth(self.kernel, contact.plain)
         response, k = self._responses(radius)
@@ -213,12 +231,16 @@ class PerturbedBranch:
         squares = growth[:, None] / 4 * (d1 * response) ** 2 * np.abs(self.harmonics) ** 2
         lift = d1 + back * k
         # dD/dd = -1
-        return np.stack([np.sum(squares * back / lift, axis=1), -np.sum(squares * d1 / lift**2, axis=1)])
+        by_depth = -np.sum(squares * d1 / lift**2, axis=1)
+        weak = np.sum(squares / d1, axis=1), np.sum(squares * k / d1, axis=1)
+        return np.stack([np.sum(squares * back / lift, axis=1), by_depth, *weak])
 
     def _responses(self, radius: Array) -> tuple[Array, Array]:
         """R_m and k_m at radii, shape (n, orders) each."""
         beta = radius / self.kernel.length
-        live = (beta > SMALLEST) & (not self.kernel.homogeneous)
+        # a power-law half-space looks the same at every radius, as a homogeneous one does
+        alike = self.kernel.homogeneous or self.kernel.exponent != 0
+        live = (beta > SMALLEST) & (not alike)
         values = np.empty((radius.size, 2 * self.orders.size))
         if not live.all():
             values[~live] = self._answers(np.zeros(1))
@@ -227,7 +249,11 @@ class PerturbedBranch:
         return values[:, : self.orders.size], values[:, self.orders.size :]
 
     def _answers(self, beta: Array) -> Array:
-        """R_m and k_m side by side, sampled on panels of ln(beta)."""
+        """R_m and k_m side by side, sampled on panels of ln(beta); in closed form on power-law half-spaces."""
+        if self.kernel.exponent:
+            punch = power_law_punch(self.kernel)
+            response = [punch.outline_response(self.profile.exponent, int(m)) for m in self.orders]
+            return np.array([response + [punch.stiffening(int(m)) for m in self.orders]])
         edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges.half_space(beta.size)
         unit = PowerProfile(self.profile.exponent, 1.0)
         answers = punch_family(self.kernel).at(beta)

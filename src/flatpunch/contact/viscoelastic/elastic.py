@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -23,6 +23,16 @@ _DEGREE = 7
 FORCE, RADIUS, AREA, STIFFNESS = range(4)
 
 
+class ElasticForce(Protocol):
+    """What a viscoelastic contact needs of the elastic one."""
+
+    def force(self, depth: Array) -> Array:
+        """F_el at depths, shape (n,) [N]; zero without contact."""
+
+    def stiffness(self, depth: Array) -> Array:
+        """dF_el/dd at depths, shape (n,) [N/m]."""
+
+
 @dataclass(frozen=True)
 class ElasticCurve:
     """Force, radius, area and stiffness at depth d, up to the depth it was made for.
@@ -39,6 +49,8 @@ class ElasticCurve:
         Depth up to which the elastic theory holds [m].
     notes : tuple of str
         Its limits.
+    estimated : tuple of ndarray, shape (n,)
+        ln d, and the method's own estimates of the relative error of force and outline.
     """
 
     logs: scipy.interpolate.BSpline
@@ -46,6 +58,7 @@ class ElasticCurve:
     shape: scipy.interpolate.BSpline | None
     sound: float
     notes: tuple[str, ...]
+    estimated: tuple[Array, Array, Array]
 
     def at(self, depth: Array, *columns: int) -> Array:
         """Columns FORCE, RADIUS, AREA, STIFFNESS at depths >= 0 of shape (n,); shape (columns, n)."""
@@ -58,6 +71,12 @@ class ElasticCurve:
         if beyond.any():
             logs = logs + beyond[:, None] * self.logs.derivative()(self.low)
         return np.where(live[:, None], np.exp(logs), 0.0).T[list(columns)]
+
+    def errors(self, depth: Array) -> tuple[Array, Array]:
+        """Estimated relative errors of force and outline at depths, shape (n,) each; zero for exact methods."""
+        x, force, outline = self.estimated
+        at = np.log(np.where(depth > 0, depth, np.exp(self.low)))
+        return np.interp(at, x, force), np.interp(at, x, outline)
 
     def force(self, depth: Array) -> Array:
         """F_el at depths, shape (n,) [N]."""
@@ -119,4 +138,15 @@ def elastic_curve(
     if not indenter.round:
         shape = scipy.interpolate.make_interp_spline(x, curve.contour / curve.radius[:, None], k=_DEGREE)
     unsound = depth[~curve.valid]
-    return ElasticCurve(logs, float(x[0]), shape, float(unsound.min()) if unsound.size else np.inf, curve.notes)
+    none = np.zeros_like(x)
+    force_error, outline_error = (
+        curve.extra[name][1].astype(float) if name in curve.extra else none for name in ("force_error", "contour_error")
+    )
+    return ElasticCurve(
+        logs,
+        float(x[0]),
+        shape,
+        float(unsound.min()) if unsound.size else np.inf,
+        curve.notes,
+        (x, force_error, outline_error),
+    )

@@ -6,7 +6,10 @@ d(t) is linear between the given times. With psi as a sum of exponentials all me
 
 exact for D and with K quadratic over each step for Y. While the contact grows F = sum w_j Y_j(t). While it shrinks it has the
 extent of the earlier time t1 with int_t1^t psi(t - t') d'(t') dt' = 0, and F = sum w_j exp(-s_j (t - t1)) Y_j(t1): the
-pressure of what has touched since t1 is gone.
+pressure of what has touched since t1 is gone. Steps are halved until K is quadratic over each of them.
+
+Ting's construction needs a contact that only shrinks once it has begun to. Where the tip stops or slows down the surface may
+catch up with it; `one_cycle` estimates the error that its force then has, and the caller takes the springs instead.
 """
 
 from __future__ import annotations
@@ -16,9 +19,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.contact.viscoelastic.elastic import ElasticCurve
+from flatpunch.contact.viscoelastic.elastic import ElasticForce
+from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, convolve, moments
 from flatpunch.media.relaxation import Relaxation
+
+_SPLITS = 16
+"""Pieces, each half as long as the next, into which the step of the first touch is split: K begins there like a root of d."""
+
+_EQUAL = 1e-9
+"""Difference of two rates, over the largest, that may be rounding."""
+
+_HALVINGS = 12
+"""Halvings of a step at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +42,7 @@ class Memory:
     depth: Array
     rate: Array
     series: ExponentialSeries
-    elastic: ElasticCurve
+    elastic: ElasticForce
     approach: Array
     force: Array
 
@@ -41,20 +54,120 @@ class Memory:
 
 
 def one_cycle(
-    time: Array, depth: Array, relaxation: Relaxation, series: ExponentialSeries, elastic: ElasticCurve
-) -> tuple[Array, Array]:
-    """Force [N] and contact depth [m] at each time; depth >= 0 rises up to its first maximum and never again.
+    time: Array,
+    depth: Array,
+    relaxation: Relaxation,
+    series: ExponentialSeries,
+    elastic: ElasticForce,
+    tolerance: float,
+) -> tuple[Array, Array, Array]:
+    """Force [N], contact depth [m] and estimated error of the force [N] at each time.
 
-    The contact depth is the one at which an elastic contact has the same extent.
+    Parameters
+    ----------
+    time, depth : ndarray, shape (n,)
+        Times [s] and depths [m], which rise up to their first maximum and never again.
+    relaxation, series : Relaxation, ExponentialSeries
+        psi, twice.
+    elastic : ElasticForce
+        Elastic curve.
+    tolerance : float
+        Error of the force over its largest value down to which steps are halved.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n,)
+        The contact depth is the one at which an elastic contact has the same extent. The error is infinite where the contact is
+        lost and comes back.
     """
-    top = last_rise(depth)
-    memory = _memory(time, depth, series, elastic)
-    force = memory.force @ series.weights + series.constant * elastic.force(depth)
-    contact = depth.copy()
-    falling = np.arange(top + 1, time.size)
+    fine, share, bound = _fine_steps(time, depth, elastic, tolerance)
+    pressed = np.maximum(np.interp(fine, time, depth), 0.0)
+    top = last_rise(pressed)
+    memory = _memory(fine, pressed, series, elastic, share)
+    force = memory.force @ series.weights + series.constant * elastic.force(pressed)
+    contact = pressed.copy()
+    step = np.diff(fine)
+    error = np.cumsum(np.append(0.0, bound * relaxation.integral(step) / step))
+    falling = np.arange(top + 1, fine.size)
     if falling.size:
         force[falling], contact[falling] = _shrinking(memory, relaxation, falling, top)
-    return force, contact
+        error[falling] += np.cumsum(_regrown(memory, relaxation, contact, top))
+        if _regained(memory, contact, np.interp(fine, time, depth), top):
+            error[falling] = np.inf
+    at = np.searchsorted(fine, time)
+    return force[at], contact[at], error[at]
+
+
+def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: float) -> tuple[Array, Array, Array]:
+    """Times with steps halved where K is not quadratic over them.
+
+    With the coefficients of K over each step, shape (3, steps), zero where the depth does not rise, and the elastic force in
+    question at each, shape (steps,) [N].
+    """
+    fine = with_touches(time, depth)
+    share, bound = np.zeros((3, fine.size - 1)), np.zeros(fine.size - 1)
+    new = np.ones(fine.size - 1, dtype=bool)
+    allowed = tolerance * float(elastic.force(depth.max(keepdims=True))[0])
+    for turn in range(_HALVINGS + 1):
+        pressed = np.maximum(np.interp(fine, time, depth), 0.0)
+        rising = np.diff(pressed) > 0
+        chosen = np.flatnonzero(new & rising)
+        share[:, chosen], bound[chosen] = _stiffness_shares(elastic, pressed[chosen], pressed[chosen + 1])
+        coarse = bound * np.count_nonzero(rising) > allowed
+        if not coarse.any() or turn == _HALVINGS:
+            break
+        pieces = 1 + coarse
+        fine = np.unique(np.concatenate([fine, (fine[:-1] + fine[1:])[coarse] / 2]))
+        share, bound, new = np.repeat(share, pieces, axis=1), np.repeat(bound, pieces), np.repeat(coarse, pieces)
+    return fine, share, bound
+
+
+def _regrown(memory: Memory, relaxation: Relaxation, contact: Array, top: int) -> Array:
+    """Error of the force [N] by growing again in each step after `top`: of springs that were free and count as held.
+
+    They are the stiffness that is back in contact, and were not moved by at most what the tip went up since they were left.
+    """
+    shrunk = np.minimum.accumulate(contact[top:])
+    back = np.flatnonzero(np.diff(contact[top:]) > 0)
+    result = np.zeros(contact.size - top - 1)
+    if back.size:
+        left = np.searchsorted(-shrunk, -contact[top + back + 1], side="right") - 1
+        moved = memory.depth[top + np.maximum(left, 0)] - memory.depth[top + back]
+        stiffness = memory.elastic.stiffness(contact[top + back + 1]) - memory.elastic.stiffness(contact[top + back])
+        result[back] = stiffness * relaxation(np.diff(memory.time)[top + back]) * np.maximum(moved, 0)
+    return result
+
+
+def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
+    """Whether the first point of contact meets the tip again after it was lost."""
+    lost = np.flatnonzero(contact[top + 1 :] <= 0) + top + 1
+    if not lost.size or (depth[lost] <= 0).all():
+        return False
+    first = int(lost[0])
+    rate = np.diff(depth[first - 1 :]) / np.diff(memory.time[first - 1 :])
+    # its height falls ever slower: a tip that does not slow down stays ahead of it
+    if (np.diff(rate) <= _EQUAL * np.abs(rate).max()).all():
+        return False
+    modes = recovery(memory.series)
+    speed = memory.approach[first] @ modes.amplitudes
+    since = (memory.time[lost] - memory.time[first])[:, None]
+    still = modes.rates == 0
+    back = np.where(still, since, -np.expm1(-since * modes.rates) / np.where(still, 1.0, modes.rates))
+    return bool((depth[lost][1:] > (depth[first] + back @ speed)[1:]).any())
+
+
+def with_touches(time: Array, value: Array) -> Array:
+    """Times with the moments of touching and leaving added and the steps after each touch split."""
+    extra = []
+    crossing = np.flatnonzero((value[:-1] <= 0) != (value[1:] <= 0))
+    for i in crossing:
+        at = time[i] - value[i] * (time[i + 1] - time[i]) / (value[i + 1] - value[i])
+        if value[i + 1] > 0:
+            extra.append(at + (time[i + 1] - at) * 0.5 ** np.arange(_SPLITS))
+        extra.append(np.array([at]))
+    if value[0] > 0:
+        extra.append(time[0] + (time[1] - time[0]) * 0.5 ** np.arange(_SPLITS))
+    return np.unique(np.concatenate([time, *extra]))
 
 
 def last_rise(depth: Array) -> int:
@@ -63,7 +176,7 @@ def last_rise(depth: Array) -> int:
     return int(falls[0]) if falls.size else depth.size - 1
 
 
-def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticCurve) -> Memory:
+def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticForce, share: Array) -> Memory:
     step = np.diff(time)
     rate = np.diff(depth) / step
     z = step[:, None] * series.rates
@@ -71,25 +184,29 @@ def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: Elast
     decay = np.exp(-z)
     start = np.ones(series.rates.size)
     approach = convolve(decay, np.diff(depth)[:, None] * weight[0], depth[0] * start)
-    share = _stiffness_shares(elastic, depth[:-1], depth[1:])
     grown = np.diff(depth)[:, None] * np.einsum("pn,pnj->nj", share, weight)
     force = convolve(decay, grown, elastic.force(depth[:1]) * start)
     return Memory(time, depth, rate, series, elastic, approach, force)
 
 
-def _stiffness_shares(elastic: ElasticCurve, start: Array, end: Array) -> Array:
+def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> tuple[Array, Array]:
     """K = k_0 + k_1 x + k_2 x^2 over steps between two depths, 0 <= x <= 1; shape (3, n).
 
-    Scaled so that the elastic force is exact: at the first touch K is no polynomial.
+    Scaled so that the elastic force is exact: at the first touch K is no polynomial. Second, the error of K at the quarters of
+    the step times the way, shape (n,) [N].
     """
-    first, middle, last = (elastic.stiffness(d) for d in (start, (start + end) / 2, end))
     moved = end - start
+    at = start + np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] * moved
+    first, early, middle, late, last = elastic.stiffness(at.ravel()).reshape(at.shape)
+    before, after = elastic.force(at[::4].ravel()).reshape(2, -1)
     mean = (first + 4 * middle + last) / 6
-    exact = (elastic.force(end) - elastic.force(start)) / np.where(moved == 0, 1, moved)
+    exact = (after - before) / np.where(moved == 0, 1, moved)
     # the difference of two tabulated forces means something only where it is large against their rounding
     clear = np.abs(moved) > 1e-5 * end
     scale = np.where(clear & (mean > 0), exact / np.where(mean > 0, mean, 1), 1.0)
-    return scale * np.stack([first, 4 * middle - 3 * first - last, 2 * (first + last) - 4 * middle])
+    share = scale * np.stack([first, 4 * middle - 3 * first - last, 2 * (first + last) - 4 * middle])
+    quarters = [share[0] + x * (share[1] + x * share[2]) for x in (0.25, 0.75)]
+    return share, np.maximum(np.abs(quarters[0] - early), np.abs(quarters[1] - late)) * np.abs(moved)
 
 
 def _shrinking(memory: Memory, relaxation: Relaxation, now: Indices, top: int) -> tuple[Array, Array]:
@@ -125,7 +242,7 @@ def _since(memory: Memory, relaxation: Relaxation, now: Indices, then: Indices) 
     weight = moments(z)
     begin = memory.depth[then]
     end = begin + memory.rate[then] * x
-    grown = (end - begin)[:, None] * np.einsum("pn,pnj->nj", _stiffness_shares(elastic, begin, end), weight)
+    grown = (end - begin)[:, None] * np.einsum("pn,pnj->nj", _stiffness_shares(elastic, begin, end)[0], weight)
     state = np.exp(-z) * memory.force[then] + grown
     fading = np.exp(-(memory.time[now] - memory.time[then] - x)[:, None] * series.rates)
     return (fading * state) @ series.weights + series.constant * elastic.force(end), end

@@ -16,11 +16,8 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
-FINE = 0.38
+_SPACING = 0.38
 """h: the trapezoidal rule then errs by 2 |Gamma(alpha + 16.5 i)|/Gamma(alpha) < 1e-11."""
-
-COARSE = 0.6
-"""h for springs, themselves good to 1e-5: the error 2 |Gamma(alpha + 10.5 i)|/Gamma(alpha) is below 1e-6."""
 
 _FAST = 1e4
 _SLOW = 1e-8
@@ -56,23 +53,23 @@ class ExponentialSeries:
         return np.asarray(self.constant + np.exp(-np.asarray(t)[..., None] * self.rates) @ self.weights)
 
 
-def exponential_series(
-    relaxation: Relaxation, shortest: float, longest: float, spacing: float = FINE
-) -> ExponentialSeries:
+def exponential_series(relaxation: Relaxation, shortest: float, longest: float) -> ExponentialSeries:
     """Series of a relaxation function for histories with steps from `shortest` on that last `longest` [s]."""
     if isinstance(relaxation, StandardLinearSolid):
         relaxation = relaxation.prony
     if isinstance(relaxation, Prony):
-        ascending = np.argsort(relaxation.times)[::-1]
-        weights, times = np.array(relaxation.weights)[ascending], np.array(relaxation.times)[ascending]
-        return ExponentialSeries(relaxation.equilibrium, weights, 1 / times)
+        # terms of equal times are one
+        rates, term = np.unique(1 / np.array(relaxation.times), return_inverse=True)
+        return ExponentialSeries(
+            relaxation.equilibrium, np.asarray(np.bincount(term, relaxation.weights), dtype=float), rates
+        )
     if isinstance(relaxation, PowerLawRelaxation):
-        return _power_series(relaxation, shortest, longest, spacing)
+        return _power_series(relaxation, shortest, longest)
     raise TypeError(f"relaxation = {relaxation!r} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation.")
 
 
-def _power_series(law: PowerLawRelaxation, shortest: float, longest: float, h: float) -> ExponentialSeries:
-    alpha = law.exponent
+def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> ExponentialSeries:
+    alpha, h = law.exponent, _SPACING
     first, last = np.floor(np.log(_SLOW / longest) / h), np.ceil(np.log(_FAST / shortest) / h)
     u = h * np.arange(first, last + 1)
     scale = law.time**alpha * h / gamma(alpha)

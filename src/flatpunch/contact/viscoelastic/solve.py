@@ -10,19 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices, values
+from flatpunch._support.checks import Array, values
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, few
+from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
-from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
-from flatpunch.contact.viscoelastic.series import COARSE, ExponentialSeries, exponential_series, mean_decay
-from flatpunch.contact.viscoelastic.springs import Springs
+from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
+from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.media.relaxation import Relaxation
 
-_SPLITS = 16
-"""Pieces, each half as long as the next, into which the step of the first touch is split: K begins there like a root of d."""
+_MARGIN = 1.01
+"""Depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse."""
+
+NOTED = 1e-3
+"""Numerical error over the largest force from which a note says so."""
 
 
 def solve(
@@ -58,28 +61,26 @@ def solve(
     Returns
     -------
     Curve
-        With the extra array `time` [s] and `contact_depth` [m], the depth of the elastic contact of the same extent.
+        With the extra arrays `time` [s], `contact_depth` [m], the depth of the elastic contact of the same extent, and
+        `force_error`: the error of the elastic curve plus that of the history.
     """
     check_medium(medium)
     check_history(control, time)
     kernel = compliance(medium)
-    shortest, longest = float(np.diff(time).min()), float(time[-1] - time[0])
-    series = exponential_series(relaxation, shortest, longest)
-    coarse = exponential_series(relaxation, shortest, longest, COARSE)
-    target = np.maximum(control.values, 0.0)
-    if not target.any():
+    if not (control.values > 0).any():
         raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
     if control.name == "depth":
-        deepest = float(target.max())
+        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi, options)
+        response = force_of_depth(time, control.values, relaxation, elastic)
+        if control.values[0] > 0:
+            # the series stands for psi from the first time step on
+            response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
     else:
-        deepest = _deepest(medium, indenter, float(target.max()), series, time, phi, method, options)
-    elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
-    if control.name == "depth":
-        force, contact = _by_depth(time, control.values, relaxation, (series, coarse), elastic)
-        depth = control.values
-    else:
-        depth, force, contact = _by_force(time, target, (series, coarse), elastic, deepest)
-    return _curve(time, depth, force, contact, elastic, relaxation, phi)
+        most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))
+        deepest = _MARGIN * float(method(kernel, indenter, most, phi[:1], **options).depth[0])
+        elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
+        response = depth_of_force(time, control.values, relaxation, elastic, deepest)
+    return _curve(time, response, elastic, relaxation, phi)
 
 
 def check_medium(medium: Any) -> None:
@@ -118,102 +119,8 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
     return Control("force", few("force", values("force", force, unit="N")))
 
 
-def _by_depth(
-    time: Array,
-    depth: Array,
-    relaxation: Relaxation,
-    series: tuple[ExponentialSeries, ExponentialSeries],
-    elastic: ElasticCurve,
-) -> tuple[Array, Array]:
-    """Force and contact depth; `series` is psi finely and coarsely."""
-    fine, at = refined(time, depth)
-    pressed = np.maximum(np.interp(fine, time, depth), 0.0)
-    if (np.diff(pressed[last_rise(pressed) :]) <= 0).all():
-        force, contact = one_cycle(fine, pressed, relaxation, series[0], elastic)
-    else:
-        # the true depth, also above the surface: a free spring may stand below it
-        springs = Springs(elastic, series[1], float(depth.max()))
-        _, force, contact = springs.follow(fine, np.interp(fine, time, depth), by_force=False)
-    force, contact = force[at], contact[at]
-    if depth[0] > 0:
-        # a sudden step: the series stands for psi from the first time step on
-        force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(depth[:1])[0]
-    return force, contact
-
-
-def _by_force(
-    time: Array,
-    force: Array,
-    series: tuple[ExponentialSeries, ExponentialSeries],
-    elastic: ElasticCurve,
-    deepest: float,
-) -> tuple[Array, Array, Array]:
-    fine, at = refined(time, force)
-    loads = np.interp(fine, time, force)
-    elastic_force = grown_force(fine, loads, series[0])
-    if (np.diff(elastic_force) >= 0).all():
-        depth = elastic.depth_of(elastic_force[at], deepest)
-        return depth, force, depth
-    depth, _, contact = Springs(elastic, series[1], deepest).follow(fine, loads, by_force=True)
-    return depth[at], force, contact[at]
-
-
-def grown_force(time: Array, force: Array, series: ExponentialSeries) -> Array:
-    """F_el(d(t)) of a growing contact under a force history: F = int psi(t - t') dF_el(t') step by step, linear in between."""
-    z = np.diff(time)[:, None] * series.rates
-    decay, gain = np.exp(-z), mean_decay(z)
-    total = series.constant + gain @ series.weights
-    result = np.empty_like(time)
-    result[0] = current = force[0] / series.initial
-    memory = current * np.ones(series.rates.size)
-    for n in range(time.size - 1):
-        memory = memory * decay[n]
-        change = (force[n + 1] - series.constant * current - series.weights @ memory) / total[n]
-        memory += change * gain[n]
-        result[n + 1] = current = current + change
-    return result
-
-
-def refined(time: Array, value: Array) -> tuple[Array, Indices]:
-    """Times with the moments of touching and leaving added and the steps after each touch split; indices of the given ones."""
-    extra = []
-    crossing = np.flatnonzero((value[:-1] <= 0) != (value[1:] <= 0))
-    for i in crossing:
-        at = time[i] - value[i] * (time[i + 1] - time[i]) / (value[i + 1] - value[i])
-        if value[i + 1] > 0:
-            extra.append(at + (time[i + 1] - at) * 0.5 ** np.arange(_SPLITS))
-        extra.append(np.array([at]))
-    if value[0] > 0:
-        extra.append(time[0] + (time[1] - time[0]) * 0.5 ** np.arange(_SPLITS))
-    fine = np.unique(np.concatenate([time, *extra]))
-    return fine, np.asarray(np.searchsorted(fine, time))
-
-
-def _deepest(
-    medium: Any,
-    indenter: Indenter,
-    force: float,
-    series: ExponentialSeries,
-    time: Array,
-    phi: Array,
-    method: Solve,
-    options: dict[str, Any],
-) -> float:
-    """Depth that no creep under at most this force exceeds: the elastic one with the modulus left at the end."""
-    left = float(series(np.array([time[-1] - time[0]]))[0])
-    control = Control("force", np.array([force / left]))
-    return float(method(compliance(medium), indenter, control, phi[:1], **options).depth[0])
-
-
-def _curve(
-    time: Array,
-    depth: Array,
-    force: Array,
-    contact: Array,
-    elastic: ElasticCurve,
-    relaxation: Relaxation,
-    phi: Array,
-) -> Curve:
+def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: Relaxation, phi: Array) -> Curve:
+    contact = response.contact
     radius, area, stiffness = elastic.at(contact, RADIUS, AREA, STIFFNESS)
     first = float(relaxation(np.zeros(1))[0])
     notes = elastic.notes
@@ -221,17 +128,34 @@ def _curve(
         notes += ("The stiffness is infinite: this relaxation has no instantaneous modulus.",)
     with np.errstate(invalid="ignore"):
         stiffness = np.where(contact > 0, stiffness * first, 0.0)
+    force_error, contour_error = elastic.errors(np.maximum.accumulate(contact))
+    largest = float(np.max(response.force, where=np.isfinite(response.force), initial=0.0))
+    numerical = response.error / np.where(response.force > 0, response.force, largest)
+    worst = float(response.error.max()) / largest
+    if worst > NOTED:
+        notes += (
+            f"The numerical error of the history reaches {worst:.2g} of the largest force: see force_error, and give more times.",
+        )
+    extra: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
+        "time": (("step",), time, "s", "time"),
+        "contact_depth": (("step",), contact, "m", "depth of the elastic contact of the same extent"),
+        "force_error": (("step",), force_error + numerical, "1", "estimated relative error of the force"),
+    }
+    if elastic.shape is not None:
+        extra["contour_error"] = (
+            ("step",),
+            contour_error,
+            "1",
+            "estimated error of the outline a(phi) over the mean radius",
+        )
     return Curve(
-        depth=depth,
-        force=force,
+        depth=response.depth,
+        force=response.force,
         radius=radius,
         area=area,
         stiffness=stiffness,
         contour=elastic.contour(contact, radius, phi.size),
         valid=contact < elastic.sound,
         notes=notes,
-        extra={
-            "time": (("step",), time, "s", "time"),
-            "contact_depth": (("step",), contact, "m", "depth of the elastic contact of the same extent"),
-        },
+        extra=extra,
     )

@@ -1,8 +1,8 @@
-"""Forward model of a viscoelastic fit: force over time for a measured history of the depth (Lee and Radok, Ting).
+"""Forward model of a viscoelastic fit: force over time for a measured history of the depth.
 
-The elastic curve comes from the tables of `ForwardModel`, the memory from `flatpunch.contact.viscoelastic`. The history rises
-once and falls once: approach, hold and retract. Behind a cantilever of stiffness k the piezo's position p is what is known,
-and the depth follows from the force itself,
+The elastic curve comes from the tables of `ForwardModel`, the memory from `flatpunch.contact.viscoelastic`, for any history;
+`setup` takes curves that rise once and fall once: approach, hold and retract. Behind a cantilever of stiffness k the position p
+of the piezo is known, and the depth follows from the force itself,
 
     d(t) = p(t) - F[d](t)/k,
 
@@ -20,9 +20,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.contact import Method
-from flatpunch.contact.viscoelastic.monotone import one_cycle
-from flatpunch.contact.viscoelastic.series import exponential_series
-from flatpunch.contact.viscoelastic.solve import refined
+from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import Sample
@@ -66,7 +64,7 @@ class HistoryModel(SampleParameters):
         return self.sample.replaced(law).relaxation
 
     def history(self, time: Array, depth: Array, theta: Array) -> Array:
-        """Force over time for depths that rise once and fall once.
+        """Force over time for any history of the depth, linear between the given times.
 
         Parameters
         ----------
@@ -82,12 +80,8 @@ class HistoryModel(SampleParameters):
         """
         if not (depth > 0).any():
             return np.zeros_like(depth)
-        law = self.relaxation(theta)
-        fine, at = refined(time, depth)
-        pressed = np.maximum(np.interp(fine, time, depth), 0.0)
-        series = exponential_series(law, float(np.diff(time).min()), float(time[-1] - time[0]))
         elastic: Any = _Elastic(self.elastic, self._elastic_theta(theta))
-        return np.asarray(one_cycle(fine, pressed, law, series, elastic)[0][at])
+        return force_of_depth(time, depth, self.relaxation(theta), elastic).force
 
     def behind(
         self, time: Array, piezo: Array, spring: float, theta: Array, guess: Array | None
