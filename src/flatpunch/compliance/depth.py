@@ -1,0 +1,338 @@
+"""Fields at depth under a load wave on the surface of a stack: one sweep up, one sweep down.
+
+Per wavenumber k the sagittal state y = (k u_l, k u_z, s_lz, s_zz) obeys dy/dz = k A y (see `layered`), the transverse one
+(k u_t, s_tz) dy/dz = k [[0, 1/mu], [mu, 0]] y. On the way up each layer gets the states S that its lower face admits
+(displacement = flexibility times traction, or no shear traction on a sliding interface) and V, the tractions that they become
+at its upper face, exp(-kh) divided out. On the way down only the tractions t travel:
+
+    state(z) = exp(-k (z - z_top)) [exp(-A k (z_bottom - z)) S] V^-1 t(z_top).
+
+Nothing grows, so it is stable for every k h, nu = 1/2 and sliding interfaces included. Graded layers are crossed in short
+steps of order 8. Stresses are positive in tension; u_z, s_zz go like cos(k l) and u_l, s_lz like sin(k l), l along the wave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.compliance.layered import SATURATION
+from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
+
+_STEP = 0.05
+"""Length of a step through a graded layer over its depth: order 8 leaves 1e-9 of what reaches that depth."""
+
+_FEWEST_STEPS = 32
+"""Steps through a graded layer at least, for laws of depth that vary over its thickness."""
+
+_LONGEST = 1.5
+"""k times the step above which the wave no longer reaches that depth (k z > 30): the layer's own half-space takes its place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waves:
+    """Fields at depths z under unit load waves of wavenumbers k.
+
+    Attributes
+    ----------
+    normal, shear : ndarray, shape (6, nk, nz)
+        k u_l, k u_z [1/Pa], s_lz, s_zz, (s_ll + s_nn)/2, (s_ll - s_nn)/2 [-] under s_zz = -1 (pressure 1), and under
+        s_lz = 1; n is across the wave.
+    transverse : ndarray, shape (3, nk, nz)
+        k u_t [1/Pa], s_tz, and mu k u_t (s_lt without its phase) [-] under s_tz = 1.
+    """
+
+    normal: Array
+    shear: Array
+    transverse: Array
+
+
+def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> Waves:
+    """Fields at depth under unit load waves.
+
+    Parameters
+    ----------
+    medium : HalfSpace or Medium
+        The body.
+    k : ndarray, shape (nk,)
+        Wavenumbers [1/m], > 0.
+    z : ndarray, shape (nz,)
+        Depths [m], >= 0.
+    layer : ndarray of int, shape (nz,)
+        The layer that each depth belongs to, counted from the surface; len(layers) is the base.
+
+    Returns
+    -------
+    Waves
+    """
+    parts = _parts(medium, k, z, layer)
+    base = medium.base if isinstance(medium, Medium) else medium
+    elastic = base if isinstance(base, HalfSpace) else None
+    scale = _first_shear_modulus(medium)
+    _sweep_up(parts, elastic, k, scale)
+    count = len(medium.layers) if isinstance(medium, Medium) else 0
+    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale)
+    mu, nu = constants_at(medium, z, layer)
+    return _named(states, across, mu / scale, nu, scale)
+
+
+def interfaces(medium: HalfSpace | Medium) -> Array:
+    """Depths of the lower faces of all layers [m], shape (layers,)."""
+    layers = medium.layers if isinstance(medium, Medium) else ()
+    return np.cumsum([each.thickness for each in layers]) if layers else np.zeros(0)
+
+
+def constants_at(medium: HalfSpace | Medium, z: Array, layer: Indices) -> tuple[Array, Array]:
+    """Shear modulus [Pa] and Poisson ratio at depths z of the given layers, shape (nz,) each."""
+    mu, nu = np.empty((2, z.size))
+    layers = medium.layers if isinstance(medium, Medium) else ()
+    tops = np.concatenate([[0.0], interfaces(medium)])
+    for i in np.unique(layer):
+        here = layer == i
+        body = layers[i] if i < len(layers) else (medium.base if isinstance(medium, Medium) else medium)
+        if isinstance(body, GradedLayer):
+            own = np.clip(z[here] - tops[i], 0.0, body.thickness)
+            young, poisson = body.young_at(own), body.poisson_at(own)
+        elif isinstance(body, (Layer, HalfSpace)):
+            young, poisson = np.full(here.sum(), body.young), np.full(here.sum(), body.poisson)
+        else:  # a rigid base has no stresses; depths inside it are refused by the caller
+            young, poisson = np.full((2, here.sum()), np.nan)
+        mu[here], nu[here] = young / (2 * (1 + poisson)), poisson
+    return mu, nu
+
+
+@dataclass
+class _Part:
+    """A homogeneous layer, or one step through a graded one, and what the sweep up leaves there."""
+
+    layer: int
+    top: float
+    thickness: float
+    bonded: bool
+    shear: float
+    poisson: float
+    graded: GradedLayer | None = None
+    origin: float = 0.0
+    depths: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
+    states: Array = field(default_factory=lambda: np.zeros(0))
+    across: Array = field(default_factory=lambda: np.zeros(0))
+
+
+def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
+    """Layers from the surface down, graded ones in steps that begin and end at all depths that are asked for."""
+    parts: list[_Part] = []
+    top = 0.0
+    for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):
+        mine = np.flatnonzero(layer == i)
+        if isinstance(body, Layer):
+            shear = body.young / (2 * (1 + body.poisson))
+            parts.append(_Part(i, top, body.thickness, body.bonded, shear, body.poisson, depths=mine))
+        else:
+            parts += _graded_parts(body, i, top, k, z, mine)
+        top += body.thickness
+    return parts
+
+
+def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, mine: Indices) -> list[_Part]:
+    bottom = top + body.thickness
+    ends = [top]
+    first = 0.5 / float(k.max())
+    while ends[-1] < bottom:
+        step = min(max(_STEP * ends[-1], first), body.thickness / _FEWEST_STEPS)
+        ends.append(min(ends[-1] + step, bottom))
+    wanted = np.clip(z[mine], top, bottom)
+    cuts = np.unique(np.concatenate([ends, wanted, top + np.asarray(body.breaks)]))
+    # steps that differ from none by rounding only
+    cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-12 * bottom])]
+    cuts[-1] = bottom
+    parts = []
+    for upper, lower in zip(cuts[:-1], cuts[1:], strict=True):
+        own = np.array([upper - top])
+        poisson = float(body.poisson_at(own)[0])
+        shear = float(body.young_at(own)[0]) / (2 * (1 + poisson))
+        bonded = body.bonded or lower < bottom
+        here = (wanted >= upper - 1e-12 * bottom) & (wanted < lower - 1e-12 * bottom)
+        parts.append(_Part(i, upper, lower - upper, bonded, shear, poisson, body, top, mine[here]))
+    # the lower face itself belongs to the last step
+    parts[-1].depths = np.concatenate([parts[-1].depths, mine[wanted >= bottom - 1e-12 * bottom]])
+    return parts
+
+
+def _first_shear_modulus(medium: HalfSpace | Medium) -> float:
+    zero = np.zeros(1)
+    return float(constants_at(medium, zero, np.zeros(1, dtype=int))[0][0])
+
+
+def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float) -> None:
+    """Give each part the states that its lower face admits: sagittal (4, 2, nk), transverse (2, nk)."""
+    if base is None:
+        flexibility, transverse = np.zeros((2, 2, k.size)), np.zeros(k.size)
+    else:
+        flexibility, transverse = _own_flexibility(base.young / (2 * (1 + base.poisson)) / scale, base.poisson, k.size)
+    for part in reversed(parts):
+        part.states, part.across = _admitted(part.bonded, flexibility, transverse)
+        hidden = _hidden(part, k)
+        own, own_across = _own_flexibility(part.shear / scale, part.poisson, k.size)
+        if hidden.any():
+            part.states[:, :, hidden] = _admitted(True, own, own_across)[0][:, :, hidden]
+            part.across[:, hidden] = _admitted(True, own, own_across)[1][:, hidden]
+        raised, across = _raised(part, k, part.thickness, hidden, scale)
+        flexibility, transverse = _divided(raised[:2], raised[2:]), across[0] / across[1]
+        flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
+
+
+def _hidden(part: _Part, k: Array) -> Flags:
+    """Where the part hides what lies below it."""
+    return np.asarray(k * part.thickness > (SATURATION if part.graded is None else _LONGEST))
+
+
+def _own_flexibility(mu: float, nu: float, count: int) -> tuple[Array, Array]:
+    """Flexibility of a half-space: fields that decay with depth."""
+    own = np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]]) / mu
+    return np.repeat(own[:, :, None], count, axis=2), np.full(count, -1 / mu)
+
+
+def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Array, Array]:
+    """States at a lower face: [H; 1] where it sticks, free sliding (1, 0, 0, 0) and (0, H_22, 0, 1) where it slides."""
+    count = transverse.size
+    states, across = np.zeros((4, 2, count)), np.zeros((2, count))
+    if bonded:
+        states[:2] = flexibility
+        states[2, 0] = states[3, 1] = 1
+        across[0], across[1] = transverse, 1
+    else:
+        states[0, 0] = states[3, 1] = 1
+        states[1, 1] = flexibility[1, 1]
+        across[0] = 1
+    return states, across
+
+
+def _raised(part: _Part, k: Array, height: float, hidden: Flags, scale: float) -> tuple[Array, Array]:
+    """States of the lower face as they are `height` above it, times exp(-k height)."""
+    if part.graded is not None:
+        if height == 0:
+            return part.states, part.across
+        # where the wave does not reach the state stays what it is in the layer's own half-space
+        x = np.where(hidden, 0.0, k * part.thickness)
+        return _stepped(part, x, scale)
+    x = k * height
+    mu, nu = part.shear / scale, part.poisson
+    decay = np.exp(-2 * x)
+    cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
+    system = sagittal_system(mu, nu)
+    nilpotent = system @ system - np.eye(4)
+    first, second, third = (np.tensordot(a, part.states, 1) for a in (system, nilpotent, system @ nilpotent))
+    # (A^2 - 1)^2 = 0: exp(-Ax) = cosh x + (x/2) sinh x P - A [sinh x + (x cosh x - sinh x) P/2], P = A^2 - 1
+    raised = cosh * part.states + (x * sinh / 2) * second - sinh * first - (_x_cosh_minus_sinh(x) / 2) * third
+    u, s = part.across
+    return raised, np.stack([cosh * u - sinh * s / mu, cosh * s - sinh * mu * u])
+
+
+def sagittal_system(mu: float, nu: float) -> Array:
+    """Matrix A of dy/d(kz) = A y; mu in the unit of the stresses."""
+    ratio = nu / (1 - nu)
+    return np.array(
+        [
+            [0, 1, 1 / mu, 0],
+            [-ratio, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
+            [2 * mu / (1 - nu), 0, 0, ratio],
+            [0, 0, -1, 0],
+        ]
+    )
+
+
+def _x_cosh_minus_sinh(x: Array) -> Array:
+    """(x cosh x - sinh x) exp(-x), for small x by its series x^3 sum 2(j + 1)/(2j + 3)! x^(2j)."""
+    j = np.arange(10)
+    series = np.polynomial.polynomial.polyval(
+        np.minimum(x, 1.0) ** 2, 2 * (j + 1) / scipy.special.factorial(2 * j + 3)
+    )
+    small = x**3 * series * np.exp(-x)
+    decay = np.exp(-2 * x)
+    return np.where(x < 1, small, (x * (1 + decay) + np.expm1(-2 * x)) / 2)
+
+
+def _stepped(part: _Part, x: Array, scale: float) -> tuple[Array, Array]:
+    """One Runge-Kutta step (Dormand and Prince, order 8) up through a slice of a graded layer."""
+    assert part.graded is not None
+    rule = scipy.integrate.DOP853
+    z = part.top - part.origin + part.thickness * (1 - rule.C[:12])
+    nu = part.graded.poisson_at(z)
+    mu = part.graded.young_at(z) / (2 * (1 + nu)) / scale
+    slopes, lateral = np.empty((12, *part.states.shape)), np.empty((12, *part.across.shape))
+    for i in range(12):
+        y = part.states + x * np.tensordot(rule.A[i, :i], slopes[:i], 1)
+        w = part.across + x * np.tensordot(rule.A[i, :i], lateral[:i], 1)
+        slopes[i] = -np.tensordot(sagittal_system(float(mu[i]), float(nu[i])), y, 1)
+        lateral[i] = -np.stack([w[1] / mu[i], mu[i] * w[0]])
+    decay = np.exp(-x)
+    states = part.states + x * np.tensordot(rule.B, slopes, 1)
+    return states * decay, (part.across + x * np.tensordot(rule.B, lateral, 1)) * decay
+
+
+def _divided(upper: Array, lower: Array) -> Array:
+    """`upper` times the inverse of `lower`, both (2, 2, nk)."""
+    return np.einsum("ijn,jkn->ikn", upper, _inverse(lower))
+
+
+def _inverse(lower: Array) -> Array:
+    determinant = lower[0, 0] * lower[1, 1] - lower[0, 1] * lower[1, 0]
+    return np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]]) / determinant
+
+
+def _sweep_down(
+    parts: list[_Part], base: HalfSpace | None, k: Array, z: Array, below: Indices, scale: float
+) -> tuple[Array, Array]:
+    """States at all depths from the tractions that the loads have at the surface."""
+    # notation: columns are the two loads, s_zz = -1 and s_lz = 1
+    traction = np.zeros((2, 2, k.size))
+    traction[1, 0], traction[0, 1] = -1, 1
+    sideways = np.ones(k.size)
+    states, across = np.zeros((4, 2, k.size, z.size)), np.zeros((2, k.size, z.size))
+    for part in parts:
+        hidden = _hidden(part, k)
+        raised, lifted = _raised(part, k, part.thickness, hidden, scale)
+        amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
+        wave = sideways / lifted[1]
+        for i in part.depths:
+            down = float(np.clip(z[i] - part.top, 0.0, part.thickness))
+            at_top = part.graded is not None and down < part.thickness / 2
+            height = part.thickness if at_top else (0.0 if part.graded is not None else part.thickness - down)
+            y, w = (raised, lifted) if at_top else _raised(part, k, height, hidden, scale)
+            decay = np.exp(-k * (0.0 if at_top else part.thickness if part.graded is not None else down))
+            states[..., i] = np.einsum("ijn,jkn->ikn", y, amplitude) * decay
+            across[..., i] = w * wave * decay
+        decay = np.exp(-k * part.thickness)
+        traction = np.einsum("ijn,jkn->ikn", part.states[2:], amplitude) * decay
+        sideways = part.across[1] * wave * decay
+    if base is not None and below.size:
+        top = parts[-1].top + parts[-1].thickness if parts else 0.0
+        states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways, scale)
+    return states, across
+
+
+def _in_base(
+    base: HalfSpace, k: Array, depth: Array, traction: Array, sideways: Array, scale: float
+) -> tuple[Array, Array]:
+    """States in the base: exp(A x) = exp(-x) (1 + x (A + 1)) on the fields that decay."""
+    mu, nu = base.young / (2 * (1 + base.poisson)) / scale, base.poisson
+    flexibility, _ = _own_flexibility(mu, nu, k.size)
+    start = np.concatenate([np.einsum("ijn,jkn->ikn", flexibility, traction), traction])
+    turned = np.tensordot(sagittal_system(mu, nu) + np.eye(4), start, 1)
+    x = k[:, None] * np.maximum(depth, 0.0)
+    decay = np.exp(-x)
+    across = np.stack([-sideways / mu, sideways])
+    return (start[..., None] + x * turned[..., None]) * decay, across[..., None] * decay
+
+
+def _named(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
+    """Add the in-plane stresses and give displacements their unit."""
+    along, szz = states[0], states[3]
+    difference = mu * along
+    mean = (nu * szz + (1 + nu) * difference) / (1 - nu)
+    fields = np.stack([along / scale, states[1] / scale, states[2], szz, mean, difference])
+    transverse = np.stack([across[0] / scale, across[1], mu * across[0]])
+    return Waves(fields[:, 0], fields[:, 1], transverse)
