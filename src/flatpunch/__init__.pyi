@@ -9,6 +9,7 @@ from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
 from .contact import adhesion_loop, indent, pressure, pull_off
+from .fields import DiscLoad, PatchLoad, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from .indenters import (
@@ -66,6 +67,7 @@ __all__ = [
     "CurveError",
     "Cylinder",
     "DepthTable",
+    "DiscLoad",
     "Ellipsoid",
     "EllipticParaboloid",
     "ExponentialModulus",
@@ -81,6 +83,7 @@ __all__ = [
     "LinearModulus",
     "Medium",
     "Paraboloid",
+    "PatchLoad",
     "PowerLaw",
     "PowerLawHalfSpace",
     "PowerLawRelaxation",
@@ -104,6 +107,7 @@ __all__ = [
     "atlas",
     "compliance",
     "correct",
+    "fields",
     "fit",
     "fit_batch",
     "flat_punch",

@@ -22,6 +22,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
+from flatpunch._support.threads import in_threads
 from flatpunch.numerics.gauss import gauss
 
 ORDERS = 4
@@ -36,8 +37,11 @@ _MANY_NODES = 48
 _LONG = 3.0
 """Length of the path in v above which more nodes are needed."""
 
-_CHUNK = 4096
+_CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
+
+_OPERATIONS = 1e4
+"""Floating-point operations at a point and panel, for the choice of threads."""
 
 _JUMP = 1e-13, 1e-11
 """Jumps of g and g' between panels, over the largest g (and the radius), that are approximation error."""
@@ -119,9 +123,12 @@ class RingSources:
         result = np.empty((ORDERS, 3, r.size))
         # on the axis all orders but m = 0 vanish; this far off it they do, to rounding
         r = np.maximum(r, 1e-20 * self.radius)
-        for start in range(0, r.size, _CHUNK):
-            some = slice(start, start + _CHUNK)
+
+        def fill(i: int) -> None:
+            some = slice(i * _CHUNK, (i + 1) * _CHUNK)
             result[:, :, some] = self._chunk(r[some], z[some])
+
+        in_threads(fill, -(-r.size // _CHUNK), operations=_OPERATIONS * r.size * len(self.series))
         return result
 
     def _chunk(self, r: Array, z: Array) -> Array:
