@@ -37,7 +37,7 @@ _PHASE = 10.0
 """Radians of k (r + a) on a panel of 16 Gauss nodes in k."""
 
 _LOWEST = 1e-8
-"""Smallest wavenumber times the largest length; below it displacements change by no more than this share."""
+"""Smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it."""
 
 
 class Load(Protocol):
@@ -87,8 +87,11 @@ def layered_part(
     count = 6 + (9 if shear else 0)
     result = np.zeros((count, r.size))
     if isinstance(medium, Medium) and medium.layers:
+        tops, z = np.concatenate([[0.0], interfaces(medium), [np.inf]]), z.copy()
         for i in np.unique(layer):
             here = np.flatnonzero(layer == i)
+            # points on an interface may be outside their layer by rounding
+            z[here] = np.clip(z[here], tops[i], tops[i + 1])
             for part in _panels_in_depth(medium, load, int(i), z[here]):
                 points = here[part.chosen]
                 result[:, points] = _on_panel(medium, load, int(i), r[points], z[points], part, shear)
@@ -167,7 +170,7 @@ def _nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arr
 def _table(medium: Medium, load: Load, i: int, r: Array, z: Array, decay: float, shear: bool) -> Array:
     """Functions on the product of radii and depths, shape (functions, nr, nz)."""
     reach = float(r.max()) + load.radius
-    k, weight = wavenumbers(_REACH / decay, reach, medium.thickness)
+    k, weight = wavenumbers(_REACH / decay, reach, max(medium.thickness, load.radius))
     layer = np.full(z.size, i)
     waves = waves_at(medium, k, z, layer)
     fields = [normal_waves(waves, k)] + ([shear_waves(waves, k)] if shear else [])
@@ -196,10 +199,13 @@ def _table(medium: Medium, load: Load, i: int, r: Array, z: Array, decay: float,
     )
 
 
-def wavenumbers(last: float, reach: float, thickness: float) -> tuple[Array, Array]:
-    """Gauss nodes and weights over (0, last): panels grow from small k on until they hold a few oscillations."""
-    largest = max(reach, thickness)
-    edges = [0.0, _LOWEST / largest]
+def wavenumbers(last: float, reach: float, longest: float) -> tuple[Array, Array]:
+    """Gauss nodes and weights over (0, last): panels grow from small k on until they hold a few oscillations.
+
+    They begin at the same k whatever the reach: where a layer slides, friction moves it by a distance that grows like the
+    logarithm of the reach and is known up to a constant only, which must not differ between panels.
+    """
+    edges = [0.0, _LOWEST / longest]
     while edges[-1] < last:
         edges.append(min(edges[-1] + min(4 * edges[-1], _PHASE / reach), last))
     x, w = gauss(16)

@@ -31,7 +31,7 @@ ORDERS = 4
 _NODES = 16
 """Gauss nodes on a panel: exact for polynomials g'' of degree 13 on a straight path."""
 
-_MANY_NODES = 48
+_MANY_NODES = 64
 """Gauss nodes where the path in v is long, on the axis close to the surface."""
 
 _LONG = 3.0
