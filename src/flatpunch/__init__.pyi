@@ -9,7 +9,7 @@ from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
 from .contact import adhesion_loop, indent, pressure, pull_off
-from .fields import DiscLoad, PatchLoad, fields
+from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from .indenters import (
@@ -62,6 +62,7 @@ __all__ = [
     "AreaFunction",
     "Berkovich",
     "Cone",
+    "CriticalLoad",
     "CubeCorner",
     "Curve",
     "CurveError",
@@ -97,6 +98,7 @@ __all__ = [
     "SpheroCone",
     "Spheroid",
     "StandardLinearSolid",
+    "Strength",
     "Superellipse",
     "Tilted",
     "Truncated",
@@ -107,6 +109,7 @@ __all__ = [
     "atlas",
     "compliance",
     "correct",
+    "critical_load",
     "fields",
     "fit",
     "fit_batch",

@@ -1,4 +1,6 @@
+from .critical import CriticalLoad, critical_load
 from .fields import fields
 from .loads import DiscLoad, PatchLoad
+from .strength import Strength
 
-__all__ = ["DiscLoad", "PatchLoad", "fields"]
+__all__ = ["CriticalLoad", "DiscLoad", "PatchLoad", "Strength", "critical_load", "fields"]
