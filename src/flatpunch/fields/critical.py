@@ -40,11 +40,14 @@ _DEEPEST = 2.5
 _FACTOR = 8.0
 """Largest change of the radius in one step of the search."""
 
+_ROUNDS = 6
+"""Rounds of refinement of a place, each three times finer."""
+
 _RANGE = 1e6
 """Ratio of radii over which the first event is searched, on either side of the start."""
 
-_SOLVED = 1e-6
-"""Deviation of stress over strength from one at which the load is found."""
+_FOUND, _SOLVED = 1e-3, 1e-7
+"""Deviations of stress over strength from one at which the load is found on the grid, and at the refined place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,16 +171,16 @@ class _Search:
         """Find the first event."""
         low, high = self._limits()
         start = float(np.clip(self._start(), low, high))
-        radius, events = self._solved(lambda a: self.events(a), start, max(low, start / _RANGE), min(high, start * _RANGE))
+        limits = max(low, start / _RANGE), min(high, start * _RANGE)
+        radius, events = self._solved(self.events, start, *limits, _FOUND)
         worst = max(events, key=lambda event: event.utilisation)
         if abs(worst.utilisation - 1) > 0.01:
             # not reached between the limits: from the first touch on, or never
             load = 0.0 if worst.utilisation > 1 else np.inf
             return CriticalLoad(load, load, load, worst.kind, worst.layer, worst.place, _margins(events))
-        for _ in range(2):
-            radius, (worst,) = self._solved(
-                lambda a, near=worst, at=radius: [self.refined(near, at, a)], radius, radius / 2, radius * 2
-            )
+        worst, at = self.refined(worst, radius), radius
+        # at its place the stress is stationary: the load follows from that place alone
+        radius, (worst,) = self._solved(lambda a: [self.followed(worst, a / at, a)], at, at / 2, at * 2, _SOLVED)
         contact = round_contact(self.kernel, mean_profile(self.indenter), np.array([radius]))
         events = [worst if (e.kind, e.layer) == (worst.kind, worst.layer) else e for e in self.events(radius)]
         return CriticalLoad(
@@ -206,7 +209,7 @@ class _Search:
         return float(radius[min(int(np.searchsorted(mean, min(values))), radius.size - 1)])
 
     def _solved(
-        self, events: Callable[[float], list[Event]], start: float, low: float, high: float
+        self, events: Callable[[float], list[Event]], start: float, low: float, high: float, tolerance: float
     ) -> tuple[float, list[Event]]:
         """Radius at which the largest utilisation is one, by secants in the logarithms inside a bracket."""
 
@@ -219,7 +222,7 @@ class _Search:
         above: tuple[float, float] | None = None
         for _ in range(60):
             y, found = level(float(np.exp(x)))
-            if abs(y) < _SOLVED or (y > 0 and x <= floor) or (y < 0 and x >= ceiling):
+            if abs(y) < tolerance or (y > 0 and x <= floor) or (y < 0 and x >= ceiling):
                 break
             if y < 0:
                 below = (x, y)
@@ -243,15 +246,15 @@ class _Search:
         found = []
         for i, strength in enumerate(self.strengths):
             thickness = float(tops[i + 1] - tops[i]) if i + 1 < tops.size else np.inf
+            if not (strength.of_bulk or strength.of_interface):
+                continue
+            if i == tops.size - 1 and isinstance(self.body, Medium) and isinstance(self.body.base, RigidBase):
+                raise ValueError(f"strengths[{i}] belongs to the rigid base, which has no stresses. Leave it out.")
+            depth = tops[i + 1 : i + 2]
             if strength.of_bulk:
-                if i == tops.size - 1 and isinstance(self.body, Medium) and isinstance(self.body.base, RigidBase):
-                    raise ValueError(f"strengths[{i}] belongs to the rigid base, which has no stresses. Leave it out.")
-                depth = tops[i] + _DEPTHS * min(thickness, _DEEPEST * max(radius, float(tops[i]) / 2))
-                if thickness > depth[-1] - tops[i]:
-                    depth = depth if not np.isfinite(thickness) else np.append(depth, tops[i + 1])
-                found += self._largest(load, i, along, depth, strength.utilisation)
-            if strength.of_interface:
-                found += self._largest(load, i, along, tops[i + 1 : i + 2], strength.interface_utilisation)
+                deep = min(thickness, _DEEPEST * max(radius, float(tops[i]) / 2))
+                depth = np.unique(np.append(tops[i] + _DEPTHS * deep, depth))
+            found += self._largest(load, i, along, depth)
         return found
 
     def _radii(self, radius: float) -> Array:
@@ -262,21 +265,29 @@ class _Search:
         return np.concatenate([-right[:0:-1], right]) if self.friction else right
 
     def _bending(self) -> float:
-        """Distance over which the layers bend on what is below [m]: their thickness times the cube root of the contrast."""
+        """Distance over which the layers bend on what is below [m]: the thickness times the cube root of the contrast."""
         if not isinstance(self.body, Medium) or not self.body.layers:
             return 0.0
         moduli = [layer.surface_modulus for layer in self.body.layers]
         if isinstance(self.body.base, HalfSpace):
             moduli.append(self.body.base.surface_modulus)
-        return float(self.body.thickness * (max(moduli) / min(moduli)) ** (1 / 3))
+        return float(self.body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1))
 
-    def _largest(self, load: Any, i: int, x: Array, z: Array, criteria: Callable[[Array], Any]) -> list[Event]:
+    def _largest(self, load: Any, i: int, x: Array, z: Array) -> list[Event]:
+        """Largest utilisation of each kind in a layer on the product of x and z."""
         across, down = (each.ravel() for each in np.meshgrid(x, z))
         stress = self._stress(load, i, across, down)
+        tops = np.append(interfaces(self.body), np.inf)
+        ratios = [(kind, ratio, np.arange(down.size)) for kind, ratio in self.strengths[i].utilisation(stress)]
+        face = np.flatnonzero(down == tops[i])
+        if face.size:
+            on_face = self.strengths[i].interface_utilisation(stress[:, face])
+            ratios += [(kind, ratio, face) for kind, ratio in on_face]
         found = []
-        for kind, ratio in criteria(stress):
+        for kind, ratio, where in ratios:
             worst = int(np.argmax(ratio))
-            found.append(Event(kind, i, float(ratio[worst]), (float(across[worst]), 0.0, float(down[worst]))))
+            at = where[worst]
+            found.append(Event(kind, i, float(ratio[worst]), (float(across[at]), 0.0, float(down[at]))))
         return found
 
     def _stress(self, load: Any, i: int, x: Array, z: Array) -> Array:
@@ -285,27 +296,35 @@ class _Search:
         stress[:2] += self.residual[i]
         return stress
 
-    def refined(self, event: Event, old: float, radius: float) -> Event:
-        """The same event at another radius, its place refined on ever finer grids of five by five."""
+    def refined(self, event: Event, radius: float) -> Event:
+        """The same event, its place refined on ever finer grids of five by five."""
         load = contact_load(self.kernel, self.indenter, radius, 0.0, edge=False)
         tops = np.concatenate([[0.0], interfaces(self.body), [np.inf]])
-        strength, i = self.strengths[event.layer], event.layer
-        face = event.kind.startswith("interface")
-        criteria = strength.interface_utilisation if face else strength.utilisation
-        scale = radius / old
-        x, z = event.place[0] * scale, event.place[2]
-        width = max(0.2 * radius, 0.3 * abs(x)), 0.0 if face else 0.15 * min(float(tops[i + 1] - tops[i]), 2.5 * radius)
-        z = z if face else float(np.clip(z * scale if i == 0 else z, tops[i], tops[i + 1]))
+        i, face = event.layer, event.kind.startswith("interface")
+        x, _, z = event.place
+        wide = max(0.2 * radius, 0.3 * abs(x))
+        deep = 0.0 if face else 0.15 * min(float(tops[i + 1] - tops[i]), _DEEPEST * max(radius, float(tops[i]) / 2))
         best = event
-        for _ in range(6):
-            xs = x + width[0] * np.linspace(-1, 1, 5)
-            zs = np.unique(np.clip(z + width[1] * np.linspace(-1, 1, 5), tops[i], tops[i + 1]))
-            if not self.friction:
-                xs = np.unique(np.abs(xs))
-            (best,) = [e for e in self._largest(load, i, xs, zs, criteria) if e.kind == event.kind]
-            x, z = best.place[0], best.place[2]
-            width = width[0] / 2.5, width[1] / 2.5
+        for _ in range(_ROUNDS):
+            xs = x + wide * np.linspace(-1, 1, 5)
+            zs = np.unique(np.clip(z + deep * np.linspace(-1, 1, 5), tops[i], tops[i + 1]))
+            xs = xs if self.friction else np.unique(np.abs(xs))
+            (found,) = [e for e in self._largest(load, i, xs, zs) if e.kind == event.kind]
+            best = max(best, found, key=lambda each: each.utilisation)
+            x, _, z = best.place
+            wide, deep = wide / 3, deep / 3
         return best
+
+    def followed(self, event: Event, growth: float, radius: float) -> Event:
+        """The same event at the place that it has moved to in a contact that is larger by a factor."""
+        load = contact_load(self.kernel, self.indenter, radius, 0.0, edge=False)
+        top = float(np.concatenate([[0.0], interfaces(self.body)])[event.layer])
+        free = not isinstance(self.body, Medium) or not self.body.layers
+        x, z = event.place[0] * growth, event.place[2] * growth if free else event.place[2]
+        (found,) = [
+            e for e in self._largest(load, event.layer, np.array([x]), np.array([max(z, top)])) if e.kind == event.kind
+        ]
+        return found
 
 
 def _margins(events: Sequence[Event]) -> dict[str, float]:

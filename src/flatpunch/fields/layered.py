@@ -33,6 +33,9 @@ _R_NODES, _Z_NODES = 20, 16
 
 _R_WIDTH = 1.25
 
+_FEW, _NEAR = 64, 4.0
+"""Different radii up to which no panels are needed, within this multiple of the load's radius and the decay length."""
+
 _PHASE = 10.0
 """Radians of k (r + a) on a panel of 16 Gauss nodes in k."""
 
@@ -124,7 +127,7 @@ def _on_panel(
     depths, depth_weights = _nodes_or_points(z, part.low, part.high, _Z_NODES)
     result = np.empty((15 if shear else 6, r.size))
     for chosen, low, high in _panels_in_radius(r, load.radius, part.decay):
-        radii, weights = _nodes_or_points(r[chosen], low, high, _R_NODES)
+        radii, weights = _nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
         table = _table(medium, load, i, radii, depths, part.decay, shear)
         result[:, chosen] = _combined(table, weights, depth_weights[chosen])
     return result
@@ -134,7 +137,11 @@ def _panels_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indice
     """Points by panels in r, which grow with the distance from the load."""
     order = np.argsort(r, kind="stable")
     ordered = r[order]
-    at = 0
+    at = int(np.searchsorted(ordered, _NEAR * (a + decay), side="right"))
+    if 0 < np.unique(ordered[:at]).size <= _FEW:
+        yield order[:at], 0.0, 0.0
+    else:
+        at = 0
     while at < r.size:
         low = float(ordered[at])
         if low <= a + decay:
@@ -189,14 +196,24 @@ def _table(medium: Medium, load: Load, i: int, r: Array, z: Array, decay: float,
             fields[1] -= shear_waves(alone, k)
     orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
     weight = weight * k * load.transform(k)
-    x = np.outer(r, k)
-    bessel = [scipy.special.j0(x), scipy.special.j1(x), scipy.special.jv(2, x)]
-    if shear:
-        bessel.append(scipy.special.jv(3, x))
-    bessel = [values * weight for values in bessel]
+    bessel = [values * weight for values in _bessel(np.outer(r, k), 4 if shear else 3)]
     return np.stack(
         [bessel[m] @ each for m, each in zip(orders, (f for block in fields for f in block), strict=True)]
     )
+
+
+def _bessel(x: Array, count: int) -> list[Array]:
+    """J_0 ... J_(count - 1): orders two and three by recurrence, below x = 1 by their series."""
+    found = [scipy.special.j0(x), scipy.special.j1(x)]
+    small = x < 1
+    safe, y = np.where(small, 1.0, x), np.where(small, x, 0.0) ** 2
+    for m in range(2, count):
+        series = np.ones_like(x)
+        for s in range(6, 0, -1):
+            series = 1 - y / (4 * s * (m + s)) * series
+        lead = (np.where(small, x, 0.0) / 2) ** m / (2 if m == 2 else 6)
+        found.append(np.where(small, lead * series, 2 * (m - 1) / safe * found[m - 1] - found[m - 2]))
+    return found
 
 
 def wavenumbers(last: float, reach: float, longest: float) -> tuple[Array, Array]:
