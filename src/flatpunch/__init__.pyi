@@ -9,7 +9,7 @@ from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
 from .contact import adhesion_loop, indent, pressure, pull_off
-from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, fields
+from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from .indenters import (
@@ -110,6 +110,7 @@ __all__ = [
     "compliance",
     "correct",
     "critical_load",
+    "energy_by_depth",
     "fields",
     "fit",
     "fit_batch",
