@@ -124,10 +124,10 @@ def _on_panel(
     medium: Medium, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool
 ) -> Array:
     """Functions at the points of one panel in depth, shape (functions, n)."""
-    depths, depth_weights = _nodes_or_points(z, part.low, part.high, _Z_NODES)
+    depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
     result = np.empty((15 if shear else 6, r.size))
     for chosen, low, high in _panels_in_radius(r, load.radius, part.decay):
-        radii, weights = _nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
+        radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
         table = _table(medium, load, i, radii, depths, part.decay, shear)
         result[:, chosen] = _combined(table, weights, depth_weights[chosen])
     return result
@@ -156,7 +156,7 @@ def _panels_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indice
         at = end
 
 
-def _nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Array, Array]:
+def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Array, Array]:
     """Places at which functions are taken, and weights that bring them to the points x, shape (n, places).
 
     The places are the points themselves where they are fewer than Chebyshev nodes would be.

@@ -8,21 +8,29 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatpunch import bem
 from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
-from flatpunch.contact import indent
+from flatpunch.contact import indent, pressure
+from flatpunch.contact.curve import Control, control_from
 from flatpunch.fields.bodies import Located
+from flatpunch.fields.cells import Cells, cell_fields
 from flatpunch.fields.contact_load import contact_load
 from flatpunch.fields.loads import DiscLoad, Load
 from flatpunch.fields.round_load import RoundLoad, round_fields
 from flatpunch.fields.uniform_disc import UniformDisc
 from flatpunch.indenters import Cylinder
+from flatpunch.media import PowerLawHalfSpace, TwoBodies, underlying
 
 _ROUND_ERROR = 1e-8
 """Error of round loads on homogeneous surfaces over the largest pressure, away from the rim (tests measure it)."""
 
 _GRADED_ERROR = 1e-4
 """The same under a graded surface, whose pressure is a slowly converging series."""
+
+
+_SAMPLED = 192
+"""Cells along each side of a contact that is no disc."""
 
 
 class Source(Protocol):
@@ -70,6 +78,19 @@ class RoundSource:
 
 
 @dataclass(frozen=True, slots=True)
+class CellSource:
+    """A pressure on cells; `own_error` is what its pressure itself may be off, over the largest."""
+
+    cells: Cells
+    own_error: float = 0.0
+
+    def fields(self, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
+        """Stress, displacement and error at points of one body."""
+        stress, displacement, error = cell_fields(self.cells, at, x, y, direction)
+        return stress, displacement, error + self.own_error
+
+
+@dataclass(frozen=True, slots=True)
 class Nothing:
     """No contact."""
 
@@ -85,6 +106,10 @@ def prescribed_sources(loads: Sequence[Load], friction: float) -> list[Source]:
         if isinstance(load, DiscLoad):
             traction = load.traction + friction * load.pressure
             found.append(RoundSource(UniformDisc(load.radius), load.pressure, traction, load.center))
+        else:
+            pressure, traction_of_cells = load.cells
+            cells = Cells(pressure, traction_of_cells + friction * pressure, load.spacing, load.center)
+            found.append(CellSource(cells))
     return found
 
 
@@ -99,17 +124,94 @@ def contact_sources(
     **options: Any,
 ) -> tuple[list[Source], dict[str, Any]]:
     """Source of a contact, and what a result says about it: depth, force, radius, method, notes."""
+    body = underlying(medium)
+    if isinstance(body, PowerLawHalfSpace) or (isinstance(body, TwoBodies) and compliance(body).exponent):
+        raise ValueError(
+            "medium is a power-law half-space, inside which fields are not computed. Describe its grading by a GradedLayer with "
+            "a modulus > 0 at the surface."
+        )
+    if method == "bem" or not getattr(indenter, "round", False):
+        return _on_cells(medium, indenter, given, method, friction, work_of_adhesion, options)
     curve = indent(medium, indenter, method=method, work_of_adhesion=work_of_adhesion, **given, **options)
+    about = _about(curve)
+    if not about["radius"] > 0:
+        return [Nothing()], about
+    kernel = compliance(medium)
+    edge = work_of_adhesion is not None or isinstance(indenter, Cylinder)
+    load = contact_load(kernel, indenter, about["radius"], about["depth"], edge=edge)
+    error = _GRADED_ERROR if kernel.graded else _ROUND_ERROR
+    return [RoundSource(load, 1.0, friction, error=error)], about
+
+
+def _about(curve: Any) -> dict[str, Any]:
     if curve.sizes["step"] != 1:
         raise ValueError(
             f"{curve.attrs['control']} has {curve.sizes['step']} values; fields belong to one contact. Give one of them."
         )
     solved = {name: float(curve[name].values[0]) for name in ("depth", "force", "radius")}
-    about = {**solved, "method": curve.attrs["method"], "valid": bool(curve["valid"].values[0]), "notes": curve.attrs["notes"]}
-    if not solved["radius"] > 0:
+    return {**solved, "method": curve.attrs["method"], "valid": bool(curve["valid"].values[0]), "notes": curve.attrs["notes"]}
+
+
+def _on_cells(
+    medium: Any,
+    indenter: Any,
+    given: dict[str, Any],
+    method: str | None,
+    friction: float,
+    work: float | None,
+    options: dict[str, Any],
+) -> tuple[list[Source], dict[str, Any]]:
+    """Source of a contact whose pressure is known on cells."""
+    if work is not None:
+        raise ValueError(
+            "work_of_adhesion goes with round tips: the adhesive pressure of others is not computed, nor with method='bem'."
+        )
+    if method in (None, "bem"):
+        return _boundary_elements(medium, indenter, given, friction, options)
+    curve = indent(medium, indenter, method=method, **given, **options)
+    about = _about(curve)
+    if not about["radius"] > 0:
         return [Nothing()], about
-    kernel = compliance(medium)
-    edge = work_of_adhesion is not None or isinstance(indenter, Cylinder)
-    load = contact_load(kernel, indenter, solved["radius"], solved["depth"], edge=edge)
-    error = _GRADED_ERROR if kernel.graded else _ROUND_ERROR
-    return [RoundSource(load, 1.0, friction, error=error)], about
+    half = float(np.nanmax(curve["contour"].values[0])) * (1 + 4 / _SAMPLED)
+    if not np.isfinite(half):
+        raise ValueError(f"method = {method!r} finds no outline here, so its pressure cannot be sampled. Choose method='bem'.")
+    h = 2 * half / _SAMPLED
+    # the mean of three by three points in each cell, scaled to the force
+    fine = (np.arange(3 * _SAMPLED) - (3 * _SAMPLED - 1) / 2) * h / 3
+    sampled = pressure(medium, indenter, fine[None, :], fine[:, None], method=method, **given, **options)
+    sampled = np.where(np.isfinite(sampled), sampled, 0.0).reshape(_SAMPLED, 3, _SAMPLED, 3).mean(axis=(1, 3))
+    sampled *= about["force"] / (sampled.sum() * h**2)
+    # force and outline are estimated, the superposed pressure is no better than both together
+    error = sum(float(curve[name].values[0]) for name in ("force_error", "contour_error") if name in curve)
+    return [CellSource(Cells(sampled, friction * sampled, h, (0.0, 0.0)), error)], about
+
+
+def _boundary_elements(
+    medium: Any, indenter: Any, given: dict[str, Any], friction: float, options: dict[str, Any]
+) -> tuple[list[Source], dict[str, Any]]:
+    """Source of a contact solved by boundary elements; a mean radius is turned into a depth by the fast method."""
+    control = control_from(**given)
+    if control.values.size != 1:
+        raise ValueError(
+            f"{control.name} has {control.values.size} values; fields belong to one contact. Give one of them."
+        )
+    if control.name == "radius":
+        control = Control("depth", indent(medium, indenter, radius=control.values)["depth"].values)
+    unknown = set(options) - {"grid", "tolerance", "limit"}
+    if unknown:
+        raise TypeError(f"{', '.join(sorted(unknown))} is no setting here: boundary elements have grid, tolerance and limit.")
+    if control.values[0] == 0:
+        return [Nothing()], {"depth": 0.0, "force": 0.0, "radius": 0.0, "method": "bem", "valid": True, "notes": ""}
+    targets = {"depths" if control.name == "depth" else "forces": control.values}
+    settings = {"grid": _SAMPLED, "tolerance": 1e-6, **options}
+    (solution,) = bem.solve(compliance(medium), indenter, **targets, **settings)
+    about = {
+        "depth": solution.depth,
+        "force": solution.force,
+        "radius": solution.radius,
+        "method": "bem",
+        "valid": solution.converged,
+        "notes": "\n".join(solution.notes),
+    }
+    grid, values = solution.grid, solution.pressure
+    return [CellSource(Cells(values, friction * values, grid.spacing, grid.center))], about
