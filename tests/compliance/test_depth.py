@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from airy import state
+from support.airy import state
 
 import flatpunch as fp
 from flatpunch.compliance.depth import waves_at

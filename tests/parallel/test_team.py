@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 
-import calls_for_tests as calls
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.refined.solutions import correction
 from flatpunch.parallel import team
 from flatpunch.parallel.team import call_helpers, shared_out
+from support import team_calls as calls
 
 HERE = os.getpid()
 
