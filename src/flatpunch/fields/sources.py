@@ -149,7 +149,7 @@ def _about(curve: Any) -> dict[str, Any]:
             f"{curve.attrs['control']} has {curve.sizes['step']} values; fields belong to one contact. Give one of them."
         )
     solved = {name: float(curve[name].values[0]) for name in ("depth", "force", "radius")}
-    return {**solved, "method": curve.attrs["method"], "valid": bool(curve["valid"].values[0]), "notes": curve.attrs["notes"]}
+    return {**solved, "method": curve.attrs["method"], "valid": int(curve["valid"].values[0]), "notes": curve.attrs["notes"]}
 
 
 def _on_cells(
@@ -201,7 +201,7 @@ def _boundary_elements(
     if unknown:
         raise TypeError(f"{', '.join(sorted(unknown))} is no setting here: boundary elements have grid, tolerance and limit.")
     if control.values[0] == 0:
-        return [Nothing()], {"depth": 0.0, "force": 0.0, "radius": 0.0, "method": "bem", "valid": True, "notes": ""}
+        return [Nothing()], {"depth": 0.0, "force": 0.0, "radius": 0.0, "method": "bem", "valid": 1, "notes": ""}
     targets = {"depths" if control.name == "depth" else "forces": control.values}
     settings = {"grid": _SAMPLED, "tolerance": 1e-6, **options}
     (solution,) = bem.solve(compliance(medium), indenter, **targets, **settings)
@@ -210,7 +210,7 @@ def _boundary_elements(
         "force": solution.force,
         "radius": solution.radius,
         "method": "bem",
-        "valid": solution.converged,
+        "valid": int(solution.converged),
         "notes": "\n".join(solution.notes),
     }
     grid, values = solution.grid, solution.pressure

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import Array
+from flatpunch.fields import Strength
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies
@@ -46,6 +47,9 @@ def describe(case: Case) -> Iterator[str]:
     else:
         yield f"History   {_history(case, case.time)}"
     yield f"Method    {case.method}, outline at {case.angles} polar angles"
+    if case.stress is not None:
+        asked = sum(strength != Strength() for strength in case.stress.strengths)
+        yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
 
 
 def describe_sample(
