@@ -54,6 +54,7 @@ from .media import (
     StandardLinearSolid,
     TwoBodies,
 )
+from .plots.fields import plot_fields
 from .punch import flat_punch
 from .sweeps import sweep
 
@@ -117,6 +118,7 @@ __all__ = [
     "flat_punch",
     "indent",
     "load",
+    "plot_fields",
     "pressure",
     "pull_off",
     "read_case",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance.depth import interfaces
@@ -71,9 +72,14 @@ def plot_fields(
     top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
     colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
     mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
-    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else 7
-    lines = axes.contour(across * factor, down * factor, values, levels=levels, colors="black", linewidths=0.5)
-    axes.clabel(lines, fontsize=6.5, fmt="%.3g")
+    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else None
+    levels = MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))) if levels is None else levels
+    # layer by layer: stresses jump at interfaces
+    for i in np.unique(result["layer"].values):
+        part = np.where(result["layer"].values == i, values, np.nan)
+        if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
+            lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
+            axes.clabel(lines, fontsize=6.5, fmt="%.3g")
     if names[1] == "z":
         if not axes.yaxis_inverted():
             axes.invert_yaxis()
