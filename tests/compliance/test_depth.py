@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support.airy import state
 
 import flatpunch as fp
 from flatpunch.compliance.depth import waves_at
+from support.airy import state
 
 
 def random_stack(rng):

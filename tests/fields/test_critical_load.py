@@ -35,9 +35,7 @@ def test_ring_crack_of_hertz_contact(friction):
 
 
 def test_load_grows_with_the_cube_of_strength():
-    loads = [
-        fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(yield_stress=y)).force for y in (100e6, 1000e6)
-    ]
+    loads = [fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(yield_stress=y)).force for y in (100e6, 1000e6)]
     assert loads[1] / loads[0] == pytest.approx(1000, rel=1e-6)
 
 
@@ -124,11 +122,17 @@ def test_energy_is_the_work_of_the_contact(medium, tip):
     curve = fp.indent(medium, tip, radius=steps)
     end = fp.indent(medium, tip, radius=a)
     # int F dd = F d - int d dF with dF = K dd, as an integral over the radius: d as a function of a is smooth
-    slope = np.array([
-        (fp.indent(medium, tip, radius=s * (1 + 1e-4)).depth[0] - fp.indent(medium, tip, radius=s * (1 - 1e-4)).depth[0])
-        / (2e-4 * s)
-        for s in steps
-    ], dtype=float)
+    slope = np.array(
+        [
+            (
+                fp.indent(medium, tip, radius=s * (1 + 1e-4)).depth[0]
+                - fp.indent(medium, tip, radius=s * (1 - 1e-4)).depth[0]
+            )
+            / (2e-4 * s)
+            for s in steps
+        ],
+        dtype=float,
+    )
     work = float(np.sum(w / 2 * a * (x + 1) * curve.force.values * slope))
     assert found.attrs["total"] == pytest.approx(work, rel=1e-6)  # differences of step 1e-4
     assert float(found.energy.sum()) == pytest.approx(found.attrs["total"], rel=1e-9)

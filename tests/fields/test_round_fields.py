@@ -98,7 +98,9 @@ def test_flat_punch_pressure_and_depth():
 
 @pytest.mark.parametrize("medium", [BODY, FILM, STACK], ids=["half-space", "film", "stack"])
 @pytest.mark.parametrize(
-    "tip", [fp.Sphere(20e-6), fp.Cone(0.3), fp.PowerLaw(3.3, 1e11), fp.SpheroCone(0.3, 2e-6)], ids=lambda t: type(t).__name__
+    "tip",
+    [fp.Sphere(20e-6), fp.Cone(0.3), fp.PowerLaw(3.3, 1e11), fp.SpheroCone(0.3, 2e-6)],
+    ids=lambda t: type(t).__name__,
 )
 def test_surface_carries_the_pressure_and_nothing_beside_it(medium, tip):
     a = 1.5e-6
@@ -216,9 +218,7 @@ def test_cerruti_and_boussinesq_far_from_a_small_disc():
         )
     mu = 1e9 / (2 * (1 + NU))
     u_x = 1 / r + x**2 / r**3 + (1 - 2 * NU) * (1 / (r + z) - x**2 / (r * (r + z) ** 2))
-    np.testing.assert_allclose(
-        sliding.displacement.values[0], big * area / (4 * np.pi * mu) * u_x, rtol=2e-5
-    )
+    np.testing.assert_allclose(sliding.displacement.values[0], big * area / (4 * np.pi * mu) * u_x, rtol=2e-5)
 
 
 def rows(name):
@@ -251,9 +251,7 @@ def test_adhesive_contact():
     curve = fp.indent(soft, tip, radius=a, work_of_adhesion=work)
     r = np.array([0.1, 0.5, 0.9]) * a
     found = fp.fields(soft, tip, r, 0, 0, radius=a, work_of_adhesion=work)
-    np.testing.assert_allclose(
-        found.displacement.values[2], float(curve.depth[0]) - r**2 / 20e-6, atol=1e-9 * 1e-6
-    )
+    np.testing.assert_allclose(found.displacement.values[2], float(curve.depth[0]) - r**2 / 20e-6, atol=1e-9 * 1e-6)
     pressure = fp.pressure(soft, tip, r, 0, radius=a, work_of_adhesion=work)
     np.testing.assert_allclose(-component(found, "zz"), pressure, rtol=1e-8)
 
@@ -263,14 +261,14 @@ def test_two_bodies():
     pair = fp.TwoBodies(fp.Medium([fp.Layer(5e9, 0.3, 1e-6)], fp.HalfSpace(70e9, 0.2)), FILM)
     r = np.array([0.1, 0.6]) * 1e-6
     tip = fp.Paraboloid(20e-6)
-    upper, lower = (
-        fp.fields(pair, tip, r, 0, 0, radius=1e-6, friction=0.2, side=side) for side in ("above", "below")
-    )
+    upper, lower = (fp.fields(pair, tip, r, 0, 0, radius=1e-6, friction=0.2, side=side) for side in ("above", "below"))
     scale = float(np.abs(lower.stress).max())
     for name in ("zz", "xz", "yz"):
         np.testing.assert_allclose(component(upper, name), component(lower, name), atol=1e-11 * scale)
     depth = float(fp.indent(pair, tip, radius=1e-6).depth[0])
-    plain = [fp.fields(pair, tip, r, 0, 0, radius=1e-6, side=side).displacement.values[2] for side in ("above", "below")]
+    plain = [
+        fp.fields(pair, tip, r, 0, 0, radius=1e-6, side=side).displacement.values[2] for side in ("above", "below")
+    ]
     np.testing.assert_allclose(plain[1] - plain[0], depth - r**2 / 40e-6, rtol=1e-8)
     one = fp.fields(pair, tip, r, 0, -0.5e-6, radius=1e-6)
     assert np.all(component(one, "zz") < 0)
@@ -283,7 +281,9 @@ def test_invariants():
         values = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[::-1]
         np.testing.assert_allclose(found.principal.values[:, i], values, rtol=1e-9)
         assert float(found.max_shear[i]) == pytest.approx((values[0] - values[2]) / 2)
-        mises = np.sqrt(((values[0] - values[1]) ** 2 + (values[1] - values[2]) ** 2 + (values[2] - values[0]) ** 2) / 2)
+        mises = np.sqrt(
+            ((values[0] - values[1]) ** 2 + (values[1] - values[2]) ** 2 + (values[2] - values[0]) ** 2) / 2
+        )
         assert float(found.von_mises[i]) == pytest.approx(mises)
 
 

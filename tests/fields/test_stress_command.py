@@ -71,7 +71,7 @@ def test_points_and_strengths_of_a_case(tmp_path):
         ("[stress]\nz = 3\n", "length"),
         ('[stress]\nat = "points"\nx = ["1 um", "2 um"]\ny = "0 um"\nz = ["1 um", "2 um", "3 um"]\n', "one length"),
         ('[[stress.strengths]]\nyield_stress = "-1 GPa"\n', "yield_stress"),
-        ('[stress]\nfrction = 0.1\n', "friction"),
+        ("[stress]\nfrction = 0.1\n", "friction"),
     ],
 )
 def test_bad_tables(tmp_path, text, words):

@@ -15,9 +15,9 @@ def layer_rows(mu, nu, s):
     d3 = [-down, (3 - s) * down, up, (s + 3) * up]
     s_ll, s_zz, s_lz = d2, [-p for p in phi], list(d1)
     # phi goes with cos(kl): s_lz = -phi_lz = phi_s sin(kl)
-    u_l = [((1 - nu) * a - nu * b) / (2 * mu) for a, b in zip(s_ll, s_zz)]
-    slope = [((1 - nu) * a + nu * b) / (2 * mu) for a, b in zip(d3, d1)]
-    u_z = [a - b / mu for a, b in zip(slope, s_lz)]
+    u_l = [((1 - nu) * a - nu * b) / (2 * mu) for a, b in zip(s_ll, s_zz, strict=True)]
+    slope = [((1 - nu) * a + nu * b) / (2 * mu) for a, b in zip(d3, d1, strict=True)]
+    u_z = [a - b / mu for a, b in zip(slope, s_lz, strict=True)]
     return [u_l, u_z, s_lz, s_zz], s_ll
 
 
@@ -72,4 +72,4 @@ def state(layers, base, k, load, layer, depth):
     rows, along = layer_rows(mu, nu, mp.mpf(k) * depth)
     width = 4 if layer < len(layers) else 2
     c = [constants[4 * layer + j] for j in range(width)]
-    return [float(sum(a * b for a, b in zip(row, c))) for row in [*rows, along]]
+    return [float(sum(a * b for a, b in zip(row, c, strict=True))) for row in [*rows, along]]

@@ -51,7 +51,9 @@ def _run(case: Case, output: Path | None, csv: Path | None, plot: Path | None) -
     from flatpunch.files.tables.stress import StressCase
 
     if case.time is not None:
-        raise ValueError("stresses of histories of relaxing bodies are not computed; give a [control] instead of a [history].")
+        raise ValueError(
+            "stresses of histories of relaxing bodies are not computed; give a [control] instead of a [history]."
+        )
     asked = case.stress or StressCase(None, None, None)
     contact = {case.control: float(case.values[-1]), "method": case.method, **asked.arguments}
     if case.work_of_adhesion is not None:
@@ -91,7 +93,9 @@ def _extent(case: Case, contact: dict[str, Any]) -> tuple[float, float]:
     known = {name: contact[name] for name in (case.control, "method", "work_of_adhesion") if name in contact}
     radius = float(fp.indent(case.medium, case.indenter, **known)["radius"].values[0])
     if not radius > 0:
-        raise ValueError("the last step has no contact, so there are no stresses to show. Give a larger depth or force.")
+        raise ValueError(
+            "the last step has no contact, so there are no stresses to show. Give a larger depth or force."
+        )
     body = underlying(case.medium)
     thickness = body.thickness if isinstance(body, Medium) else 0.0
     deep = max(2.5 * radius, min(1.5 * thickness, 10 * radius))
@@ -121,7 +125,8 @@ def _table(result: xr.Dataset, path: Path) -> Path:
         for name in result["component"].values
     }
     columns |= {
-        f"displacement_{name} [m]": result["displacement"].sel(axis=name).values.ravel() for name in result["axis"].values
+        f"displacement_{name} [m]": result["displacement"].sel(axis=name).values.ravel()
+        for name in result["axis"].values
     }
     columns |= {f"{name} [Pa]": result[name].values.ravel() for name in ("von_mises", "max_shear", "hydrostatic")}
     columns["layer"] = result["layer"].values.ravel()
@@ -138,7 +143,9 @@ def _print(case: Case, result: xr.Dataset, first: CriticalLoad | None) -> None:
 
     attrs = result.attrs
     title = f"{case.title or 'Stress'}: force {text(attrs['force'], 'N')}, depth {text(attrs['depth'], 'm')}"
-    table = Table(title=title, title_justify="left", caption=f"friction {attrs['friction']:g}, method {attrs['method']}")
+    table = Table(
+        title=title, title_justify="left", caption=f"friction {attrs['friction']:g}, method {attrs['method']}"
+    )
     for heading in ("layer", "largest von Mises", "at x", "at z", "largest tension", "at x", "at z"):
         table.add_column(heading, justify="right")
     layer = result["layer"].values.ravel()
@@ -176,5 +183,7 @@ def _print_first(first: CriticalLoad) -> None:
         f"First failure: {first.kind} in layer {first.layer + 1} at {at}, force {text(first.force, 'N')}, depth "
         f"{text(first.depth, 'm')}, contact radius {text(first.radius, 'm')}."
     )
-    margins = ", ".join(f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1]))
+    margins = ", ".join(
+        f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])
+    )
     say(f"Strength over stress there: {margins}.")

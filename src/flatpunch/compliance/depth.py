@@ -14,6 +14,7 @@ steps of order 8. Stresses are positive in tension; u_z, s_zz go like cos(k l) a
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -153,7 +154,7 @@ def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, min
     cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-12 * bottom])]
     cuts[-1] = bottom
     parts = []
-    for upper, lower in zip(cuts[:-1], cuts[1:], strict=True):
+    for upper, lower in pairwise(cuts):
         own = np.array([upper - top])
         poisson = float(body.poisson_at(own)[0])
         shear = float(body.young_at(own)[0]) / (2 * (1 + poisson))
@@ -214,9 +215,7 @@ def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Arra
     return states, across
 
 
-def _raised(
-    part: _Part, k: Array, height: float | Array, hidden: Flags, scale: float
-) -> tuple[Array, Array]:
+def _raised(part: _Part, k: Array, height: float | Array, hidden: Flags, scale: float) -> tuple[Array, Array]:
     """States of the lower face as they are at heights above it, times exp(-k height); (4, 2, nk) or (4, 2, nk, heights)."""
     if part.graded is not None:
         # where the wave does not reach the state stays what it is in the layer's own half-space
@@ -282,12 +281,12 @@ def _stepped(part: _Part, x: Array, scale: float) -> tuple[Array, Array]:
 
 def _divided(upper: Array, lower: Array) -> Array:
     """`upper` times the inverse of `lower`, both (2, 2, nk)."""
-    return np.einsum("ijn,jkn->ikn", upper, _inverse(lower))
+    return np.asarray(np.einsum("ijn,jkn->ikn", upper, _inverse(lower)))
 
 
 def _inverse(lower: Array) -> Array:
     determinant = lower[0, 0] * lower[1, 1] - lower[0, 1] * lower[1, 0]
-    return np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]]) / determinant
+    return np.asarray(np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]]) / determinant)
 
 
 def _sweep_down(
@@ -318,7 +317,9 @@ def _sweep_down(
                 across[..., part.depths[upper]] = (lifted * wave)[..., None]
             if not upper.all():
                 decay = np.exp(-k * part.thickness)
-                states[..., part.depths[~upper]] = (np.einsum("ijn,jkn->ikn", part.states, amplitude) * decay)[..., None]
+                states[..., part.depths[~upper]] = (np.einsum("ijn,jkn->ikn", part.states, amplitude) * decay)[
+                    ..., None
+                ]
                 across[..., part.depths[~upper]] = (part.across * wave * decay)[..., None]
         decay = np.exp(-k * part.thickness)
         traction = np.einsum("ijn,jkn->ikn", part.states[2:], amplitude) * decay

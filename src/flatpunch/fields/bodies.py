@@ -13,7 +13,7 @@ from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, Two
 
 Side = Literal["above", "below"]
 
-Body = HalfSpace | Medium | PowerLawHalfSpace
+Solid = HalfSpace | Medium
 
 _SAME_DEPTH = 1e-12
 """Relative distance from an interface at which a point is on it."""
@@ -25,7 +25,7 @@ class Located:
 
     Attributes
     ----------
-    body : HalfSpace, Medium or PowerLawHalfSpace
+    body : HalfSpace or Medium
     chosen : ndarray of int, shape (n,)
         Which of all points these are.
     depth : ndarray, shape (n,)
@@ -36,7 +36,7 @@ class Located:
         Whether it is the upper of two bodies, whose depth runs against z.
     """
 
-    body: Body
+    body: Solid
     chosen: Indices
     depth: Array
     layer: Indices
@@ -53,7 +53,9 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
     """
     medium = underlying(medium)
     if side not in ("above", "below"):
-        raise ValueError(f"side = {side!r} must be 'above' or 'below': the side of an interface on which points are taken.")
+        raise ValueError(
+            f"side = {side!r} must be 'above' or 'below': the side of an interface on which points are taken."
+        )
     if not isinstance(medium, TwoBodies):
         _inside(medium, z, z)
         return [Located(medium, np.arange(z.size), z, layer_at(medium, z, side))]
@@ -66,13 +68,14 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
         if chosen.size:
             depth = sign * z[chosen]
             _inside(body, depth, z[chosen])
+            assert isinstance(body, (HalfSpace, Medium))
             parts.append(Located(body, chosen, depth, layer_at(body, depth, own), sign < 0))
     return parts
 
 
-def layer_at(body: Body, depth: Array, side: Side) -> Indices:
+def layer_at(body: Solid, depth: Array, side: Side) -> Indices:
     """Layer of each depth; at an interface the one on that side."""
-    faces = interfaces(body) if not isinstance(body, PowerLawHalfSpace) else np.zeros(0)
+    faces = interfaces(body)
     slack = _SAME_DEPTH * faces * (1 if side == "above" else -1)
     layer = np.searchsorted(faces + slack, depth, side="right")
     if isinstance(body, Medium) and isinstance(body.base, RigidBase):
@@ -82,8 +85,15 @@ def layer_at(body: Body, depth: Array, side: Side) -> Indices:
 
 
 def _inside(body: Any, depth: Array, z: Array) -> None:
+    if isinstance(body, PowerLawHalfSpace):
+        raise ValueError(
+            "medium is a power-law half-space, inside which fields are not computed. Describe its grading by a GradedLayer with "
+            "a modulus > 0 at the surface."
+        )
     if isinstance(body, RigidBase):
-        raise ValueError(f"z = {z[0]:.6g} m is inside a rigid body, which has no stresses. Give points in the elastic body.")
+        raise ValueError(
+            f"z = {z[0]:.6g} m is inside a rigid body, which has no stresses. Give points in the elastic body."
+        )
     if (depth < 0).any():
         i = int(np.argmax(depth < 0))
         raise ValueError(

@@ -129,7 +129,7 @@ def _fields(cells: Cells, at: Located, x: Array, y: Array, direction: float, cou
 
 def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Iterator[tuple[Indices, float, float]]:
     """Points by octaves of depth within their layer, from half a cell on, or from `count` cells at points that far away."""
-    faces = np.concatenate([[0.0], interfaces(at.body), [np.inf]])  # type: ignore[arg-type]
+    faces = np.concatenate([[0.0], interfaces(at.body), [np.inf]])
     start, limit = float(faces[layer]), float(faces[layer + 1])
     z = np.clip(z, start, limit)
     end = max(2 * start, (count or 0.5) * spacing)
@@ -173,14 +173,12 @@ def _convolved(load: Array, kernel: Array, shape: tuple[int, int]) -> Array:
     return np.asarray(full[:, ny - 1 : ny - 1 + shape[0], nx - 1 : nx - 1 + shape[1]])
 
 
-def _kernel(
-    at: Located, z: float, layer: int, across: Array, along: Array, h: float, direction: float | None
-) -> Array:
+def _kernel(at: Located, z: float, layer: int, across: Array, along: Array, h: float, direction: float | None) -> Array:
     """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx)."""
     result = np.zeros((9, along.size, across.size))
     if layer == 0:
         zero = np.zeros(1)
-        mu, nu = (float(each[0]) for each in constants_at(at.body, zero, np.zeros(1, dtype=int)))  # type: ignore[arg-type]
+        mu, nu = (float(each[0]) for each in constants_at(at.body, zero, np.zeros(1, dtype=int)))
         x = (np.append(across, across[-1] + 1) - 0.5) * h
         y = (np.append(along, along[-1] + 1) - 0.5) * h
         gx, gy = np.meshgrid(x, y)
@@ -194,7 +192,12 @@ def _kernel(
     r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
     shear = direction is not None
     normal, sideways = layered_part(
-        at.body, UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), np.full(r.size, layer), shear  # type: ignore[arg-type]
+        at.body,
+        UniformDisc(h / np.sqrt(np.pi)),
+        r,
+        np.full(r.size, z),
+        np.full(r.size, layer),
+        shear,
     )
     turn = direction or 0.0
     theta = np.arctan2(gy, gx).ravel() - turn

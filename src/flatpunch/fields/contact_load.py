@@ -1,6 +1,6 @@
 """The pressure of a round contact as ring sources.
 
-On a half-space g(t) = (E*/pi) (d - w(t)), w(t) = t int_0^t f'(r)/sqrt(t^2 - r^2) dr: that part knows the kinks of the profile. What
+On a half-space g(t) = (E*/pi) (d - w(t)), w(t) = t int_0^t f'(r)/sqrt(t^2 - r^2) dr: that part has the kinks of the profile. What
 layers add, s, is smooth: with A = D + B the punch matrix of the medium (`flatpunch.punch.matrix`) and c the coefficients on the
 half-space, (D + B) s = B c, where B c = 2 int (L - 1) j_2l(x) int_0^1 g cos(xt) dt dx needs no series of g.
 
@@ -10,6 +10,7 @@ At the edge g vanishes; with adhesion, and under a flat end, it does not (the pr
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -106,7 +107,7 @@ def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array
         cuts += [np.arcsin(np.minimum(ring / flat, 1.0)) for ring in rings if ring < flat.max()]
         cuts.append(np.full_like(flat, np.pi / 2))
         total = np.zeros_like(flat)
-        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        for low, high in pairwise(cuts):
             half = (high - low)[:, None] / 2
             # rounded so that a point right at a kink is not taken for one beyond it
             r = flat[:, None] * np.sin(low[:, None] + half * (1 + x))
@@ -156,7 +157,9 @@ def _smooth_part(kernel: Kernel, tip: RingSources) -> tuple[Array, Array]:
         rule = remainder_rule(kernel, beta, terms, 0)
         matrix = rule.matrix()[0]
     # the flat punch of a half-space has the one coefficient 1/pi
-    loads = np.column_stack([matrix[:, 0] / np.pi, rule.column(tip.transform(rule.table.x / radius)[None, :] / radius)[0]])
+    loads = np.column_stack(
+        [matrix[:, 0] / np.pi, rule.column(tip.transform(rule.table.x / radius)[None, :] / radius)[0]]
+    )
     found = np.linalg.solve(matrix + np.diag(half_space_diagonal(0, terms)), loads)
     return found[:, 0], found[:, 1]
 

@@ -132,11 +132,17 @@ def critical_load(
     """
     body = underlying(medium)
     if not isinstance(body, (HalfSpace, Medium)):
-        raise TypeError(f"medium = {type(body).__name__} has no critical load here; it must be one Medium or HalfSpace.")
+        raise TypeError(
+            f"medium = {type(body).__name__} has no critical load here; it must be one Medium or HalfSpace."
+        )
     if not isinstance(indenter, Indenter) or isinstance(indenter, type) or not indenter.round:
-        raise ValueError("indenter must be round: the critical load of other tips is not computed. See `fields` for their stresses.")
+        raise ValueError(
+            "indenter must be round: the critical load of other tips is not computed. See `fields` for their stresses."
+        )
     if isinstance(indenter, Cylinder):
-        raise ValueError("indenter is a Cylinder, whose edge has an infinite stress at any load. Round the edge: Rounded(...).")
+        raise ValueError(
+            "indenter is a Cylinder, whose edge has an infinite stress at any load. Round the edge: Rounded(...)."
+        )
     found = checked_strengths(body, strengths)
     friction = non_negative("friction", friction)
     residual = residual_stresses(medium, residual_stress)
@@ -333,4 +339,3 @@ def _margins(events: Sequence[Event]) -> dict[str, float]:
         f"layers[{event.layer}].{event.kind}": 1 / event.utilisation if event.utilisation > 0 else float("inf")
         for event in events
     }
-

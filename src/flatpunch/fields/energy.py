@@ -78,7 +78,9 @@ def energy_by_depth(
     """
     body = underlying(medium)
     if not isinstance(body, (HalfSpace, Medium)):
-        raise TypeError(f"medium = {type(body).__name__} must be one Medium or HalfSpace to divide its energy by layer.")
+        raise TypeError(
+            f"medium = {type(body).__name__} must be one Medium or HalfSpace to divide its energy by layer."
+        )
     kernel = compliance(medium)
     if kernel.graded:
         raise ValueError("medium has a graded surface layer, for which the energy by depth is not computed.")

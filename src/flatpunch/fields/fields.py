@@ -16,7 +16,7 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.sources import Source, contact_sources, prescribed_sources
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.media import Medium, TwoBodies, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,7 +164,9 @@ def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | Non
     try:
         values = [real(f"residual_stress[{i}]", value) for i, value in enumerate(given)]
     except TypeError:
-        raise TypeError(f"residual_stress = {given!r} must be a sequence of stresses in Pa, one for each layer.") from None
+        raise TypeError(
+            f"residual_stress = {given!r} must be a sequence of stresses in Pa, one for each layer."
+        ) from None
     if len(values) not in (layers, layers + 1) or not values:
         raise ValueError(
             f"residual_stress has {len(values)} values for {layers} layers; give one for each layer from the surface down, and "
@@ -214,7 +216,9 @@ def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any, options: di
     named = {**given, "method": method, "work_of_adhesion": work, **options}
     wrong = [name for name, value in named.items() if value is not None]
     if wrong:
-        raise ValueError(f"{' and '.join(wrong)} belongs to an indenter; a prescribed load has its own pressure. Leave it out.")
+        raise ValueError(
+            f"{' and '.join(wrong)} belongs to an indenter; a prescribed load has its own pressure. Leave it out."
+        )
 
 
 def _dataset(
@@ -244,6 +248,3 @@ def _dataset(
         "order": (np.arange(1, 4), {"long_name": "order of principal stresses"}),
     }
     return dataset(columns, coordinates, attributes)
-
-
-SolidBody = HalfSpace | Medium | PowerLawHalfSpace

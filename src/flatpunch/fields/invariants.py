@@ -10,9 +10,7 @@ from flatpunch._support.checks import Array
 def von_mises(stress: Array) -> Array:
     """Von Mises stress of (xx, yy, zz, yz, xz, xy), shape (6, ...)."""
     xx, yy, zz, yz, xz, xy = stress
-    return np.asarray(
-        np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
-    )
+    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2)))
 
 
 def principal(stress: Array) -> Array:

@@ -120,9 +120,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
         start = low = end
 
 
-def _on_panel(
-    medium: Medium, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool
-) -> Array:
+def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool) -> Array:
     """Functions at the points of one panel in depth, shape (functions, n)."""
     depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
     result = np.empty((15 if shear else 6, r.size))
@@ -197,9 +195,7 @@ def _table(medium: Medium, load: Load, i: int, r: Array, z: Array, decay: float,
     orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
     weight = weight * k * load.transform(k)
     bessel = [values * weight for values in _bessel(np.outer(r, k), 4 if shear else 3)]
-    return np.stack(
-        [bessel[m] @ each for m, each in zip(orders, (f for block in fields for f in block), strict=True)]
-    )
+    return np.stack([bessel[m] @ each for m, each in zip(orders, (f for block in fields for f in block), strict=True)])
 
 
 def _bessel(x: Array, count: int) -> list[Array]:

@@ -124,6 +124,8 @@ def _cells(name: str, value: Any) -> Array:
     bad = ~np.isfinite(cells)
     if bad.any():
         i, j = np.argwhere(bad)[0]
-        raise ValueError(f"{name}[{i}, {j}] = {cells[i, j]} must be finite. Set cells without a measured value to zero.")
+        raise ValueError(
+            f"{name}[{i}, {j}] = {cells[i, j]} must be finite. Set cells without a measured value to zero."
+        )
     cells.setflags(write=False)
     return cells

@@ -201,7 +201,7 @@ def _add_panel(
     cosh = (inverse + e) * (0.5 * r)
     sinh = (inverse - e) * (0.5 * r)
     # t = -i (r sinh v - z), in the panel's own variable
-    s = ((z - sinh) * 1j - panel[0]) / panel[1]
+    s: Complex = np.asarray(((z - sinh) * 1j - panel[0]) / panel[1], dtype=complex)
     w = _clenshaw(s, series)
     w *= half * weight[:, None]
     # notation: dt = -i r cosh(v) dv; `cosh`, `sinh` carry the factor r

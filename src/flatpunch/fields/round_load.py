@@ -6,12 +6,11 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import constants_at
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.layered import layered_part
 from flatpunch.fields.radial import cartesian, half_space_normal, half_space_shear
-from flatpunch.media import PowerLawHalfSpace
 
 
 class RoundLoad(Protocol):
@@ -57,7 +56,6 @@ def round_fields(
     displacement : ndarray, shape (3, n)
         [m].
     """
-    assert not isinstance(at.body, PowerLawHalfSpace)
     shear = traction != 0
     r, z, layer, which = _distinct(np.hypot(x, y), at)
     top = layer == 0
@@ -84,7 +82,7 @@ def extra_added(sideways: Array | None, extra: Array, top: Array) -> Array:
     return total
 
 
-def _distinct(r: Array, at: Located) -> tuple[Array, Array, Array, Array]:
+def _distinct(r: Array, at: Located) -> tuple[Array, Array, Indices, Indices]:
     """Different (r, depth, layer), and which of them each point is: planes about the axis repeat them."""
     keys = np.empty(r.size, dtype=complex)
     keys.real, keys.imag = r, at.depth

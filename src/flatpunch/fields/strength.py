@@ -80,7 +80,9 @@ def checked_strengths(body: HalfSpace | Medium, strengths: Any) -> tuple[Strengt
     layers = len(body.layers) if isinstance(body, Medium) else 0
     given: Sequence[Any] = (strengths,) if isinstance(strengths, Strength) else strengths
     if not isinstance(given, (list, tuple)):
-        raise TypeError(f"strengths = {strengths!r} must be a Strength, or a list of one for each layer and then the base.")
+        raise TypeError(
+            f"strengths = {strengths!r} must be a Strength, or a list of one for each layer and then the base."
+        )
     for i, each in enumerate(given):
         if each is not None and not isinstance(each, Strength):
             raise TypeError(f"strengths[{i}] = {each!r} must be a Strength, or None where nothing is asked.")
@@ -91,7 +93,9 @@ def checked_strengths(body: HalfSpace | Medium, strengths: Any) -> tuple[Strengt
         )
     found = tuple(each or Strength() for each in given) + (Strength(),) * (layers + 1 - len(given))
     if found[layers].of_interface:
-        raise ValueError(f"strengths[{layers}] belongs to the base, which has no interface below it. Give it to a layer.")
+        raise ValueError(
+            f"strengths[{layers}] belongs to the base, which has no interface below it. Give it to a layer."
+        )
     if not any(each.of_bulk or each.of_interface for each in found):
         raise ValueError("strengths asks for nothing; give at least one of the values of Strength.")
     return found

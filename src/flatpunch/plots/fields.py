@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,8 +73,9 @@ def plot_fields(
     top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
     colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
     mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
-    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else None
-    levels = MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))) if levels is None else levels
+    levels = (
+        MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))) if levels is None else levels
+    )
     # layer by layer: stresses jump at interfaces
     for i in np.unique(result["layer"].values):
         part = np.where(result["layer"].values == i, values, np.nan)
@@ -101,13 +103,13 @@ def _plane(result: xr.Dataset) -> tuple[Array, Array, tuple[str, str]]:
         )
     varying = [name for name in ("x", "y", "z") if np.ptp(result[name].values) > 0]
     if len(varying) != 2:
-        raise ValueError(f"result varies along {', '.join(varying) or 'nothing'}; a plane varies along two of x, y and z.")
+        raise ValueError(
+            f"result varies along {', '.join(varying) or 'nothing'}; a plane varies along two of x, y and z."
+        )
     return result[varying[0]].values, result[varying[1]].values, (varying[0], varying[1])
 
 
-def _quantity(
-    result: xr.Dataset, quantity: str, strengths: Sequence[Strength | None] | None
-) -> tuple[Array, str, str]:
+def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | None] | None) -> tuple[Array, str, str]:
     """Values in a readable unit, their name and unit."""
     if quantity == "utilisation":
         limits = np.array([np.nan if s is None or s.yield_stress is None else s.yield_stress for s in strengths or ()])
@@ -154,7 +156,7 @@ def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **c
         deepest = min(deepest, body.thickness)
     ends = [0.0, *[float(face) for face in faces if face < deepest], deepest]
     depth, drawn = [], []
-    for start, end in zip(ends[:-1], ends[1:], strict=True):
+    for start, end in pairwise(ends):
         # just inside the layer on either end
         z = start + (end - start) * np.linspace(1e-9, 1 - 1e-9, 80)
         found = fields(medium, indenter, 0.0, 0.0, z, **contact)

@@ -18,7 +18,9 @@ Places = Annotated[
     Annotated[Length, Tag("a quantity")]
     | Annotated[list[Length], Tag("a list")]
     | Annotated[LengthRange, Tag("a range")],
-    Discriminator(lambda value: "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"),
+    Discriminator(
+        lambda value: "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"
+    ),
 ]
 
 
@@ -114,7 +116,9 @@ class StressTable(Table):
         if self.at == "points":
             sizes = {value.size for value in places.values() if value is not None} - {1}
             if any(value is None for value in places.values()) or len(sizes) > 1:
-                raise ValueError("at = 'points' takes x, y and z as lists of one length, or single quantities among them.")
+                raise ValueError(
+                    "at = 'points' takes x, y and z as lists of one length, or single quantities among them."
+                )
         return StressCase(
             x=places["x"],
             y=places["y"],
