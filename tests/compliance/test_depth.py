@@ -105,7 +105,7 @@ def test_equilibrium_of_slabs():
     k, step = np.array([0.3, 1.0, 4.0]), 1e-4
     for middle, i in ((0.2, 0), (0.9, 1), (2.0, 2)):
         z = middle + step * np.array([-1, 0, 1])
-        for u_l, u_z, s_lz, s_zz, mean, difference in (
+        for _, _, s_lz, s_zz, mean, difference in (
             waves_at(stack, k, z, np.full(3, i)).normal,
             waves_at(stack, k, z, np.full(3, i)).shear,
         ):

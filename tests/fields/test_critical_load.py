@@ -108,7 +108,7 @@ def test_bad_input(arguments, error, words):
     }
     with pytest.raises(error, match=words):
         fp.critical_load(given.pop("medium"), given.pop("indenter"), given.pop("strengths"), **given)
-    with pytest.raises(ValueError, match="Strength.tensile"):
+    with pytest.raises(ValueError, match=r"Strength\.tensile"):
         fp.Strength(tensile=-1.0)
 
 

@@ -115,7 +115,15 @@ def test_sweep_and_its_map(tmp_path):
     case = written(tmp_path, COATING + STRESS)
     study = fp.sweep(case, {"layers.0.thickness": "0.3um:10um:3:log", "layers.0.young": "100GPa, 800GPa"})
     assert study.critical_force.dims == ("layers.0.thickness", "layers.0.young", "step")
-    assert len({(k, i) for k, i in zip(study.critical_kind.values.ravel(), study.critical_layer.values.ravel())}) > 1
+    assert (
+        len(
+            {
+                (k, i)
+                for k, i in zip(study.critical_kind.values.ravel(), study.critical_layer.values.ravel(), strict=True)
+            }
+        )
+        > 1
+    )
     medium = fp.Medium([fp.Layer(800e9, 0.25, 10e-6)], fp.HalfSpace(210e9, 0.3))
     one = fp.critical_load(
         medium, fp.Sphere(50e-6), list(read_case(case).stress.strengths), friction=0.1, residual_stress=[-1e9]

@@ -72,4 +72,4 @@ def state(layers, base, k, load, layer, depth):
     rows, along = layer_rows(mu, nu, mp.mpf(k) * depth)
     width = 4 if layer < len(layers) else 2
     c = [constants[4 * layer + j] for j in range(width)]
-    return [float(sum(a * b for a, b in zip(row, c, strict=True))) for row in [*rows, along]]
+    return [float(sum(a * b for a, b in zip(row[:width], c, strict=True))) for row in [*rows, along]]

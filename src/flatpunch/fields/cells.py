@@ -2,8 +2,8 @@
 
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
 periodic images): its half-space part in closed form (`rectangle`), what layers add from a disc of the same area, since that part
-is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s, cells
-are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes.
+is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s,
+cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes.
 """
 
 from __future__ import annotations
@@ -92,8 +92,8 @@ class Cells:
 def cell_fields(cells: Cells, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
     """Stress (6, n), displacement (3, n) and the estimated error of stress over the largest pressure.
 
-    The estimate is twice what cells twice as wide change, at up to 1500 of the points: beside the rim of a contact, at the surface,
-    the error falls only like the root of their width.
+    The estimate is twice what cells twice as wide change, at up to 1500 of the points: beside the rim of a contact, at the
+    surface, the error falls only like the root of their width.
     """
     cells = cells.cropped
     found = _fields(cells, at, x, y, direction, _CELLS)

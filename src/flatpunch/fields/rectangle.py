@@ -1,7 +1,7 @@
 """Fields in a half-space under a uniformly loaded rectangle, corner by corner (Love 1929, Ahmadi, Keer and Mura 1987).
 
-Each component is f(x2, y2) - f(x1, y2) - f(x2, y1) + f(x1, y1) of a corner function f, the second integral over x and y of that of
-a point force. With Phi = int p/R /(2 pi) and its integrals over depth the pressure gives, for example,
+Each component is f(x2, y2) - f(x1, y2) - f(x2, y1) + f(x1, y1) of a corner function f, the second integral over x and y of that
+of a point force. With Phi = int p/R /(2 pi) and its integrals over depth the pressure gives, for example,
 s_xx = -A_xx - 2 nu A_yy - z d^2 Phi/dx^2, where A_xx belongs to exp(-kz) (k_x/k)^2.
 """
 

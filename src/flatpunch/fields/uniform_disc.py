@@ -1,7 +1,7 @@
 """Half-space integrals of a uniform pressure on a disc, in elliptic integrals (Eason, Noble and Sneddon 1955).
 
-With L(n, j) = int k^j J_1(ka) J_n(kr) exp(-kz) dk, P = p a J_1(ka)/k gives I_mj = p a L(m, j - 1). L(1, 0), L(0, 0) (a solid angle)
-and their derivatives over z are complete elliptic integrals, here in Carlson's symmetric form, whose differences do not
+With L(n, j) = int k^j J_1(ka) J_n(kr) exp(-kz) dk, P = p a J_1(ka)/k gives I_mj = p a L(m, j - 1). L(1, 0), L(0, 0) (a solid
+angle) and their derivatives over z are complete elliptic integrals, here in Carlson's symmetric form, whose differences do not
 cancel on the axis; one power of k less follows from homogeneity, orders two and three from the recurrence of J_n(kr). Close to
 the axis that recurrence divides by r, and the power series in r takes its place.
 """

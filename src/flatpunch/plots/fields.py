@@ -73,9 +73,8 @@ def plot_fields(
     top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
     colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
     mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
-    levels = (
-        MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))) if levels is None else levels
-    )
+    ticks = MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values)))
+    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else np.asarray(ticks)
     # layer by layer: stresses jump at interfaces
     for i in np.unique(result["layer"].values):
         part = np.where(result["layer"].values == i, values, np.nan)

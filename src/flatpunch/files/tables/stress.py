@@ -61,7 +61,7 @@ class StressCase:
         z = np.linspace(0, deep, 121) if self.z is None else self.z
         if not self.grid:
             return x, y, z
-        found = [axis for axis in np.meshgrid(x, y, z, indexing="ij")]
+        found = np.meshgrid(x, y, z, indexing="ij")
         kept = tuple(slice(None) if size > 1 else 0 for size in found[0].shape)
         x, y, z = (np.asarray(axis[kept]) for axis in found)
         return x, y, z
