@@ -1,8 +1,8 @@
-"""Second road to the fields of a load wave: Airy's stress function in every layer, all layers in one system, 40 digits."""
+"""Second road to the fields of a load wave: Airy's stress function in every layer, all layers in one system, 32 digits."""
 
 import mpmath as mp
 
-mp.mp.dps = 40
+mp.mp.dps = 32
 
 
 def layer_rows(mu, nu, s):
@@ -65,9 +65,8 @@ def solve(layers, base, k, load):
     return mp.lu_solve(matrix, right)
 
 
-def state(layers, base, k, load, layer, depth):
-    """k u_l, k u_z, s_lz, s_zz, s_ll at `depth` below the top of `layer`."""
-    constants = solve(layers, base, k, load)
+def state(constants, layers, base, k, layer, depth):
+    """k u_l, k u_z, s_lz, s_zz, s_ll at `depth` below the top of `layer`, from the constants of `solve`."""
     mu, nu = (layers[layer][:2]) if layer < len(layers) else base
     rows, along = layer_rows(mu, nu, mp.mpf(k) * depth)
     width = 4 if layer < len(layers) else 2
