@@ -3,8 +3,8 @@ A sliding sphere: Hamilton 1983, and the same on a coating
 ==========================================================
 
 G. M. Hamilton (Proc. Inst. Mech. Eng. C 197, 53) gave the stresses under a sliding sphere in closed form: friction brings
-tension to the trailing edge, :math:`p_0 [(1-2\nu)/3 + (4+\nu)\pi f/8]`, and moves the first yield to the surface. On a stiff coating the
-tension is far larger.
+tension to the trailing edge, :math:`p_0 [(1-2\nu)/3 + (4+\nu)\pi f/8]`, and moves the first yield to the surface. On a stiff
+coating the tension is far larger.
 """
 
 import matplotlib.pyplot as plt

@@ -55,7 +55,7 @@ class Waves:
     transverse: Array
 
 
-def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> Waves:
+def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices, *, shear: bool = True) -> Waves:
     """Fields at depth under unit load waves.
 
     Parameters
@@ -68,6 +68,8 @@ def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> 
         Depths [m], >= 0.
     layer : ndarray of int, shape (nz,)
         The layer that each depth belongs to, counted from the surface; len(layers) is the base.
+    shear : bool
+        Whether the fields under shear loads are wanted too; otherwise `shear` and `transverse` are empty.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> 
     scale = _first_shear_modulus(medium)
     _sweep_up(parts, elastic, k, scale)
     count = len(medium.layers) if isinstance(medium, Medium) else 0
-    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale)
+    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale, shear)
     mu, nu = constants_at(medium, z, layer)
     return _named(states, across, mu / scale, nu, scale)
 
@@ -290,14 +292,16 @@ def _inverse(lower: Array) -> Array:
 
 
 def _sweep_down(
-    parts: list[_Part], base: HalfSpace | None, k: Array, z: Array, below: Indices, scale: float
+    parts: list[_Part], base: HalfSpace | None, k: Array, z: Array, below: Indices, scale: float, shear: bool
 ) -> tuple[Array, Array]:
     """States at all depths from the tractions that the loads have at the surface."""
     # notation: columns are the two loads, s_zz = -1 and s_lz = 1
-    traction = np.zeros((2, 2, k.size))
-    traction[1, 0], traction[0, 1] = -1, 1
+    loads = 2 if shear else 1
+    traction = np.zeros((2, loads, k.size))
+    traction[1, 0] = -1
+    traction[0, 1:] = 1
     sideways = np.ones(k.size)
-    states, across = np.zeros((4, 2, k.size, z.size)), np.zeros((2, k.size, z.size))
+    states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
         hidden = _hidden(part, k)
         raised, lifted = _raised(part, k, part.thickness, hidden, scale)
@@ -351,4 +355,6 @@ def _named(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> 
     mean = (nu * szz + (1 + nu) * difference) / (1 - nu)
     fields = np.stack([along / scale, states[1] / scale, states[2], szz, mean, difference])
     transverse = np.stack([across[0] / scale, across[1], mu * across[0]])
+    if states.shape[1] == 1:
+        return Waves(fields[:, 0], np.zeros((6, 0, 0)), np.zeros((3, 0, 0)))
     return Waves(fields[:, 0], fields[:, 1], transverse)

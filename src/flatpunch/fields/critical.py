@@ -22,6 +22,7 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.contact_load import contact_load
 from flatpunch.fields.fields import residual_stresses
+from flatpunch.fields.layered import REACH
 from flatpunch.fields.round_load import round_fields
 from flatpunch.fields.strength import Strength, checked_strengths
 from flatpunch.indenters import Cylinder
@@ -39,6 +40,9 @@ _DEEPEST = 2.5
 
 _FACTOR = 8.0
 """Largest change of the radius in one step of the search."""
+
+_COARSE = 14.0
+"""Where integrals over the layers' response end during the search: 1e-4. The load at the place found is exact."""
 
 _ROUNDS = 6
 """Rounds of refinement of a place, each three times finer."""
@@ -279,10 +283,10 @@ class _Search:
             moduli.append(self.body.base.surface_modulus)
         return float(self.body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1))
 
-    def _largest(self, load: Any, i: int, x: Array, z: Array) -> list[Event]:
+    def _largest(self, load: Any, i: int, x: Array, z: Array, reach: float = _COARSE) -> list[Event]:
         """Largest utilisation of each kind in a layer on the product of x and z."""
         across, down = (each.ravel() for each in np.meshgrid(x, z))
-        stress = self._stress(load, i, across, down)
+        stress = self._stress(load, i, across, down, reach)
         tops = np.append(interfaces(self.body), np.inf)
         ratios = [(kind, ratio, np.arange(down.size)) for kind, ratio in self.strengths[i].utilisation(stress)]
         face = np.flatnonzero(down == tops[i])
@@ -296,9 +300,9 @@ class _Search:
             found.append(Event(kind, i, float(ratio[worst]), (float(across[at]), 0.0, float(down[at]))))
         return found
 
-    def _stress(self, load: Any, i: int, x: Array, z: Array) -> Array:
+    def _stress(self, load: Any, i: int, x: Array, z: Array, reach: float) -> Array:
         at = Located(self.body, np.arange(x.size), z, np.full(x.size, i))
-        stress, _ = round_fields(load, at, x, np.zeros_like(x), traction=self.friction)
+        stress, _ = round_fields(load, at, x, np.zeros_like(x), traction=self.friction, reach=reach)
         stress[:2] += self.residual[i]
         return stress
 
@@ -327,9 +331,8 @@ class _Search:
         top = float(np.concatenate([[0.0], interfaces(self.body)])[event.layer])
         free = not isinstance(self.body, Medium) or not self.body.layers
         x, z = event.place[0] * growth, event.place[2] * growth if free else event.place[2]
-        (found,) = [
-            e for e in self._largest(load, event.layer, np.array([x]), np.array([max(z, top)])) if e.kind == event.kind
-        ]
+        place = np.array([x]), np.array([max(z, top)])
+        (found,) = [e for e in self._largest(load, event.layer, *place, REACH) if e.kind == event.kind]
         return found
 
 

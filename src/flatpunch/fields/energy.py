@@ -156,6 +156,6 @@ def _below(body: HalfSpace | Medium, load: RingSources, z: Array) -> Array:
     thickness = body.thickness if isinstance(body, Medium) else 0.0
     for i, depth in enumerate(z):
         k, weight = wavenumbers(_REACH / depth / 2, 2 * load.radius, max(load.radius, thickness))
-        u_l, u_z, s_lz, s_zz, _, _ = waves_at(body, k, z[i : i + 1], layer[i : i + 1]).normal[..., 0]
+        u_l, u_z, s_lz, s_zz, _, _ = waves_at(body, k, z[i : i + 1], layer[i : i + 1], shear=False).normal[..., 0]
         result[i] = -np.pi * float((weight * load.transform(k) ** 2) @ (u_z * s_zz + u_l * s_lz))
     return result

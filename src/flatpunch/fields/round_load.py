@@ -9,7 +9,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import constants_at
 from flatpunch.fields.bodies import Located
-from flatpunch.fields.layered import layered_part
+from flatpunch.fields.layered import REACH, layered_part
 from flatpunch.fields.radial import cartesian, half_space_normal, half_space_shear
 
 
@@ -33,6 +33,7 @@ def round_fields(
     pressure: float = 1.0,
     traction: float = 0.0,
     direction: float = 0.0,
+    reach: float = REACH,
 ) -> tuple[Array, Array]:
     """Fields at points of one body, in the coordinates in which its depth is positive.
 
@@ -48,6 +49,8 @@ def round_fields(
         Factors of the load as pressure and as traction [-].
     direction : float
         Polar angle of the traction [rad].
+    reach : float
+        Where integrals over the layers' response end, see `layered_part`.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def round_fields(
     shear = traction != 0
     r, z, layer, which = _distinct(np.hypot(x, y), at)
     top = layer == 0
-    normal, sideways = layered_part(at.body, load, r, z, layer, shear)
+    normal, sideways = layered_part(at.body, load, r, z, layer, shear, reach)
     if top.any():
         zero = np.zeros(1)
         mu, nu = (float(each[0]) for each in constants_at(at.body, zero, np.zeros(1, dtype=int)))
