@@ -13,6 +13,7 @@ steps of order 8. Stresses are positive in tension; u_z, s_zz go like cos(k l) a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -23,10 +24,10 @@ from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.layered import SATURATION
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 
-_STEP = 0.05
+_STEP = 0.1
 """Length of a step through a graded layer over its depth: order 8 leaves 1e-9 of what reaches that depth."""
 
-_FEWEST_STEPS = 32
+_FEWEST_STEPS = 24
 """Steps through a graded layer at least, for laws of depth that vary over its thickness."""
 
 _LONGEST = 1.5
@@ -227,7 +228,7 @@ def _raised(part: _Part, k: Array, height: float | Array, hidden: Flags, scale: 
     mu, nu = part.shear / scale, part.poisson
     system = sagittal_system(mu, nu)
     nilpotent = system @ system - np.eye(4)
-    turned = [states, *(np.tensordot(a, states, 1) for a in (system, nilpotent, system @ nilpotent))]
+    turned = [states, *(_times(a, states) for a in (system, nilpotent, system @ nilpotent))]
     if x.ndim == 2:
         turned, sideways = [each[..., None] for each in turned], sideways[..., None]
     decay = np.exp(-2 * x)
@@ -272,13 +273,19 @@ def _stepped(part: _Part, x: Array, scale: float) -> tuple[Array, Array]:
     mu = part.graded.young_at(z) / (2 * (1 + nu)) / scale
     slopes, lateral = np.empty((12, *part.states.shape)), np.empty((12, *part.across.shape))
     for i in range(12):
-        y = part.states + x * np.tensordot(rule.A[i, :i], slopes[:i], 1)
-        w = part.across + x * np.tensordot(rule.A[i, :i], lateral[:i], 1)
-        slopes[i] = -np.tensordot(sagittal_system(float(mu[i]), float(nu[i])), y, 1)
+        y = part.states + x * _times(rule.A[i : i + 1, :i], slopes[:i])[0]
+        w = part.across + x * _times(rule.A[i : i + 1, :i], lateral[:i])[0]
+        slopes[i] = -_times(sagittal_system(float(mu[i]), float(nu[i])), y)
         lateral[i] = -np.stack([w[1] / mu[i], mu[i] * w[0]])
     decay = np.exp(-x)
-    states = part.states + x * np.tensordot(rule.B, slopes, 1)
-    return states * decay, (part.across + x * np.tensordot(rule.B, lateral, 1)) * decay
+    states = part.states + x * _times(rule.B[None], slopes)[0]
+    return states * decay, (part.across + x * _times(rule.B[None], lateral)[0]) * decay
+
+
+def _times(matrix: Array, states: Array) -> Array:
+    """`matrix` (m, n) times states (n, ...)."""
+    rest = states.shape[1:]
+    return np.asarray((matrix @ states.reshape(len(states), math.prod(rest))).reshape(len(matrix), *rest))
 
 
 def _divided(upper: Array, lower: Array) -> Array:
@@ -341,7 +348,7 @@ def _in_base(
     mu, nu = base.young / (2 * (1 + base.poisson)) / scale, base.poisson
     flexibility, _ = _own_flexibility(mu, nu, k.size)
     start = np.concatenate([np.einsum("ijn,jkn->ikn", flexibility, traction), traction])
-    turned = np.tensordot(sagittal_system(mu, nu) + np.eye(4), start, 1)
+    turned = _times(sagittal_system(mu, nu) + np.eye(4), start)
     x = k[:, None] * np.maximum(depth, 0.0)
     decay = np.exp(-x)
     across = np.stack([-sideways / mu, sideways])

@@ -66,12 +66,13 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     RingSources
     """
     tabulated = bool(getattr(indenter, "tabulated", False))
+    rough = tabulated or kernel.graded
     sunk = _indentation(indenter, tabulated)
     rings = [ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)]
     breaks = np.array([0.0, *sorted(rings), radius])
 
     def panels(function: Callable[[Array], Array]) -> RingSources:
-        return RingSources(*_panels(function, breaks, _TOLERANCE[tabulated], _NARROWEST[tabulated]))
+        return RingSources(*_panels(function, breaks, _TOLERANCE[rough], _NARROWEST[rough]))
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])

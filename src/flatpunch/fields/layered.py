@@ -17,7 +17,7 @@ import scipy
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import interfaces, waves_at
+from flatpunch.compliance.depth import constants_at, interfaces, waves_at
 from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
 from flatpunch.media import GradedLayer, HalfSpace, Medium
 from flatpunch.numerics.gauss import gauss
@@ -35,6 +35,9 @@ _R_WIDTH = 1.25
 
 _FEW, _NEAR = 64, 4.0
 """Different radii up to which no panels are needed, within this multiple of the load's radius and the decay length."""
+
+_SHARED = 1.5
+"""Ratio of distances up to which panels share their wavenumbers."""
 
 _PHASE = 10.0
 """Radians of k (r + a) on a panel of 16 Gauss nodes in k."""
@@ -126,10 +129,14 @@ def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Poin
     """Functions at the points of one panel in depth, shape (functions, n)."""
     depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
     result = np.empty((15 if shear else 6, r.size))
+    spectra: dict[float, tuple[Array, Array, Array]] = {}
     for chosen, low, high in _panels_in_radius(r, load.radius, part.decay):
         radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
-        table = _table(medium, load, i, radii, depths, part.decay, shear, reach)
-        result[:, chosen] = _combined(table, weights, depth_weights[chosen])
+        # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
+        extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
+        if extent not in spectra:
+            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent), shear)
+        result[:, chosen] = _combined(_table(spectra[extent], radii), weights, depth_weights[chosen])
     return result
 
 
@@ -174,30 +181,35 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
     return np.maximum((low + high) / 2 + (high - low) / 2 * nodes, 0.0), values @ transform
 
 
-def _table(medium: Medium, load: Load, i: int, r: Array, z: Array, decay: float, shear: bool, ends: float) -> Array:
-    """Functions on the product of radii and depths, shape (functions, nr, nz)."""
-    reach = float(r.max()) + load.radius
-    k, weight = wavenumbers(ends / decay, reach, max(medium.thickness, load.radius))
+def _spectrum(
+    medium: Medium, load: Load, i: int, z: Array, rule: tuple[float, float], shear: bool
+) -> tuple[Array, Array, Array]:
+    """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz).
+
+    `rule` is the largest wavenumber, and the largest distance between points and load.
+    """
+    k, weight = wavenumbers(*rule, max(medium.thickness, load.radius))
     layer = np.full(z.size, i)
-    waves = waves_at(medium, k, z, layer, shear=shear)
-    fields = [normal_waves(waves, k)] + ([shear_waves(waves, k)] if shear else [])
+    fields = _amplitudes(medium, k, z, layer, shear)
     if i == 0:
-        top = medium.layers[0]
-        zero = np.zeros(1)
-        young, nu = (
-            (float(top.young_at(zero)[0]), float(top.poisson_at(zero)[0]))
-            if isinstance(top, GradedLayer)
-            else (top.young, top.poisson)
-        )
-        body = HalfSpace(young, nu)
-        alone = waves_at(body, k, z, layer, shear=shear)
-        fields[0] -= normal_waves(alone, k)
-        if shear:
-            fields[1] -= shear_waves(alone, k)
-    orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
-    weight = weight * k * load.transform(k)
-    bessel = [values * weight for values in _bessel(np.outer(r, k), 4 if shear else 3)]
-    return np.stack([bessel[m] @ each for m, each in zip(orders, (f for block in fields for f in block), strict=True)])
+        mu, nu = (float(each[0]) for each in constants_at(medium, np.zeros(1), np.zeros(1, dtype=int)))
+        fields -= _amplitudes(HalfSpace(2 * mu * (1 + nu), nu), k, z, layer, shear)
+    return k, weight * k * load.transform(k), fields
+
+
+def _amplitudes(body: HalfSpace | Medium, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+    """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
+    waves = waves_at(body, k, z, layer, shear=shear)
+    normal = normal_waves(waves, k)
+    return np.concatenate([normal, shear_waves(waves, k)]) if shear else normal
+
+
+def _table(spectrum: tuple[Array, Array, Array], r: Array) -> Array:
+    """Functions on the product of radii and depths, shape (functions, nr, nz)."""
+    k, weight, fields = spectrum
+    orders = NORMAL_ORDERS + (SHEAR_ORDERS if len(fields) > len(NORMAL_ORDERS) else ())
+    bessel = [values * weight for values in _bessel(np.outer(r, k), max(orders) + 1)]
+    return np.stack([bessel[m] @ each for m, each in zip(orders, fields, strict=True)])
 
 
 def _bessel(x: Array, count: int) -> list[Array]:
