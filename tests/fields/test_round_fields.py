@@ -45,6 +45,11 @@ def test_hertz_interior():
     a = 0.01
     rng = np.random.default_rng(2)
     r, z = rng.uniform(0.01, 2, (2, 60)) * a
+    # right beside the rim, too
+    r[:8], z[:8] = (
+        a * (1 + 1e-6 * np.array([-9, -3, -1, -1, 1, 1, 3, 9])),
+        a * 1e-6 * np.array([1, 2, 1, 5, 1, 5, 2, 1]),
+    )
     found = fp.fields(BODY, fp.Paraboloid(1.0), r, 0, z, radius=a)
     p = peak(BODY, fp.Paraboloid(1.0), a)
     r, z = r / a, z / a
@@ -296,6 +301,12 @@ def test_residual_stress_and_direction():
     along_y = fp.fields(FILM, fp.Sphere(20e-6), -0.5e-6, 1e-6, 1e-6, radius=1.5e-6, friction=0.3, direction=np.pi / 2)
     assert float(along_x.von_mises) == pytest.approx(float(along_y.von_mises), rel=1e-10)
     assert component(along_x, "xx") == pytest.approx(component(along_y, "yy"), rel=1e-10)
+
+
+def test_no_contact_and_notes():
+    assert not np.any(fp.fields(FILM, fp.Sphere(20e-6), 0, 0, [0, 1e-6], force=0.0).stress)
+    assert "rigid shift" in fp.fields(STACK, fp.Sphere(20e-6), 0, 0, 0, radius=1e-6, friction=0.1).attrs["notes"]
+    assert "rigid shift" not in fp.fields(STACK, fp.Sphere(20e-6), 0, 0, 0, radius=1e-6).attrs["notes"]
 
 
 def test_graded_surface():

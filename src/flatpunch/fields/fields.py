@@ -16,7 +16,7 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.sources import Source, contact_sources, prescribed_sources
-from flatpunch.media import Medium, TwoBodies, underlying
+from flatpunch.media import HalfSpace, Medium, TwoBodies, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,6 +118,8 @@ def fields(
         layer[part.chosen] = part.layer
         if residual is not None:
             stress[:2, part.chosen] += residual[part.layer]
+    if friction > 0 and any(_slides(part.body) for part in parts):
+        solved["notes"] = "\n".join(filter(None, [solved.get("notes", ""), _SHIFT]))
     attributes = {
         "title": "Fields computed by flatpunch",
         **solved,
@@ -131,6 +133,16 @@ def fields(
         "conventions": "SI units; stress positive in tension; z into the material",
     }
     return _dataset(points, shape, stress, displacement, layer, attributes)
+
+
+_SHIFT = (
+    "A layer slides without friction on what is below it: under friction of the tip its displacement along the surface is known "
+    "up to a rigid shift only."
+)
+
+
+def _slides(body: HalfSpace | Medium) -> bool:
+    return isinstance(body, Medium) and not all(layer.bonded for layer in body.layers)
 
 
 def evaluate(
