@@ -317,13 +317,13 @@ def test_graded_surface():
     plain = fp.fields(BODY, fp.Sphere(20e-6), *at, radius=1e-6)
     np.testing.assert_allclose(found.stress, plain.stress, atol=2e-4 * float(np.abs(plain.stress).max()))
     strong = fp.Medium([fp.GradedLayer(fp.LinearModulus(1e9, 9e9, 2e-6), 0.3, 2e-6)], fp.HalfSpace(9e9, 0.3))
-    thin = [fp.Layer(1e9 + 8e9 * (i + 0.5) / 60, 0.3, 2e-6 / 60) for i in range(60)]
+    thin = [fp.Layer(1e9 + 8e9 * (i + 0.5) / 30, 0.3, 2e-6 / 30) for i in range(30)]
     steps = fp.Medium(thin, fp.HalfSpace(9e9, 0.3))
     at = (0.0, 0.0, [0.5e-6, 1e-6, 3e-6])
     exact = fp.fields(steps, fp.Sphere(20e-6), *at, radius=1e-6)
     found = fp.fields(strong, fp.Sphere(20e-6), *at, radius=1e-6)
-    # steps of modulus of a tenth of the surface's leave a per cent
-    np.testing.assert_allclose(found.stress[2], exact.stress[2], rtol=1e-2)
+    # steps of modulus of a quarter of the surface's leave two per cent
+    np.testing.assert_allclose(found.stress[2], exact.stress[2], rtol=2e-2)
 
 
 @pytest.mark.parametrize(

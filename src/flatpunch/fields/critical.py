@@ -110,7 +110,7 @@ def critical_load(
     indenter : Indenter
         A round indenter.
     strengths : Strength or sequence of Strength or None
-        For each layer from the surface down, then the base; entries left out are not asked for.
+        For each layer from the surface down, then the base; layers without an entry are not checked.
     friction : float
         Coefficient of friction of a contact that slides along x.
     residual_stress : sequence of float, optional

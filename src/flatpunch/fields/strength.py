@@ -15,7 +15,7 @@ from flatpunch.media import HalfSpace, Medium
 
 @dataclass(frozen=True, slots=True)
 class Strength:
-    """What a layer, and the interface below it, can bear; None is not asked for.
+    """Strengths of a layer and of the interface below it; criteria left as None are not checked.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Strength:
     tensile : float, optional
         Largest principal stress at which it cracks [Pa]: rings at the rim, radial cracks at the lower face of a film.
     shear : float, optional
-        Largest shear stress that it bears [Pa].
+        Largest shear stress at which it fails [Pa].
     interface_tension, interface_shear : float, optional
         Normal tension and shear traction at which its lower face comes off what is below [Pa].
 
@@ -48,12 +48,12 @@ class Strength:
 
     @property
     def of_bulk(self) -> bool:
-        """Whether anything is asked of the inside of the layer."""
+        """Whether a criterion of the inside of the layer is given."""
         return any(value is not None for value in (self.yield_stress, self.tensile, self.shear))
 
     @property
     def of_interface(self) -> bool:
-        """Whether anything is asked of its lower face."""
+        """Whether a criterion of its lower face is given."""
         return self.interface_tension is not None or self.interface_shear is not None
 
     def utilisation(self, stress: Array) -> Iterator[tuple[str, Array]]:
@@ -85,7 +85,7 @@ def checked_strengths(body: HalfSpace | Medium, strengths: Any) -> tuple[Strengt
         )
     for i, each in enumerate(given):
         if each is not None and not isinstance(each, Strength):
-            raise TypeError(f"strengths[{i}] = {each!r} must be a Strength, or None where nothing is asked.")
+            raise TypeError(f"strengths[{i}] = {each!r} must be a Strength, or None where nothing is checked.")
     if len(given) > layers + 1:
         raise ValueError(
             f"strengths has {len(given)} entries for {layers} layers and a base; give at most {layers + 1}, layers from the "
@@ -97,5 +97,5 @@ def checked_strengths(body: HalfSpace | Medium, strengths: Any) -> tuple[Strengt
             f"strengths[{layers}] belongs to the base, which has no interface below it. Give it to a layer."
         )
     if not any(each.of_bulk or each.of_interface for each in found):
-        raise ValueError("strengths asks for nothing; give at least one of the values of Strength.")
+        raise ValueError("strengths has nothing to check; give at least one of the values of Strength.")
     return found

@@ -48,7 +48,7 @@ class Case:
     relaxation : object or None
         How the medium relaxes; goes with `time`.
     stress : StressCase or None
-        What is asked about stresses inside, at the last step.
+        Points, friction and strengths for stresses at the last step.
     source : tuple of Path and str, or None
         The case file and its text.
     """

@@ -26,7 +26,7 @@ Places = Annotated[
 
 @dataclass(frozen=True)
 class StressCase:
-    """What a case asks about stresses, in SI units.
+    """Points, sliding and strengths for the stresses of a case, in SI units.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class StressCase:
     residual_stress : tuple of float or None
         Biaxial stress of each layer [Pa].
     strengths : tuple of Strength
-        From the surface down, the base last; empty where nothing is asked.
+        From the surface down, the base last; empty if none are given.
     """
 
     x: Array | None
@@ -111,7 +111,7 @@ class StressTable(Table):
     strengths: list[StrengthTable] = Field(default=[])
 
     def build(self, folder: Path) -> StressCase:
-        """Return what is asked."""
+        """Return the points and settings."""
         places = {name: _array(getattr(self, name)) for name in ("x", "y", "z")}
         if self.at == "points":
             sizes = {value.size for value in places.values() if value is not None} - {1}
