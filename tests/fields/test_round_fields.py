@@ -356,3 +356,10 @@ def test_a_hundred_thousand_points_take_a_second():
     start = time.process_time()
     fp.fields(FILM, fp.Sphere(50e-6), x, y, z, force=0.5)
     assert time.process_time() - start < 3
+
+
+def test_far_away_only_the_base_is_felt():
+    """A thousand film thicknesses away the surface sinks as under a point force on the base, to the ratio of both, squared or so."""
+    r = np.array([1e-3, 1e-2])
+    found = fp.fields(FILM, fp.Sphere(50e-6), r, 0, 0, force=0.5).displacement.sel(axis="z").values
+    np.testing.assert_allclose(found, 0.5 * (1 - 0.3**2) / (np.pi * 210e9 * r), rtol=1e-4)

@@ -36,6 +36,9 @@ _R_WIDTH = 1.25
 _FEW, _NEAR = 64, 4.0
 """Different radii up to which no panels are needed, within this multiple of the load's radius and the decay length."""
 
+_WINDOW = 140.0, 18.0
+"""Middle and width of the window that ends integrals far from the load, in k times the distance: exp(-81) is left."""
+
 _SHARED = 1.5
 """Ratio of distances up to which panels share their wavenumbers."""
 
@@ -134,8 +137,9 @@ def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Poin
         radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
+        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
         if extent not in spectra:
-            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent), shear)
+            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap), shear)
         result[:, chosen] = _combined(_table(spectra[extent], radii), weights, depth_weights[chosen])
     return result
 
@@ -182,13 +186,20 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
 
 
 def _spectrum(
-    medium: Medium, load: Load, i: int, z: Array, rule: tuple[float, float], shear: bool
+    medium: Medium, load: Load, i: int, z: Array, rule: tuple[float, float, float], shear: bool
 ) -> tuple[Array, Array, Array]:
     """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz).
 
-    `rule` is the largest wavenumber, and the largest distance between points and load.
+    `rule` is the largest wavenumber, and the largest and smallest distance between points and load. Far from the load short
+    waves cancel: a smooth window ends the integral, whose own transform is below rounding at that distance.
     """
-    k, weight = wavenumbers(*rule, max(medium.thickness, load.radius))
+    last, extent, gap = rule
+    windowed = gap * last > _WINDOW[0] + 6 * _WINDOW[1]
+    if windowed:
+        last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
+    k, weight = wavenumbers(last, extent, max(medium.thickness, load.radius))
+    if windowed:
+        weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
     layer = np.full(z.size, i)
     fields = _amplitudes(medium, k, z, layer, shear)
     if i == 0:
