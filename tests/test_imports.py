@@ -15,7 +15,7 @@ _FLOORS = [
     {"punch"},
     {"bem"},
     {"contact"},
-    {"atlas"},
+    {"atlas", "fields"},
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},
@@ -172,7 +172,9 @@ def test_reference_uses_numpy_and_scipy_only(module):
             assert top in {"numpy", "scipy", "flatpunch"} or top in sys.stdlib_module_names, f"{module} imports {name}"
 
 
-@pytest.mark.parametrize("package", ["numerics", "media", "compliance", "punch", "indenters", "bem", "contact"])
+@pytest.mark.parametrize(
+    "package", ["numerics", "media", "compliance", "punch", "indenters", "bem", "contact", "fields"]
+)
 def test_mechanics_knows_no_files_and_pictures(package):
     """Units with names, file formats, pictures and terminals stay outside."""
     outside = {"pint", "pydantic", "typer", "rich", "matplotlib", "h5netcdf", "tomllib"}

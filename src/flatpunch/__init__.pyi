@@ -19,6 +19,7 @@ from .contact import (
     pressure,
     pull_off,
 )
+from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
 from .indenters import (
@@ -63,6 +64,7 @@ from .media import (
     StandardLinearSolid,
     TwoBodies,
 )
+from .plots.fields import plot_fields
 from .punch import flat_punch
 from .sweeps import sweep
 
@@ -72,11 +74,13 @@ __all__ = [
     "Berkovich",
     "BoundaryElements",
     "Cone",
+    "CriticalLoad",
     "CubeCorner",
     "Curve",
     "CurveError",
     "Cylinder",
     "DepthTable",
+    "DiscLoad",
     "Ellipsoid",
     "EllipticParaboloid",
     "ExponentialModulus",
@@ -94,6 +98,7 @@ __all__ = [
     "LinearModulus",
     "Medium",
     "Paraboloid",
+    "PatchLoad",
     "PowerLaw",
     "PowerLawHalfSpace",
     "PowerLawRelaxation",
@@ -109,6 +114,7 @@ __all__ = [
     "SpheroCone",
     "Spheroid",
     "StandardLinearSolid",
+    "Strength",
     "Superellipse",
     "Tilted",
     "Truncated",
@@ -119,11 +125,15 @@ __all__ = [
     "atlas",
     "compliance",
     "correct",
+    "critical_load",
+    "energy_by_depth",
+    "fields",
     "fit",
     "fit_batch",
     "flat_punch",
     "indent",
     "load",
+    "plot_fields",
     "pressure",
     "pull_off",
     "read_case",

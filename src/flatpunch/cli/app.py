@@ -18,6 +18,7 @@ from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.fit import add_commands
 from flatpunch.cli.paper import paper
 from flatpunch.cli.streams import finish, prepare
+from flatpunch.cli.stress import add_commands as add_stress
 from flatpunch.cli.sweep import add_commands as add_sweep
 from flatpunch.cli.terminal import friendly, progress, say, say_written
 
@@ -240,6 +241,7 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 
 add_commands(app)
 add_sweep(app)
+add_stress(app)
 app.add_typer(atlas_app(), name="atlas")
 
 

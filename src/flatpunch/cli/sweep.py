@@ -97,9 +97,11 @@ def _finish(
     if failed < result["status"].size:
         if plot:
             from flatpunch.plots.result import save_figure
+            from flatpunch.sweeps.failure import is_map, map_figure
             from flatpunch.sweeps.picture import figure
 
-            written.append(save_figure(figure(result, quantity=quantity, step=step), plot))
+            drawn = map_figure(result) if is_map(result, quantity) else figure(result, quantity=quantity, step=step)
+            written.append(save_figure(drawn, plot))
         _print(result, quantity, step)
     out = Console()
     out.print(f"{result['status'].size} points, {failed} failed.", highlight=False)

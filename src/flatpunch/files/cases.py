@@ -21,6 +21,7 @@ from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
+from flatpunch.files.tables.stress import StressCase, StressTable
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,8 @@ class Case:
         Times of a history [s].
     relaxation : object or None
         How the medium relaxes; goes with `time`.
+    stress : StressCase or None
+        Points, friction and strengths for stresses at the last step.
     source : tuple of Path and str, or None
         The case file and its text.
     """
@@ -64,6 +67,7 @@ class Case:
     range_of_action: float | None = None
     time: Array | None = None
     relaxation: Any = None
+    stress: StressCase | None = None
     source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -97,6 +101,7 @@ class CaseTable(Table):
     range_of_action: Length | None = None
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
+    stress: StressTable | None = None
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
@@ -125,6 +130,7 @@ class CaseTable(Table):
             self.angles,
             work_of_adhesion=self.work_of_adhesion,
             range_of_action=self.range_of_action,
+            stress=None if self.stress is None else self.stress.built,
         )
 
     def _check_what_is_prescribed(self) -> None:
@@ -142,6 +148,8 @@ class CaseTable(Table):
             )
         if self.range_of_action is not None and self.work_of_adhesion is None:
             raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
+        if self.history is not None and self.stress is not None:
+            raise ValueError("[stress] and [history] do not go together: stresses are those of an elastic contact.")
         if self.history is not None and self.work_of_adhesion is not None:
             raise ValueError(
                 "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."

@@ -13,6 +13,7 @@ from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.contact import default_choice, method_of
 from flatpunch.contact.default import EXACT
+from flatpunch.fields import Strength
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies, underlying
@@ -58,6 +59,9 @@ def describe(case: Case) -> Iterator[str]:
     method, said = _method(case)
     yield f"Method    {said}, outline at {case.angles} polar angles"
     yield f"Takes     {_cost(case, method)}"
+    if case.stress is not None:
+        asked = sum(strength != Strength() for strength in case.stress.strengths)
+        yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
 
 
 def _method(case: Case) -> tuple[str, str]:

@@ -21,10 +21,12 @@ from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
+from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
 from flatpunch.sweeps.axes import Axis, axes_of, put
+from flatpunch.sweeps.failure import first_failure
 
 _SHOWN = 5
 _SLOW = ("bem", "refined")
@@ -71,7 +73,8 @@ def sweep(
     xarray.Dataset
         What `indent` returns, over the varied parameters (coordinates named by their paths, in SI units) and `step`; NaN where
         a point failed. `status` is "solved" or "failed", `reason` says why, `method_used` and `notes` are those of
-        each point.
+        each point. Where the
+        case has strengths in [stress]: critical_force, critical_depth, critical_kind and critical_layer too, the same at all steps.
 
     Raises
     ------
@@ -164,6 +167,8 @@ def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
         result = indent(case.medium, case.indenter, **case.arguments)
+        if case.stress is not None and any(strength != Strength() for strength in case.stress.strengths):
+            result = result.assign(first_failure(case, result.sizes["step"]))
     kept = result if contours else result.drop_dims("phi")
     notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)])
     structure = {

@@ -1,0 +1,110 @@
+"""Which body and layer a point belongs to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.compliance.depth import interfaces
+from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+
+Side = Literal["above", "below"]
+
+Solid = HalfSpace | Medium
+
+_SAME_DEPTH = 1e-12
+"""Relative distance from an interface at which a point is on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """Points of one body.
+
+    Attributes
+    ----------
+    body : HalfSpace or Medium
+    chosen : ndarray of int, shape (n,)
+        Which of all points these are.
+    depth : ndarray, shape (n,)
+        Depth below the body's own surface [m].
+    layer : ndarray of int, shape (n,)
+        Layer from the surface inwards; the base comes after the last one.
+    upper : bool
+        Whether it is the upper of two bodies, whose depth runs against z.
+    """
+
+    body: Solid
+    chosen: Indices
+    depth: Array
+    layer: Indices
+    upper: bool = False
+
+
+def located(medium: Any, z: Array, side: Side) -> list[Located]:
+    """Sort points by body and layer; `side` decides at interfaces, and between two bodies at z = 0.
+
+    Raises
+    ------
+    ValueError
+        If a point is outside the bodies or inside a rigid one.
+    """
+    medium = underlying(medium)
+    if side not in ("above", "below"):
+        raise ValueError(
+            f"side = {side!r} must be 'above' or 'below': the side of an interface on which points are taken."
+        )
+    if not isinstance(medium, TwoBodies):
+        _inside(medium, z, z)
+        return [Located(medium, np.arange(z.size), z, layer_at(medium, z, side))]
+    in_upper = (z < 0) | ((z == 0) & (side == "above"))
+    parts = []
+    # seen from inside the upper body, above and below change places
+    opposite: Side = "above" if side == "below" else "below"
+    for body, mine, sign, own in ((medium.upper, in_upper, -1, opposite), (medium.lower, ~in_upper, 1, side)):
+        chosen = np.flatnonzero(mine)
+        if chosen.size:
+            depth = sign * z[chosen]
+            _inside(body, depth, z[chosen])
+            assert isinstance(body, (HalfSpace, Medium))
+            parts.append(Located(body, chosen, depth, layer_at(body, depth, own), sign < 0))
+    return parts
+
+
+def layer_at(body: Solid, depth: Array, side: Side) -> Indices:
+    """Layer of each depth; at an interface the one on that side."""
+    faces = interfaces(body)
+    slack = _SAME_DEPTH * faces * (1 if side == "above" else -1)
+    layer = np.searchsorted(faces + slack, depth, side="right")
+    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+        # a rigid base has no stresses: its surface shows those of the layer on it
+        layer = np.minimum(layer, len(body.layers) - 1)
+    return np.asarray(layer)
+
+
+def _inside(body: Any, depth: Array, z: Array) -> None:
+    if isinstance(body, PowerLawHalfSpace):
+        raise ValueError(
+            "medium is a power-law half-space, inside which fields are not computed. Describe its grading by a GradedLayer with "
+            "a modulus > 0 at the surface."
+        )
+    if isinstance(body, RigidBase):
+        raise ValueError(
+            f"z = {z[0]:.6g} m is inside a rigid body, which has no stresses. Give points in the elastic body."
+        )
+    if (depth < 0).any():
+        i = int(np.argmax(depth < 0))
+        raise ValueError(
+            f"z = {z[i]:.6g} m is above the surface. z points into the material, z = 0 is the surface; only of two bodies the "
+            "upper one is at z < 0."
+        )
+    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+        outside = depth > body.thickness * (1 + _SAME_DEPTH)
+        if outside.any():
+            i = int(np.argmax(outside))
+            raise ValueError(
+                f"z = {z[i]:.6g} m is inside the rigid base, which begins at {body.thickness:.6g} m and has no stresses. "
+                "Give points in the layers."
+            )

@@ -1,0 +1,263 @@
+"""What layers add to the half-space part of a round load, and all of it below the top layer.
+
+In the top layer the half-space of its material is split off (`ring_sources`); the rest looks like the field of sources at the
+depth 2h, seen from z: it decays like exp(-k (2h - z)) over the wavenumber, and is smooth over distances of that length. Below
+the top layer all fields decay like exp(-kz). So Hankel integrals over a finite range of k are exact to rounding, and where
+there are many points they are taken on Chebyshev nodes of panels in r and z whose lengths follow that smoothness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy
+from numpy.polynomial import chebyshev
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.compliance.depth import constants_at, interfaces, waves_at
+from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
+from flatpunch.media import GradedLayer, HalfSpace, Medium
+from flatpunch.numerics.gauss import gauss
+
+REACH = 36.0
+"""k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding."""
+
+_SHORTEST = 1 / 24
+"""Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k."""
+
+_R_NODES, _Z_NODES = 20, 16
+"""Chebyshev nodes of a panel in r, 1.25 decay lengths wide, and in z, an octave of depth: they leave 1e-11."""
+
+_R_WIDTH = 1.25
+
+_FEW, _NEAR = 64, 4.0
+"""Different radii up to which no panels are needed, within this multiple of the load's radius and the decay length."""
+
+_WINDOW = 140.0, 18.0
+"""Middle and width of the window that ends integrals far from the load, in k times the distance: exp(-81) is left."""
+
+_SHARED = 1.5
+"""Ratio of distances up to which panels share their wavenumbers."""
+
+_PHASE = 10.0
+"""Radians of k (r + a) on a panel of 16 Gauss nodes in k."""
+
+_LOWEST = 1e-8
+"""Smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it."""
+
+
+class Load(Protocol):
+    """A round load by its transform."""
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]."""
+
+    def transform(self, k: Array) -> Array:
+        """P(k), p(r) = int k P J_0(kr) dk [Pa m^2 / m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Points of one panel in z: which, between which depths, and the decay length there."""
+
+    chosen: Indices
+    low: float
+    high: float
+    decay: float
+
+
+def layered_part(
+    medium: HalfSpace | Medium, load: Load, r: Array, z: Array, layer: Indices, shear: bool, reach: float = REACH
+) -> tuple[Array, Array | None]:
+    """Radial functions that layers add in the top layer, and all of them below it.
+
+    Parameters
+    ----------
+    medium : HalfSpace or Medium
+        The body.
+    load : Load
+        Round pressure.
+    r, z : ndarray, shape (n,)
+        Points [m].
+    layer : ndarray of int, shape (n,)
+        Layer that each point belongs to.
+    shear : bool
+        Whether a traction of the same shape acts as well.
+    reach : float
+        k times the decay length at which integrals end; less than `REACH` is faster, and off by exp(-reach) reach^2 or so.
+
+    Returns
+    -------
+    normal : ndarray, shape (6, n)
+    shear : ndarray, shape (9, n), or None
+    """
+    count = 6 + (9 if shear else 0)
+    result = np.zeros((count, r.size))
+    if isinstance(medium, Medium) and medium.layers:
+        tops, z = np.concatenate([[0.0], interfaces(medium), [np.inf]]), z.copy()
+        for i in np.unique(layer):
+            here = np.flatnonzero(layer == i)
+            # points on an interface may be outside their layer by rounding
+            z[here] = np.clip(z[here], tops[i], tops[i + 1])
+            for part in _panels_in_depth(medium, load, int(i), z[here]):
+                points = here[part.chosen]
+                result[:, points] = _on_panel(medium, load, int(i), r[points], z[points], part, shear, reach)
+    return result[:6], result[6:] if shear else None
+
+
+def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[Points]:
+    faces = np.concatenate([[0.0], interfaces(medium)])
+    if i == 0 and not isinstance(medium.layers[0], GradedLayer):
+        yield Points(np.arange(z.size), 0.0, faces[1], 2 * faces[1] - float(z.max()))
+        return
+    low = max(faces[i], _SHORTEST * load.radius if i == 0 else 0.0)
+    limit = faces[i + 1] if i + 1 < faces.size else np.inf
+    start = faces[i]
+    while start < limit:
+        end = min(2 * low, limit)
+        last = end >= limit or end >= z.max()
+        chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
+        if chosen.size:
+            yield Points(chosen, start, end, low)
+        if last:
+            return
+        start = low = end
+
+
+def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool, reach: float) -> Array:
+    """Functions at the points of one panel in depth, shape (functions, n)."""
+    depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
+    result = np.empty((15 if shear else 6, r.size))
+    spectra: dict[float, tuple[Array, Array, Array]] = {}
+    for chosen, low, high in _panels_in_radius(r, load.radius, part.decay):
+        radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
+        # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
+        extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
+        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
+        if extent not in spectra:
+            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap), shear)
+        result[:, chosen] = _combined(_table(spectra[extent], radii), weights, depth_weights[chosen])
+    return result
+
+
+def _panels_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, float, float]]:
+    """Points by panels in r, which grow with the distance from the load."""
+    order = np.argsort(r, kind="stable")
+    ordered = r[order]
+    at = int(np.searchsorted(ordered, _NEAR * (a + decay), side="right"))
+    if 0 < np.unique(ordered[:at]).size <= _FEW:
+        yield order[:at], 0.0, 0.0
+    else:
+        at = 0
+    while at < r.size:
+        low = float(ordered[at])
+        if low <= a + decay:
+            # panels on a fixed grid of this width
+            width = _R_WIDTH * decay
+            low = width * np.floor(low / width)
+            high = low + width
+        else:
+            high = low + _R_WIDTH * max(decay, low - a)
+        end = int(np.searchsorted(ordered, high, side="right"))
+        yield order[at:end], low, high
+        at = end
+
+
+def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Array, Array]:
+    """Places at which functions are taken, and weights that bring them to the points x, shape (n, places).
+
+    The places are the points themselves where they are fewer than Chebyshev nodes would be.
+    """
+    own, which = np.unique(x, return_inverse=True)
+    if own.size <= count:
+        weights = np.zeros((x.size, own.size))
+        weights[np.arange(x.size), which.ravel()] = 1
+        return own, weights
+    low, high = max(low, own[0] - 1e-9 * (own[-1] - own[0])), min(high, own[-1])
+    nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    values = chebyshev.chebvander(np.clip((2 * x - low - high) / (high - low), -1, 1), count - 1)
+    transform = chebyshev.chebvander(nodes, count - 1).T * 2 / count
+    transform[0] /= 2
+    return np.maximum((low + high) / 2 + (high - low) / 2 * nodes, 0.0), values @ transform
+
+
+def _spectrum(
+    medium: Medium, load: Load, i: int, z: Array, rule: tuple[float, float, float], shear: bool
+) -> tuple[Array, Array, Array]:
+    """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz).
+
+    `rule` is the largest wavenumber, and the largest and smallest distance between points and load. Far from the load short
+    waves cancel: a smooth window ends the integral, whose own transform is below rounding at that distance.
+    """
+    last, extent, gap = rule
+    windowed = gap * last > _WINDOW[0] + 6 * _WINDOW[1]
+    if windowed:
+        last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
+    k, weight = wavenumbers(last, extent, max(medium.thickness, load.radius))
+    if windowed:
+        weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
+    layer = np.full(z.size, i)
+    fields = _amplitudes(medium, k, z, layer, shear)
+    if i == 0:
+        mu, nu = (float(each[0]) for each in constants_at(medium, np.zeros(1), np.zeros(1, dtype=int)))
+        fields -= _amplitudes(HalfSpace(2 * mu * (1 + nu), nu), k, z, layer, shear)
+    return k, weight * k * load.transform(k), fields
+
+
+def _amplitudes(body: HalfSpace | Medium, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+    """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
+    waves = waves_at(body, k, z, layer, shear=shear)
+    normal = normal_waves(waves, k)
+    return np.concatenate([normal, shear_waves(waves, k)]) if shear else normal
+
+
+def _table(spectrum: tuple[Array, Array, Array], r: Array) -> Array:
+    """Functions on the product of radii and depths, shape (functions, nr, nz)."""
+    k, weight, fields = spectrum
+    orders = NORMAL_ORDERS + (SHEAR_ORDERS if len(fields) > len(NORMAL_ORDERS) else ())
+    bessel = [values * weight for values in _bessel(np.outer(r, k), max(orders) + 1)]
+    return np.stack([bessel[m] @ each for m, each in zip(orders, fields, strict=True)])
+
+
+def _bessel(x: Array, count: int) -> list[Array]:
+    """J_0 ... J_(count - 1): orders two and three by recurrence, below x = 1 by their series."""
+    found = [scipy.special.j0(x), scipy.special.j1(x)]
+    small = x < 1
+    safe, y = np.where(small, 1.0, x), np.where(small, x, 0.0) ** 2
+    for m in range(2, count):
+        series = np.ones_like(x)
+        for s in range(6, 0, -1):
+            series = 1 - y / (4 * s * (m + s)) * series
+        lead = (np.where(small, x, 0.0) / 2) ** m / (2 if m == 2 else 6)
+        found.append(np.where(small, lead * series, 2 * (m - 1) / safe * found[m - 1] - found[m - 2]))
+    return found
+
+
+def wavenumbers(last: float, reach: float, longest: float) -> tuple[Array, Array]:
+    """Gauss nodes and weights over (0, last): panels grow from small k on until they hold a few oscillations.
+
+    They begin at the same k whatever the reach: where a layer slides, friction moves it by a distance that grows like the
+    logarithm of the reach and is known up to a constant only, which must not differ between panels.
+    """
+    edges = [0.0, _LOWEST / longest]
+    while edges[-1] < last:
+        edges.append(min(edges[-1] + min(4 * edges[-1], _PHASE / reach), last))
+    x, w = gauss(16)
+    low, half = np.array(edges[:-1])[:, None], np.diff(edges)[:, None] / 2
+    return (low + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+def _combined(table: Array, of_radius: Array, of_depth: Array) -> Array:
+    """Interpolate a table (functions, nr, nz) at n points; shape (functions, n)."""
+    functions, nr, nz = table.shape
+    flat = np.moveaxis(table, 1, 0).reshape(nr, functions * nz)
+    result = np.empty((functions, of_radius.shape[0]))
+    for start in range(0, of_radius.shape[0], 8192):
+        some = slice(start, start + 8192)
+        along = (of_radius[some] @ flat).reshape(-1, functions, nz)
+        result[:, some] = np.einsum("nfz,nz->fn", along, of_depth[some])
+    return result

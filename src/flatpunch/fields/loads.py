@@ -1,0 +1,131 @@
+"""Prescribed loads: a uniform disc and a pressure given on a grid, each at a place of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, positive, real
+
+
+@dataclass(frozen=True, slots=True)
+class DiscLoad:
+    """Uniform pressure, and traction along the surface, on a disc: a tyre, a plate under an actuator.
+
+    Parameters
+    ----------
+    pressure : float
+        Normal pressure [Pa], positive in compression.
+    radius : float
+        Radius of the disc [m], > 0.
+    traction : float
+        Shear traction on the disc [Pa], in the `direction` given to `fields`.
+    center : (float, float)
+        Centre of the disc on the surface [m].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is outside its range; the message names it.
+
+    Examples
+    --------
+    >>> import flatpunch as fp
+    >>> wheel = fp.DiscLoad(pressure=0.7e6, radius=0.1, center=(0.0, 0.17))
+    """
+
+    pressure: float
+    radius: float
+    traction: float = 0.0
+    center: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressure", real("DiscLoad.pressure", self.pressure))
+        object.__setattr__(self, "radius", positive("DiscLoad.radius", self.radius))
+        object.__setattr__(self, "traction", real("DiscLoad.traction", self.traction))
+        object.__setattr__(self, "center", _place("DiscLoad.center", self.center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PatchLoad:
+    """Pressure on a grid of square cells, constant in each: a measured footprint, a computed contact.
+
+    Parameters
+    ----------
+    pressure : array, shape (ny, nx)
+        Normal pressure of the cells [Pa], rows along y.
+    spacing : float
+        Side of a cell [m], > 0.
+    traction : array of the same shape, or float
+        Shear traction of the cells [Pa], in the `direction` given to `fields`.
+    center : (float, float)
+        Centre of the grid on the surface [m].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is outside its range, or the shapes differ.
+    """
+
+    pressure: Any
+    spacing: float
+    traction: Any = 0.0
+    center: tuple[float, float] = (0.0, 0.0)
+    cells: tuple[Array, Array] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        pressure = _cells("PatchLoad.pressure", self.pressure)
+        traction = np.asarray(self.traction, dtype=float)
+        if traction.ndim == 0:
+            traction = np.full(pressure.shape, real("PatchLoad.traction", traction))
+        traction = _cells("PatchLoad.traction", traction)
+        if traction.shape != pressure.shape:
+            raise ValueError(
+                f"PatchLoad.traction has shape {traction.shape}, pressure {pressure.shape}; give one traction for each cell, "
+                "or one number for all."
+            )
+        object.__setattr__(self, "spacing", positive("PatchLoad.spacing", self.spacing, "It is the side of a cell."))
+        object.__setattr__(self, "center", _place("PatchLoad.center", self.center))
+        object.__setattr__(self, "cells", (pressure, traction))
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """Size of the grid and total load, which is what a record of the calculation needs to know."""
+        pressure, _ = self.cells
+        return {
+            "type": "PatchLoad",
+            "cells": list(pressure.shape),
+            "spacing": self.spacing,
+            "center": list(self.center),
+            "force": float(pressure.sum() * self.spacing**2),
+        }
+
+
+Load = DiscLoad | PatchLoad
+
+
+def _place(name: str, value: Any) -> tuple[float, float]:
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} = {value!r} must be a pair (x, y) of lengths in metres.") from None
+    return real(f"{name}[0]", x), real(f"{name}[1]", y)
+
+
+def _cells(name: str, value: Any) -> Array:
+    try:
+        cells = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a two-dimensional array of numbers in Pa, rows along y.") from None
+    if cells.ndim != 2 or cells.size == 0:
+        raise ValueError(f"{name} has shape {cells.shape}; it must be a two-dimensional array (ny, nx), rows along y.")
+    bad = ~np.isfinite(cells)
+    if bad.any():
+        i, j = np.argwhere(bad)[0]
+        raise ValueError(
+            f"{name}[{i}, {j}] = {cells[i, j]} must be finite. Set cells without a measured value to zero."
+        )
+    cells.setflags(write=False)
+    return cells

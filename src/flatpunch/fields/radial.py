@@ -1,0 +1,125 @@
+"""The radial functions from which all stresses and displacements under a round load follow.
+
+A pressure p(r) = int k P J_0(kr) dk gives six functions of (r, z), a traction of the same shape in the direction x nine more,
+
+    int k P(k) J_m(kr) F(k, z) dk,
+
+with F the fields under unit load waves (`flatpunch.compliance.depth`) and the order m of the list. The angles come in at the
+end (`cartesian`): friction goes with cos and sin of theta, 2 theta, 3 theta. In the half-space of the surface material F is a
+polynomial of kz times exp(-kz) and the integrals are those of `ring_sources`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance.depth import Waves
+
+NORMAL_ORDERS = (1, 0, 1, 0, 0, 2)
+"""Bessel orders of u_r, u_z, s_rz, s_zz, (s_rr + s_tt)/2, -(s_rr - s_tt)/2 under a pressure."""
+
+SHEAR_ORDERS = (0, 2, 1, 0, 2, 1, 1, 1, 3)
+"""Bessel orders of u_l + u_t, u_l - u_t, u_z, s_lz + s_tz, s_lz - s_tz, s_zz, the in-plane mean, and the in-plane difference
+plus and minus the in-plane shear, under a traction."""
+
+
+def normal_waves(waves: Waves, k: Array) -> Array:
+    """F of the six functions, shape (6, nk, nz)."""
+    found = waves.normal.copy()
+    found[:2] /= k[:, None]
+    return found
+
+
+def shear_waves(waves: Waves, k: Array) -> Array:
+    """F of the nine functions, shape (9, nk, nz)."""
+    u_l, u_z, s_lz, s_zz, mean, difference = waves.shear
+    u_t, s_tz, s_lt = waves.transverse
+    q = k[:, None]
+    return np.stack(
+        [
+            (u_l + u_t) / q,
+            (u_l - u_t) / q,
+            u_z / q,
+            s_lz + s_tz,
+            s_lz - s_tz,
+            s_zz,
+            mean,
+            difference + s_lt,
+            difference - s_lt,
+        ]
+    )
+
+
+def half_space_normal(i: Array, z: Array, mu: float, nu: float) -> Array:
+    """The six functions in a half-space, from the integrals I_mj, shape (4, 3, n); shape (6, n)."""
+    return np.stack(
+        [
+            (z * i[1, 1] - (1 - 2 * nu) * i[1, 0]) / (2 * mu),
+            (z * i[0, 1] + 2 * (1 - nu) * i[0, 0]) / (2 * mu),
+            -z * i[1, 2],
+            -(i[0, 1] + z * i[0, 2]),
+            (z * i[0, 2] - (1 + 2 * nu) * i[0, 1]) / 2,
+            (z * i[2, 2] - (1 - 2 * nu) * i[2, 1]) / 2,
+        ]
+    )
+
+
+def half_space_shear(i: Array, z: Array, mu: float, nu: float) -> Array:
+    """The nine functions in a half-space, shape (9, n)."""
+    return np.stack(
+        [
+            (z * i[0, 1] - 2 * (2 - nu) * i[0, 0]) / (2 * mu),
+            (z * i[2, 1] + 2 * nu * i[2, 0]) / (2 * mu),
+            (z * i[1, 1] + (1 - 2 * nu) * i[1, 0]) / (2 * mu),
+            2 * i[0, 1] - z * i[0, 2],
+            -z * i[2, 2],
+            -z * i[1, 2],
+            z * i[1, 2] / 2 - (1 + nu) * i[1, 1],
+            z * i[1, 2] / 2 - (2 - nu) * i[1, 1],
+            z * i[3, 2] / 2 + nu * i[3, 1],
+        ]
+    )
+
+
+def cartesian(normal: Array | None, shear: Array | None, theta: Array) -> tuple[Array, Array]:
+    """Stress (xx, yy, zz, yz, xz, xy), shape (6, n), and displacement (x, y, z), shape (3, n).
+
+    Parameters
+    ----------
+    normal, shear : ndarray, shape (6, n) and (9, n), or None
+        The radial functions under a pressure, and under a traction in the direction x.
+    theta : ndarray, shape (n,)
+        Polar angle of the points [rad].
+    """
+    stress, displacement = np.zeros((6, theta.size)), np.zeros((3, theta.size))
+    c, s = np.cos(theta), np.sin(theta)
+    c2, s2 = (c - s) * (c + s), 2 * s * c
+    if normal is not None:
+        u_r, u_z, s_rz, s_zz, mean, difference = normal
+        displacement += np.stack([u_r * c, u_r * s, u_z])
+        stress += np.stack(
+            [
+                mean - difference * c2,
+                mean + difference * c2,
+                s_zz,
+                s_rz * s,
+                s_rz * c,
+                -difference * s2,
+            ]
+        )
+    if shear is not None:
+        c3, s3 = c * c2 - s * s2, s * c2 + c * s2
+        u_sum, u_difference, u_z, t_sum, t_difference, s_zz, mean, first, third = shear
+        displacement += np.stack([(u_difference * c2 - u_sum) / 2, u_difference * s2 / 2, u_z * c])
+        stress += np.stack(
+            [
+                mean * c + (first * c - third * c3) / 2,
+                mean * c - (first * c - third * c3) / 2,
+                s_zz * c,
+                t_difference * s2 / 2,
+                (t_difference * c2 - t_sum) / 2,
+                (first * s - third * s3) / 2,
+            ]
+        )
+    return stress, displacement

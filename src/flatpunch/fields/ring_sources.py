@@ -1,0 +1,244 @@
+"""Half-space integrals of a round load in closed form: complex ring sources.
+
+A round pressure with the transform P(k) = int_0^a g(t) cos(kt) dt, p(r) = int k P J_0(kr) dk, needs at depth the integrals
+
+    I_mj(r, z) = int_0^inf k^j P(k) J_m(kr) exp(-kz) dk = Re int_0^a g(t) (i d/dt)^j kappa_m dt,
+    kappa_m = exp(-m v)/(r cosh v),     r sinh v = z + i t,
+
+a ring source at the complex depth z + i t (m = 0: 1/sqrt(r^2 + (z + it)^2)). Two integrations by parts leave g'' under the
+integral, with antiderivatives of kappa_m that are elementary in v. In v the integrand is free of singularities, and the path
+from end to end of a panel is a straight line in the complex plane, so that Gauss quadrature is exact at any depth, z = 0 and
+the rim included. g is a polynomial on each panel; where it has degree one (cones) no integral is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from flatpunch._support.checks import Array
+from flatpunch._support.threads import in_threads
+from flatpunch.numerics.gauss import gauss
+
+ORDERS = 4
+"""Angular orders m = 0 ... 3: friction needs them all, a normal load the first three."""
+
+_NODES = 16
+"""Gauss nodes on a panel: exact for polynomials g'' of degree 13 on a straight path."""
+
+_MANY_NODES = 64
+"""Gauss nodes where the path in v is long, on the axis close to the surface."""
+
+_LONG = 3.0
+"""Length of the path in v above which more nodes are needed."""
+
+_CHUNK = 2048
+"""Points at once: their arrays stay in the cache."""
+
+_OPERATIONS = 1e4
+"""Floating-point operations at a point and panel, for the choice of threads."""
+
+_JUMP = 1e-13, 1e-11
+"""Jumps of g and g' between panels, over the largest g (and the radius), that are approximation error."""
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class RingSources:
+    """g(t) as Chebyshev series on panels.
+
+    Parameters
+    ----------
+    breaks : ndarray, shape (panels + 1,)
+        Ends of the panels, from 0 to the radius of the load [m].
+    series : ndarray, shape (panels, terms)
+        Chebyshev coefficients of g on each panel [Pa].
+    """
+
+    breaks: Array
+    series: Array
+
+    @property
+    def radius(self) -> float:
+        """Radius of the load [m]."""
+        return float(self.breaks[-1])
+
+    @property
+    def force(self) -> float:
+        """Total load [N], 2 pi P(0)."""
+        return float(2 * np.pi * self.transform(np.zeros(1))[0])
+
+    @cached_property
+    def _second(self) -> Array:
+        """Coefficients of g'' on each panel."""
+        half = np.diff(self.breaks)[:, None] / 2
+        return np.asarray(chebyshev.chebder(self.series, 2, axis=1) / half**2)
+
+    @cached_property
+    def _jumps(self) -> tuple[Array, Array]:
+        """Jumps of g and g' at the breaks, value below minus value above, shape (panels + 1,) each."""
+        half = np.diff(self.breaks)[:, None] / 2
+        slopes = chebyshev.chebder(self.series, 1, axis=1) / half
+        size = float(np.abs(chebyshev.chebval(np.linspace(-1, 1, 9), self.series.T)).max())
+        found = []
+        for coefficients, scale, share in zip((self.series, slopes), (size, size / self.radius), _JUMP, strict=True):
+            start, end = (chebyshev.chebval(x, coefficients.T) for x in (-1.0, 1.0))
+            jump = np.concatenate([[0.0], end]) - np.concatenate([start, [0.0]])
+            found.append(np.where(np.abs(jump) > share * scale, jump, 0.0))
+        return found[0], found[1]
+
+    def value(self, t: Array) -> Array:
+        """g at 0 <= t <= radius [Pa]."""
+        panel = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.series) - 1)
+        low, high = self.breaks[panel], self.breaks[panel + 1]
+        return np.asarray(chebyshev.chebval((2 * t - low - high) / (high - low), self.series[panel].T, tensor=False))
+
+    def transform(self, k: Array) -> Array:
+        """P(k) = int g cos(kt) dt [Pa m], shape of k."""
+        total = np.zeros_like(k)
+        largest = float(k.max(initial=0.0))
+        for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
+            half = (high - low) / 2
+            x, w = gauss(int(series.size + 8 + 0.6 * largest * half))
+            values = chebyshev.chebval(x, series) * w * half
+            for start in range(0, k.size, _CHUNK):
+                some = slice(start, start + _CHUNK)
+                total[some] += np.cos(np.outer(k[some], low + half * (1 + x))) @ values
+        return total
+
+    def integrals(self, r: Array, z: Array) -> Array:
+        """I_mj at points (r, z), shape (n,), with z >= 0.
+
+        Returns
+        -------
+        ndarray, shape (4, 3, n)
+            m = 0 ... 3, j = 0, 1, 2 [Pa m^(1-j)].
+        """
+        result = np.empty((ORDERS, 3, r.size))
+        # on the axis all orders but m = 0 vanish; this far off it they do, to rounding
+        r = np.maximum(r, 1e-20 * self.radius)
+
+        def fill(i: int) -> None:
+            some = slice(i * _CHUNK, (i + 1) * _CHUNK)
+            result[:, :, some] = self._chunk(r[some], z[some])
+
+        in_threads(fill, -(-r.size // _CHUNK), operations=_OPERATIONS * r.size * len(self.series))
+        return result
+
+    def _chunk(self, r: Array, z: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            v = np.arcsinh((z + 1j * self.breaks[:, None]) / r)
+        result = np.zeros((ORDERS, 3, r.size))
+        for at, of_value, of_slope in zip(v, *self._jumps, strict=True):
+            if of_value or of_slope:
+                _add_end(result, at, r, of_value, of_slope)
+        for i, series in enumerate(self._second):
+            if not np.any(series):
+                continue
+            middle, half = (self.breaks[i] + self.breaks[i + 1]) / 2, (self.breaks[i + 1] - self.breaks[i]) / 2
+            long = np.abs(v[i + 1] - v[i]) > _LONG
+            for chosen, nodes in ((~long, _NODES), (long, _MANY_NODES)):
+                if chosen.all():
+                    _add_panel(result, (v[i], v[i + 1]), r, z, (middle, half), series, nodes)
+                elif chosen.any():
+                    part = np.zeros((ORDERS, 3, int(chosen.sum())))
+                    ends = v[i][chosen], v[i + 1][chosen]
+                    _add_panel(part, ends, r[chosen], z[chosen], (middle, half), series, nodes)
+                    result[:, :, chosen] += part
+        return result
+
+
+def _add_end(result: Array, v: Complex, r: Array, of_value: float, of_slope: float) -> None:
+    """What the jumps of g and g' at one break leave."""
+    e = np.exp(-v)
+    root = r * np.cosh(v)
+    root = np.where(root == 0, 1e-150, root)
+    tangent = np.tanh(v)
+    powers = np.ones_like(e)
+    for m in range(ORDERS):
+        kappa = powers / root
+        first, second = _antiderivatives(m, v, e, r)
+        result[m, 0] += (of_value * first - of_slope * second).real
+        result[m, 1] -= (of_value * kappa - of_slope * first).imag
+        with np.errstate(over="ignore", invalid="ignore"):
+            steep = -1j * kappa * (m + tangent) / root if of_value else 0.0
+        result[m, 2] -= (of_value * steep - of_slope * kappa).real
+        powers = powers * e
+
+
+def _antiderivatives(m: int, v: Complex, e: Complex, r: Array) -> tuple[Any, Any]:
+    """First and second antiderivative of kappa_m over t; e = exp(-v)."""
+    if m == 0:
+        return -1j * v, -r * (v * np.sinh(v) - np.cosh(v))
+    if m == 1:
+        return 1j * e, r / 2 * (v - e * e / 2)
+    if m == 2:
+        return 0.5j * e * e, -r / 4 * (e + e**3 / 3)
+    return 1j / 3 * e**3, -r / 6 * (e * e / 2 + e**4 / 4)
+
+
+def _add_panel(
+    result: Array,
+    ends: tuple[Complex, Complex],
+    r: Array,
+    z: Array,
+    panel: tuple[float, float],
+    series: Array,
+    nodes: int,
+) -> None:
+    """Integrals of g'' with kappa_m and its antiderivatives over one panel, along the straight path in v."""
+    x, weight = gauss(nodes)
+    half = (ends[1] - ends[0]) / 2
+    v = (ends[1] + ends[0]) / 2 + half * x[:, None]
+    e = np.exp(-v)
+    inverse = 1 / e
+    cosh = (inverse + e) * (0.5 * r)
+    sinh = (inverse - e) * (0.5 * r)
+    # t = -i (r sinh v - z), in the panel's own variable
+    s: Complex = np.asarray(((z - sinh) * 1j - panel[0]) / panel[1], dtype=complex)
+    w = _clenshaw(s, series)
+    w *= half * weight[:, None]
+    # notation: dt = -i r cosh(v) dv; `cosh`, `sinh` carry the factor r
+    wc = w * cosh
+    second = v * sinh - cosh
+    result[0, 0] += (1j * wc * second).sum(0).real
+    result[0, 1] += (wc * v).sum(0).imag
+    result[0, 2] -= (-1j * w).sum(0).real
+    e2 = e * e
+    result[1, 0] += (-0.5j * wc * (v - e2 / 2)).sum(0).real * r
+    first = (wc * e).sum(0)
+    result[1, 1] -= first.imag
+    result[1, 2] -= (-1j * w * e).sum(0).real
+    result[2, 0] += (0.25j * wc * e * (1 + e2 / 3)).sum(0).real * r
+    result[2, 1] -= (wc * e2).sum(0).imag / 2
+    w *= e2
+    result[2, 2] -= (-1j * w).sum(0).real
+    result[3, 0] += (1j / 12 * wc * e2 * (1 + e2 / 2)).sum(0).real * r
+    wc *= e2
+    wc *= e
+    result[3, 1] -= wc.sum(0).imag / 3
+    w *= e
+    result[3, 2] -= (-1j * w).sum(0).real
+
+
+def _clenshaw(s: Complex, series: Array) -> Complex:
+    """Chebyshev series at complex s."""
+    last = np.flatnonzero(series)[-1] + 1
+    if last == 1:
+        return np.full_like(s, series[0])
+    twice = 2 * s
+    ahead, current = np.zeros_like(s), np.full_like(s, series[last - 1])
+    for c in series[last - 2 : 0 : -1]:
+        np.subtract(twice * current, ahead, out=ahead)
+        ahead += c
+        ahead, current = current, ahead
+    result = s * current
+    result -= ahead
+    result += series[0]
+    return np.asarray(result)

@@ -1,0 +1,138 @@
+"""[stress] of a case file: where stresses are wanted, friction, residual stresses and strengths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from flatpunch._support.checks import Array, non_negative
+from flatpunch.fields import Strength
+from flatpunch.files.tables.fields import Angle, Length, Number, Pressure, Table
+from flatpunch.files.tables.steps import LengthRange
+
+Places = Annotated[
+    Annotated[Length, Tag("a quantity")]
+    | Annotated[list[Length], Tag("a list")]
+    | Annotated[LengthRange, Tag("a range")],
+    Discriminator(
+        lambda value: "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"
+    ),
+]
+
+
+@dataclass(frozen=True)
+class StressCase:
+    """Points, sliding and strengths for the stresses of a case, in SI units.
+
+    Attributes
+    ----------
+    x, y, z : ndarray or None
+        Coordinates of the points [m]; None where the file leaves them open.
+    grid : bool
+        Whether points are all combinations of x, y and z; otherwise they go together one by one.
+    friction, direction : float
+        Coefficient of friction [-], direction of the traction [rad].
+    side : {"below", "above"}
+        Side of an interface on which points are taken.
+    residual_stress : tuple of float or None
+        Biaxial stress of each layer [Pa].
+    strengths : tuple of Strength
+        From the surface down, the base last; empty if none are given.
+    """
+
+    x: Array | None
+    y: Array | None
+    z: Array | None
+    grid: bool = True
+    friction: float = 0.0
+    direction: float = 0.0
+    side: Literal["above", "below"] = "below"
+    residual_stress: tuple[float, ...] | None = None
+    strengths: tuple[Strength, ...] = ()
+
+    def points(self, reach: float, deep: float) -> tuple[Array, Array, Array]:
+        """Points, broadcastable; by default the plane y = 0 over `reach` on both sides and down to `deep` [m]."""
+        x = np.linspace(-reach, reach, 201) if self.x is None else self.x
+        y = np.zeros(1) if self.y is None else self.y
+        z = np.linspace(0, deep, 121) if self.z is None else self.z
+        if not self.grid:
+            return x, y, z
+        found = np.meshgrid(x, y, z, indexing="ij")
+        kept = tuple(slice(None) if size > 1 else 0 for size in found[0].shape)
+        x, y, z = (np.asarray(axis[kept]) for axis in found)
+        return x, y, z
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What `fields` takes by name besides the contact."""
+        return {
+            "friction": self.friction,
+            "direction": self.direction,
+            "side": self.side,
+            "residual_stress": self.residual_stress,
+        }
+
+
+class StrengthTable(Table):
+    """[[stress.strengths]]: of one layer, in the order of the layers; the one after the last layer is the base."""
+
+    yield_stress: Pressure | None = None
+    tensile: Pressure | None = None
+    shear: Pressure | None = None
+    interface_tension: Pressure | None = None
+    interface_shear: Pressure | None = None
+
+    def build(self, folder: Path) -> Strength:
+        """Return the strength."""
+        return Strength(
+            yield_stress=self.yield_stress,
+            tensile=self.tensile,
+            shear=self.shear,
+            interface_tension=self.interface_tension,
+            interface_shear=self.interface_shear,
+        )
+
+
+class StressTable(Table):
+    """[stress]: points, sliding, residual stresses, strengths."""
+
+    x: Places | None = None
+    y: Places | None = None
+    z: Places | None = None
+    at: Literal["grid", "points"] = "grid"
+    friction: Number = 0.0
+    direction: Angle = 0.0
+    side: Literal["above", "below"] = "below"
+    residual_stress: list[Pressure] | None = None
+    strengths: list[StrengthTable] = Field(default=[])
+
+    def build(self, folder: Path) -> StressCase:
+        """Return the points and settings."""
+        places = {name: _array(getattr(self, name)) for name in ("x", "y", "z")}
+        if self.at == "points":
+            sizes = {value.size for value in places.values() if value is not None} - {1}
+            if any(value is None for value in places.values()) or len(sizes) > 1:
+                raise ValueError(
+                    "at = 'points' takes x, y and z as lists of one length, or single quantities among them."
+                )
+        return StressCase(
+            x=places["x"],
+            y=places["y"],
+            z=places["z"],
+            grid=self.at == "grid",
+            friction=non_negative("friction", self.friction),
+            direction=self.direction,
+            side=self.side,
+            residual_stress=None if self.residual_stress is None else tuple(self.residual_stress),
+            strengths=tuple(table.built for table in self.strengths),
+        )
+
+
+def _array(value: Any) -> Array | None:
+    if value is None:
+        return None
+    return np.atleast_1d(np.asarray(value.built if isinstance(value, LengthRange) else value, dtype=float))

@@ -1,0 +1,237 @@
+"""Pictures of fields: sections through the layers, stresses along the axis, tractions at interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance.depth import interfaces
+from flatpunch.fields import Strength, fields
+from flatpunch.files.units import readable
+from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NAMES = {
+    "von_mises": "von Mises stress",
+    "max_shear": "largest shear stress",
+    "hydrostatic": "mean normal stress",
+    "utilisation": "von Mises stress over yield stress",
+    "principal": "largest principal stress",
+}
+_SYMBOLS = {name: rf"$\sigma_{{{name}}}$" for name in ("xx", "yy", "zz", "yz", "xz", "xy")}
+_LINE: dict[str, Any] = {"color": "black", "linewidth": 0.9}
+
+
+def plot_fields(
+    result: xr.Dataset,
+    axes: Axes | None = None,
+    *,
+    quantity: str = "von_mises",
+    medium: Any = None,
+    strengths: Sequence[Strength | None] | None = None,
+) -> Axes:
+    """Draw a plane of a result of `fields` as a map with level lines; interfaces are drawn if the medium is given.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `fields` returned for points on a plane: two dimensions, along two of x, y and z.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    quantity : str
+        "von_mises", "max_shear", "hydrostatic", "principal" (the largest), a component of stress such as "xx", or
+        "utilisation": von Mises over yield stress, which takes the strengths.
+    medium : Medium, optional
+        Whose interfaces are drawn.
+    strengths : sequence of Strength or None, optional
+        Of the layers from the surface down and the base.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If the points are no plane, or the quantity is not known.
+    """
+    axes = Figure(figsize=(6.4, 4.0), layout="constrained").subplots() if axes is None else axes
+    across, down, names = _plane(result)
+    values, label, unit = _quantity(result, quantity, strengths)
+    length = float(max(np.abs(across).max(), np.abs(down).max()))
+    factor, length_unit = readable(length, "m")
+    signed = bool(np.nanmin(values) < 0 < np.nanmax(values))
+    top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
+    colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
+    mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
+    ticks = MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values)))
+    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else np.asarray(ticks)
+    # layer by layer: stresses jump at interfaces
+    for i in np.unique(result["layer"].values):
+        part = np.where(result["layer"].values == i, values, np.nan)
+        if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
+            lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
+            axes.clabel(lines, fontsize=6.5, fmt="%.3g")
+    if names[1] == "z":
+        if not axes.yaxis_inverted():
+            axes.invert_yaxis()
+        for face in _faces(medium):
+            axes.axhline(face * factor, **_LINE)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(mesh, ax=axes, label=f"{label} ({unit})" if unit else label)
+    axes.set_xlabel(f"${names[0]}$ ({length_unit})")
+    axes.set_ylabel(f"${names[1]}$ ({length_unit})")
+    return axes
+
+
+def _plane(result: xr.Dataset) -> tuple[Array, Array, tuple[str, str]]:
+    """Coordinates along the two directions that vary, shape (n, m) each."""
+    if result["von_mises"].ndim != 2 or min(result["von_mises"].shape) < 2:
+        raise ValueError(
+            f"result has points of shape {result['von_mises'].shape}; a picture needs a plane of at least 2 x 2 points."
+        )
+    varying = [name for name in ("x", "y", "z") if np.ptp(result[name].values) > 0]
+    if len(varying) != 2:
+        raise ValueError(
+            f"result varies along {', '.join(varying) or 'nothing'}; a plane varies along two of x, y and z."
+        )
+    return result[varying[0]].values, result[varying[1]].values, (varying[0], varying[1])
+
+
+def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | None] | None) -> tuple[Array, str, str]:
+    """Values in a readable unit, their name and unit."""
+    if quantity == "utilisation":
+        limits = np.array([np.nan if s is None or s.yield_stress is None else s.yield_stress for s in strengths or ()])
+        layer = result["layer"].values
+        if not np.isfinite(limits).any():
+            raise ValueError("quantity = 'utilisation' takes strengths with a yield stress.")
+        limits = np.append(limits, np.full(max(0, int(layer.max()) + 1 - limits.size), np.nan))
+        return result["von_mises"].values / limits[layer], _NAMES[quantity], ""
+    if quantity in _SYMBOLS:
+        values, name = result["stress"].sel(component=quantity).values, _SYMBOLS[quantity]
+    elif quantity == "principal":
+        values, name = result["principal"].values[0], _NAMES[quantity]
+    elif quantity in _NAMES:
+        values, name = result[quantity].values, _NAMES[quantity]
+    else:
+        known = ", ".join([*_NAMES, *_SYMBOLS])
+        raise ValueError(f"quantity = {quantity!r} is unknown; choose one of {known}.")
+    factor, unit = readable(float(np.abs(values[np.isfinite(values)]).max(initial=0.0)), "Pa")
+    return values * factor, name, unit
+
+
+def _faces(medium: Any) -> Array:
+    body = underlying(medium) if medium is not None else None
+    return interfaces(body) if isinstance(body, (Medium, HalfSpace)) else np.zeros(0)
+
+
+def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **contact: Any) -> Axes:
+    """Draw s_xx and s_zz along the axis, layer by layer, so that jumps at interfaces show.
+
+    Parameters
+    ----------
+    medium, indenter : object
+        As for `fields`.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    deepest : float
+        Depth down to which it is drawn [m].
+    **contact
+        Depth, force or radius, friction, residual_stress and so on, as for `fields`.
+    """
+    faces = _faces(medium)
+    body = underlying(medium)
+    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+        deepest = min(deepest, body.thickness)
+    ends = [0.0, *[float(face) for face in faces if face < deepest], deepest]
+    depth, drawn = [], []
+    for start, end in pairwise(ends):
+        # just inside the layer on either end
+        z = start + (end - start) * np.linspace(1e-9, 1 - 1e-9, 80)
+        found = fields(medium, indenter, 0.0, 0.0, z, **contact)
+        depth.append(z)
+        drawn.append(found["stress"].sel(component=["xx", "zz"]).values)
+    largest = max(float(np.abs(each).max()) for each in drawn)
+    factor, unit = readable(largest, "Pa")
+    length_factor, length_unit = readable(deepest, "m")
+    for row, (name, colour) in enumerate((("xx", "#c1121f"), ("zz", "#1f4e79"))):
+        for i, (z, values) in enumerate(zip(depth, drawn, strict=True)):
+            label = _SYMBOLS[name] if i == 0 else None
+            axes.plot(values[row] * factor, z * length_factor, color=colour, label=label)
+    for face in faces[faces < deepest]:
+        axes.axhline(face * length_factor, **_LINE)
+    axes.axvline(0, color="#8c8c8c", linewidth=0.6)
+    axes.set_ylim(deepest * length_factor, 0)
+    axes.set_xlabel(f"stress on the axis ({unit})")
+    axes.set_ylabel(f"$z$ ({length_unit})")
+    axes.legend(frameon=False)
+    return axes
+
+
+def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float, **contact: Any) -> Axes:
+    """Draw normal and shear traction at every interface along x.
+
+    Parameters
+    ----------
+    medium, indenter, axes, **contact
+        As for `axis_stresses`.
+    reach : float
+        Distance from the axis up to which they are drawn [m].
+    """
+    contact = {key: value for key, value in contact.items() if key != "side"}
+    x = np.linspace(-reach if contact.get("friction") else 0.0, reach, 201)
+    faces = _faces(medium)
+    if not faces.size:
+        axes.text(0.5, 0.5, "no interfaces", ha="center", va="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return axes
+    found = [fields(medium, indenter, x, 0.0, face, side="above", **contact)["stress"] for face in faces]
+    factor, unit = readable(max(float(np.abs(each.sel(component=["zz", "xz"])).max()) for each in found), "Pa")
+    length_factor, length_unit = readable(reach, "m")
+    for i, stress in enumerate(found):
+        colour = f"C{i}"
+        for name, style in (("zz", "-"), ("xz", "--")):
+            axes.plot(
+                x * length_factor,
+                stress.sel(component=name).values * factor,
+                style,
+                color=colour,
+                label=f"{_SYMBOLS[name]}, interface {i + 1}",
+            )
+    axes.axhline(0, color="#8c8c8c", linewidth=0.6)
+    axes.set_xlabel(f"$x$ ({length_unit})")
+    axes.set_ylabel(f"traction ({unit})")
+    axes.legend(frameon=False, fontsize=7)
+    return axes
+
+
+def figure(
+    result: xr.Dataset,
+    medium: Any,
+    indenter: Any,
+    contact: dict[str, Any],
+    *,
+    strengths: Sequence[Strength | None] = (),
+    title: str = "",
+) -> Figure:
+    """Return the plane of a result, stresses along the axis and tractions at the interfaces side by side."""
+    drawn = Figure(figsize=(13.6, 4.2), layout="constrained")
+    left, middle, right = drawn.subplots(1, 3, width_ratios=(1.5, 0.9, 1.1))
+    judged = any(strength is not None and strength.yield_stress is not None for strength in strengths)
+    plot_fields(result, left, quantity="utilisation" if judged else "von_mises", medium=medium, strengths=strengths)
+    span = [float(np.ptp(result[name].values)) for name in ("x", "y", "z")]
+    axis_stresses(medium, indenter, middle, deepest=span[2] or max(span), **contact)
+    interface_tractions(medium, indenter, right, reach=max(span[:2]) / 2 or max(span), **contact)
+    if title:
+        drawn.suptitle(title, fontsize=12)
+    return drawn

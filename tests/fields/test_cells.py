@@ -1,0 +1,115 @@
+"""Pressures on cells: against exact round contacts, discs made of cells, elliptic contact, bad input."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import flatpunch as fp
+from flatpunch.reference.elliptic import elliptic_paraboloid
+
+BODY = fp.HalfSpace(1e9, 0.3)
+FILM = fp.Medium([fp.Layer(5e9, 0.3, 1e-6)], fp.HalfSpace(1e9, 0.3))
+TIP = fp.Paraboloid(20e-6)
+
+
+@pytest.mark.parametrize(("medium", "friction"), [(BODY, 0.3), (FILM, 0.0)], ids=["half-space", "film"])
+def test_round_contact_by_boundary_elements(medium, friction):
+    """0.5 % of the largest stress inside and at the surface away from the rim; the estimate holds there and beside it."""
+    rng = np.random.default_rng(4)
+    force = float(fp.indent(medium, TIP, radius=2e-6).force[0])
+    for count, z in ((120, 0.3e-6), (120, 1.5e-6), (120, 0.0)):
+        x, y = rng.uniform(-5e-6, 5e-6, (2, count))
+        exact = fp.fields(medium, TIP, x, y, z, force=force, friction=friction)
+        cells = fp.fields(medium, TIP, x, y, z, force=force, friction=friction, method="bem", grid=128)
+        off = np.abs(cells.stress - exact.stress).values.max(axis=0)
+        pressure = float(fp.pressure(medium, TIP, 0, 0, force=force))
+        assert off.max() < max(cells.attrs["stress_error"], 1e-4) * pressure
+        away = np.abs(np.hypot(x, y) - 2e-6) > 0.3e-6
+        assert off[away].max() < 0.005 * float(np.abs(exact.stress).max())
+        moved = np.abs(cells.displacement - exact.displacement).values
+        assert moved.max() < 2e-3 * float(np.abs(exact.displacement).max())
+
+
+def test_a_section_through_all_depths():
+    """Many depths are interpolated between planes; 0.5 % of the largest stress."""
+    rng = np.random.default_rng(5)
+    x, z = rng.uniform(-5e-6, 5e-6, 300), rng.uniform(0.1e-6, 8e-6, 300)
+    force = float(fp.indent(FILM, TIP, radius=2e-6).force[0])
+    exact = fp.fields(FILM, TIP, x, 0.2e-6, z, force=force)
+    cells = fp.fields(FILM, TIP, x, 0.2e-6, z, force=force, method="bem", grid=96)
+    np.testing.assert_allclose(cells.stress, exact.stress, atol=0.005 * float(np.abs(exact.stress).max()))
+
+
+def test_disc_made_of_cells():
+    """Three-layer road under two wheels, as discs and as one patch: away from the edges of the discs 0.5 %."""
+    road = fp.Medium([fp.Layer(3e9, 0.35, 0.15), fp.Layer(0.3e9, 0.4, 0.3)], fp.HalfSpace(50e6, 0.45))
+    wheels = [fp.DiscLoad(0.7e6, 0.1, traction=0.1e6, center=(0.0, y)) for y in (-0.17, 0.17)]
+    h = 0.005
+    x, y = (np.arange(40) - 19.5) * h, (np.arange(108) - 53.5) * h
+    fine = (np.arange(5) - 2) / 5 * h
+    inside = np.zeros((108, 40))
+    for _, wheel_y in (wheel.center for wheel in wheels):
+        for dx in fine:
+            for dy in fine:
+                inside += ((x[None, :] + dx) ** 2 + (y[:, None] + dy - wheel_y) ** 2 < 0.01) / 25
+    patch = fp.PatchLoad(0.7e6 * inside, h, traction=0.1e6 * inside)
+    at = ([0.0, 0.05, 0.4, 2.0], [0.0, 0.1, 0.3, 1.0], [0.1, 0.15, 0.3, 1.0])
+    for direction in (0.0, 0.7):
+        discs = fp.fields(road, wheels, *at, direction=direction)
+        cells = fp.fields(road, patch, *at, direction=direction)
+        np.testing.assert_allclose(cells.stress, discs.stress, atol=2e-3 * 0.7e6)
+        np.testing.assert_allclose(
+            cells.displacement, discs.displacement, atol=2e-3 * float(np.abs(discs.displacement).max())
+        )
+
+
+def test_elliptic_contact_on_its_axis():
+    """Pressure of an ellipse on a half-space; s_zz below its centre by one integral over confocal ellipses."""
+    exact = elliptic_paraboloid(2e4, 5e4, BODY.surface_modulus, depth=1e-7)
+    half_x, half_y, force = exact.half_axis_x, exact.half_axis_y, exact.force
+    z = np.array([0.5e-6, 1.5e-6])
+    fields = fp.fields(BODY, fp.EllipticParaboloid(2e4, 5e4), 0, 0, z, depth=1e-7)
+    for i, depth in enumerate(z):
+
+        def below(s, depth=depth):
+            # s_zz of a point force under an elliptic ring of relative size s, averaged over the angle
+            phi = (np.arange(64) + 0.5) * 2 * np.pi / 64
+            r2 = (s * half_x * np.cos(phi)) ** 2 + (s * half_y * np.sin(phi)) ** 2 + depth**2
+            return 3 * force * s * np.sqrt(1 - s * s) * np.mean(-3 * depth**3 / (2 * np.pi * r2**2.5))
+
+        expected = quad(below, 0, 1, epsabs=0)[0]
+        assert float(fields.stress[2, i]) == pytest.approx(expected, rel=3e-3)
+
+
+def test_fast_methods_give_their_superposed_pressure():
+    """A pyramid under a film: boundary elements and the second-order pressure agree to the estimates of both."""
+    x = np.linspace(-1e-6, 1e-6, 9)
+    ours, theirs = (
+        fp.fields(FILM, fp.Pyramid(4, 0.3), x, 0.1e-6, 0.3e-6, depth=3e-7, method=m) for m in ("bem", "second-order")
+    )
+    largest = float(np.abs(ours.stress).max())
+    np.testing.assert_allclose(theirs.stress, ours.stress, atol=0.1 * largest)
+    assert theirs.attrs["stress_error"] > ours.attrs["stress_error"]
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "words"),
+    [
+        (lambda: fp.PatchLoad([1.0, 2.0], 1.0), ValueError, "two-dimensional"),
+        (lambda: fp.PatchLoad([[1.0, np.nan]], 1.0), ValueError, r"\[0, 1\]"),
+        (lambda: fp.PatchLoad([[1.0]], 0.0), ValueError, "spacing"),
+        (lambda: fp.PatchLoad([[1.0]], 1.0, traction=[[1.0, 2.0]]), ValueError, "traction"),
+        (lambda: fp.DiscLoad(1.0, -1.0), ValueError, "radius"),
+        (lambda: fp.DiscLoad(1.0, 1.0, center=3.0), TypeError, "center"),
+        (lambda: fp.fields(FILM, fp.Pyramid(4, 0.3), 0, 0, 0, depth=1e-7, cells=3), TypeError, "cells"),
+        (lambda: fp.fields(FILM, fp.Pyramid(4, 0.3), 0, 0, 0, depth=1e-7, work_of_adhesion=1.0), ValueError, "adhesi"),
+        (
+            lambda: fp.fields(fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3), fp.Sphere(1e-6), 0, 0, 0, depth=1e-7),
+            ValueError,
+            "power-law",
+        ),
+    ],
+)
+def test_bad_input(make, error, words):
+    with pytest.raises(error, match=words):
+        make()

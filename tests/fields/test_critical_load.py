@@ -1,0 +1,150 @@
+"""First failure: closed forms of Hertz contact, a brute-force search, scaling, bad input. Energy by layer."""
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+
+STEEL = fp.HalfSpace(210e9, 0.3)
+FILM = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], base=fp.HalfSpace(210e9, 0.3))
+STIFF = fp.Medium([fp.Layer(300e9, 0.25, 2e-6), fp.Layer(100e9, 0.25, 1e-6)], base=fp.HalfSpace(3e9, 0.3))
+
+
+def test_first_yield_of_hertz_contact():
+    """Tresca: p0 = 1.613 k/0.5 at z = 0.48 a for nu = 0.3; shear 0.310 p0 (Johnson 1985)."""
+    found = fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(yield_stress=500e6))
+    p = 1.5 * found.force / (np.pi * found.radius**2)
+    z = np.linspace(0.3, 0.7, 40001)
+    around = np.arctan(1 / z)
+    mises = np.abs(-1.3 * (1 - z * around) + 1.5 / (1 + z**2))
+    assert p / 500e6 == pytest.approx(1 / mises.max(), rel=1e-6)
+    # a maximum is located to the root of the precision of its value
+    assert found.place[2] / found.radius == pytest.approx(z[np.argmax(mises)], abs=1e-3)
+    assert (found.kind, found.layer) == ("yield", 0)
+    shear = fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(shear=200e6))
+    assert 200e6 / (1.5 * shear.force / (np.pi * shear.radius**2)) == pytest.approx(0.310, abs=5e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_ring_crack_of_hertz_contact(friction):
+    """(1 - 2 nu)/3 p0 at the rim, (4 + nu) pi f/8 more at the trailing edge of a sliding contact (Hamilton 1983)."""
+    found = fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(tensile=300e6), friction=friction)
+    p = 1.5 * found.force / (np.pi * found.radius**2)
+    assert 300e6 / p == pytest.approx(0.4 / 3 + 4.3 * np.pi * friction / 8, rel=1e-4)
+    assert abs(found.place[0]) == pytest.approx(found.radius, rel=1e-3)
+
+
+def test_load_grows_with_the_cube_of_strength():
+    loads = [fp.critical_load(STEEL, fp.Paraboloid(1e-3), fp.Strength(yield_stress=y)).force for y in (100e6, 1000e6)]
+    assert loads[1] / loads[0] == pytest.approx(1000, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("medium", "strengths", "friction"),
+    [
+        (FILM, [fp.Strength(yield_stress=8e9, tensile=4e9, interface_shear=0.5e9), fp.Strength(yield_stress=1e9)], 0.0),
+        (FILM, [fp.Strength(yield_stress=8e9, tensile=1e9), fp.Strength(yield_stress=4e9)], 0.2),
+        (STIFF, [fp.Strength(tensile=1e9), fp.Strength(interface_shear=0.1e9), None], 0.0),
+        (STIFF, [None, fp.Strength(interface_shear=0.02e9), fp.Strength(yield_stress=1e9)], 0.1),
+    ],
+)
+def test_against_a_fine_search(medium, strengths, friction):
+    """At the critical load no point of a fine plane is worse than one by more than 1e-3, and the named place is at one."""
+    tip = fp.Sphere(50e-6)
+    found = fp.critical_load(medium, tip, strengths, friction=friction)
+    assert min(found.margins.values()) == pytest.approx(1, abs=1e-4)
+    strengths = [each or fp.Strength() for each in strengths]
+    tops = np.cumsum([0.0] + [layer.thickness for layer in medium.layers])
+    worst = 0.0
+    for i, strength in enumerate(strengths):
+        bottom = tops[i + 1] if i + 1 < tops.size else tops[i] + 4 * found.radius
+        x, z = np.meshgrid(np.linspace(-3, 3, 121) * found.radius, np.linspace(tops[i], bottom, 61))
+        side = np.where(np.arange(61) == 60, 0, 1)
+        for rows, which in ((side == 1, "below"), (side == 0, "above")):
+            stress = fp.fields(medium, tip, x[rows], 0.0, z[rows], radius=found.radius, friction=friction, side=which)
+            stress = stress.stress.values
+            for _, ratio in strength.utilisation(stress):
+                worst = max(worst, float(ratio.max()))
+            if which == "above":
+                for _, ratio in strength.interface_utilisation(stress):
+                    worst = max(worst, float(ratio.max()))
+    assert worst < 1.001
+    assert worst > 0.97  # the fine plane comes close to the place that was found
+
+
+def test_residual_compression_delays_cracks():
+    strength = [fp.Strength(tensile=1e9)]
+    plain = fp.critical_load(FILM, fp.Sphere(50e-6), strength)
+    pressed = fp.critical_load(FILM, fp.Sphere(50e-6), strength, residual_stress=[-1e9])
+    assert pressed.force > 1.5 * plain.force
+    with pytest.raises(ValueError, match="alone exceeds"):
+        fp.critical_load(FILM, fp.Sphere(50e-6), strength, residual_stress=[2e9])
+
+
+def test_sharp_tips_fail_at_first_touch_and_strong_bodies_never():
+    assert fp.critical_load(STEEL, fp.Cone(0.2), fp.Strength(yield_stress=1e9)).force == 0
+    assert fp.critical_load(STEEL, fp.Sphere(1e-3), fp.Strength(yield_stress=1e15)).force == np.inf
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"strengths": [fp.Strength(), fp.Strength()]}, ValueError, "nothing"),
+        ({"strengths": [fp.Strength(tensile=1.0)] * 3}, ValueError, "at most 2"),
+        ({"strengths": [None, fp.Strength(interface_shear=1.0)]}, ValueError, "no interface"),
+        ({"strengths": [3.0]}, TypeError, "Strength"),
+        ({"indenter": fp.Pyramid(4, 0.3)}, ValueError, "round"),
+        ({"indenter": fp.Cylinder(1e-6)}, ValueError, "edge"),
+        ({"friction": -1.0}, ValueError, "friction"),
+        ({"medium": fp.TwoBodies(STEEL, STEEL)}, TypeError, "TwoBodies"),
+    ],
+)
+def test_bad_input(arguments, error, words):
+    given = {
+        "medium": FILM,
+        "indenter": fp.Sphere(1e-6),
+        "strengths": [fp.Strength(yield_stress=1e9)],
+        **arguments,
+    }
+    with pytest.raises(error, match=words):
+        fp.critical_load(given.pop("medium"), given.pop("indenter"), given.pop("strengths"), **given)
+    with pytest.raises(ValueError, match=r"Strength\.tensile"):
+        fp.Strength(tensile=-1.0)
+
+
+@pytest.mark.parametrize("medium", [STEEL, FILM, STIFF, fp.Medium([fp.Layer(1e9, 0.5, 2e-6)], fp.RigidBase())])
+@pytest.mark.parametrize("tip", [fp.Sphere(20e-6), fp.Cone(0.2)])
+def test_energy_is_the_work_of_the_contact(medium, tip):
+    a = 1.5e-6
+    found = fp.energy_by_depth(medium, tip, radius=a, z=np.array([0.5e-6, 1.9e-6]))
+    x, w = np.polynomial.legendre.leggauss(30)
+    steps = a * ((x + 1) / 2) ** 2
+    curve = fp.indent(medium, tip, radius=steps)
+    end = fp.indent(medium, tip, radius=a)
+    # int F dd = F d - int d dF with dF = K dd, as an integral over the radius: d as a function of a is smooth
+    slope = np.array(
+        [
+            (
+                fp.indent(medium, tip, radius=s * (1 + 1e-4)).depth[0]
+                - fp.indent(medium, tip, radius=s * (1 - 1e-4)).depth[0]
+            )
+            / (2e-4 * s)
+            for s in steps
+        ],
+        dtype=float,
+    )
+    work = float(np.sum(w / 2 * a * (x + 1) * curve.force.values * slope))
+    assert found.attrs["total"] == pytest.approx(work, rel=1e-6)  # differences of step 1e-4
+    assert float(found.energy.sum()) == pytest.approx(found.attrs["total"], rel=1e-9)
+    assert np.all(found.energy >= -1e-12 * work)
+    assert float(end.force[0]) > 0
+    assert float(found.energy_below[0]) > float(found.energy_below[1]) > 0
+
+
+def test_energy_of_one_material_does_not_know_interfaces():
+    parts = fp.Medium([fp.Layer(210e9, 0.3, 1e-6), fp.Layer(210e9, 0.3, 2e-6)], fp.HalfSpace(210e9, 0.3))
+    found = fp.energy_by_depth(parts, fp.Sphere(20e-6), radius=1e-6)
+    whole = fp.energy_by_depth(STEEL, fp.Sphere(20e-6), radius=1e-6, z=[1e-6, 3e-6])
+    assert found.attrs["total"] == pytest.approx(whole.attrs["total"], rel=1e-10)
+    below = whole.energy_below.values
+    np.testing.assert_allclose(found.energy[1:], [below[0] - below[1], below[1]], rtol=1e-9)

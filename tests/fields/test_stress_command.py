@@ -1,0 +1,156 @@
+"""[stress] of case files, `flatpunch stress`, critical loads in sweeps, pictures."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import flatpunch as fp
+from flatpunch.cli.app import app
+from flatpunch.files import CaseError, read_case
+from flatpunch.plots import fields as pictures
+from flatpunch.sweeps.failure import is_map, map_figure
+
+COATING = """
+title = "Hard coating on steel"
+[[layers]]
+young = "300 GPa"
+poisson = 0.25
+thickness = "2 um"
+[base]
+kind = "half-space"
+young = "210 GPa"
+poisson = 0.3
+[indenter]
+kind = "sphere"
+radius = "50 um"
+[control]
+force = ["100 mN", "500 mN"]
+"""
+STRESS = """
+[stress]
+friction = 0.1
+residual_stress = ["-1 GPa"]
+[[stress.strengths]]
+yield_stress = "8 GPa"
+tensile = "2 GPa"
+interface_shear = "500 MPa"
+[[stress.strengths]]
+yield_stress = "1.5 GPa"
+"""
+POINTS = """
+[stress]
+x = { start = "-3 um", stop = "3 um", points = 4 }
+z = ["1 um", "3 um"]
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_points_and_strengths_of_a_case(tmp_path):
+    case = read_case(written(tmp_path, COATING + STRESS))
+    assert case.stress.friction == 0.1
+    assert case.stress.residual_stress == (-1e9,)
+    assert case.stress.strengths == (
+        fp.Strength(yield_stress=8e9, tensile=2e9, interface_shear=0.5e9),
+        fp.Strength(yield_stress=1.5e9),
+    )
+    x, y, z = read_case(written(tmp_path, COATING + POINTS)).stress.points(1.0, 1.0)
+    assert x.shape == y.shape == z.shape == (4, 2)
+    np.testing.assert_allclose(x[:, 0], [-3e-6, -1e-6, 1e-6, 3e-6])
+    np.testing.assert_allclose(z[0], [1e-6, 3e-6])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[stress]\nfriction = -0.1\n", "friction"),
+        ("[stress]\nz = 3\n", "length"),
+        ('[stress]\nat = "points"\nx = ["1 um", "2 um"]\ny = "0 um"\nz = ["1 um", "2 um", "3 um"]\n', "one length"),
+        ('[[stress.strengths]]\nyield_stress = "-1 GPa"\n', "yield_stress"),
+        ("[stress]\nfrction = 0.1\n", "friction"),
+    ],
+)
+def test_bad_tables(tmp_path, text, words):
+    with pytest.raises(CaseError, match=words):
+        read_case(written(tmp_path, COATING + text))
+
+
+def test_command_writes_and_says_what_fails_first(tmp_path):
+    case = written(tmp_path, COATING + STRESS)
+    targets = [tmp_path / name for name in ("out.nc", "out.csv", "out.png")]
+    arguments = ["stress", str(case), "-o", str(targets[0]), "--csv", str(targets[1]), "--plot", str(targets[2])]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "First failure: yield in layer 2" in result.output
+    assert all(path.stat().st_size > 1000 for path in targets)
+    loaded = fp.load(targets[0])
+    assert loaded.stress.dims == ("component", "axis_0", "axis_1")
+    first = fp.critical_load(
+        read_case(case).medium,
+        fp.Sphere(50e-6),
+        list(read_case(case).stress.strengths),
+        friction=0.1,
+        residual_stress=[-1e9],
+    )
+    assert f"{first.force * 1e3:.4g} mN" in result.output
+    assert len(targets[1].read_text(encoding="utf-8").splitlines()) == 1 + loaded.von_mises.size
+
+
+def test_command_without_a_table_and_with_bad_input(tmp_path):
+    result = CliRunner().invoke(app, ["stress", str(written(tmp_path, COATING))])
+    assert result.exit_code == 0, result.output
+    assert "largest" in result.output
+    wrong = CliRunner().invoke(app, ["stress", str(written(tmp_path, COATING)), "--plot", "x.gif"])
+    assert wrong.exit_code == 2
+    shown = CliRunner().invoke(app, ["check", str(written(tmp_path, COATING + STRESS))])
+    assert "strengths of 2 layers" in shown.output
+
+
+def test_sweep_and_its_map(tmp_path):
+    """The kind of the first failure changes over the map, and each point is what `critical_load` says."""
+    case = written(tmp_path, COATING + STRESS)
+    study = fp.sweep(case, {"layers.0.thickness": "0.3um:10um:3:log", "layers.0.young": "100GPa, 800GPa"})
+    assert study.critical_force.dims == ("layers.0.thickness", "layers.0.young", "step")
+    assert (
+        len(
+            {
+                (k, i)
+                for k, i in zip(study.critical_kind.values.ravel(), study.critical_layer.values.ravel(), strict=True)
+            }
+        )
+        > 1
+    )
+    medium = fp.Medium([fp.Layer(800e9, 0.25, 10e-6)], fp.HalfSpace(210e9, 0.3))
+    one = fp.critical_load(
+        medium, fp.Sphere(50e-6), list(read_case(case).stress.strengths), friction=0.1, residual_stress=[-1e9]
+    )
+    assert float(study.critical_force[-1, -1, 0]) == pytest.approx(one.force, rel=1e-9)
+    assert is_map(study, "critical_force")
+    assert not is_map(study, None)
+    drawn = map_figure(study)
+    assert [text.get_text() for text in drawn.legends[0].get_texts()]
+    assert "GPa" in drawn.axes[0].get_ylabel()
+
+
+def test_pictures():
+    film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], fp.HalfSpace(210e9, 0.3))
+    x, z = np.meshgrid(np.linspace(-5e-6, 5e-6, 12), np.linspace(0, 5e-6, 10))
+    found = fp.fields(film, fp.Sphere(50e-6), x, 0.0, z, force=0.1)
+    for quantity in ("von_mises", "principal", "xx", "hydrostatic"):
+        axes = fp.plot_fields(found, quantity=quantity, medium=film)
+        assert axes.yaxis_inverted()
+    axes = fp.plot_fields(found, quantity="utilisation", strengths=[None, fp.Strength(yield_stress=1e9)])
+    assert "µm" in axes.get_xlabel()
+    drawn = pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": 0.1})
+    lines = drawn.axes[1].get_lines()
+    assert len(lines) >= 5  # two stresses in two layers, and the interface
+    with pytest.raises(ValueError, match="plane"):
+        fp.plot_fields(found.isel(axis_0=0))
+    with pytest.raises(ValueError, match="unknown"):
+        fp.plot_fields(found, quantity="colour")
+    with pytest.raises(ValueError, match="strengths"):
+        fp.plot_fields(found, quantity="utilisation")
