@@ -73,8 +73,8 @@ def sweep(
     xarray.Dataset
         What `indent` returns, over the varied parameters (coordinates named by their paths, in SI units) and `step`; NaN where
         a point failed. `status` is "solved" or "failed", `reason` says why, `method_used` and `notes` are those of
-        each point. Where the
-        case has strengths in [stress]: critical_force, critical_depth, critical_kind and critical_layer too, the same at all steps.
+        each point. Where the case has strengths in [stress]: critical_force, critical_depth, critical_kind and
+        critical_layer too, the same at all steps.
 
     Raises
     ------
