@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from ellipse import adhesive_ellipse, force_and_energy
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from support.adhesive_ellipse import adhesive_ellipse, force_and_energy
 
 UNIT = fp.HalfSpace(1.0, 0.0)
 LAYER = fp.Medium([fp.Layer(1.0, 0.45, 0.8)], base=fp.RigidBase())
