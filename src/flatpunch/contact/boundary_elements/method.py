@@ -15,7 +15,7 @@ from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
-from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
+from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.contact.curve import Control, Curve, Extra, PressureField
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation.error import estimates
@@ -221,10 +221,10 @@ def _errors(indenter: Indenter, found: list[bem.Solution], traces: list[Trace]) 
             change[i] = solution.coarser_force / solution.force - 1
     # steps that began from the one before are too close to it to differ
     latest = np.maximum.accumulate(np.where(np.isfinite(change), np.arange(change.size), 0))
-    outline = np.log([trace.contour / trace.radius for trace in traces])
+    with np.errstate(invalid="ignore"):
+        outline = np.log([trace.contour / trace.radius for trace in traces])
     force = cell_error.own_force_error(change[latest], outline, cells, edges=bool(indenter.corners))
-    contour = np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
-    return np.where(np.isfinite(cells), force, np.inf), contour
+    return np.where(np.isfinite(cells), force, np.inf), np.array([trace.error for trace in traces])
 
 
 def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:

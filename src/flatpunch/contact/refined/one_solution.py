@@ -11,8 +11,8 @@ from flatpunch import bem
 from flatpunch._support.checks import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
-from flatpunch.contact.boundary_elements.expected_box import crowded, traced_whole
-from flatpunch.contact.boundary_elements.outlines.needle import Trace
+from flatpunch.contact.boundary_elements.expected_box import traced_whole
+from flatpunch.contact.boundary_elements.outlines import Trace
 from flatpunch.indenters.profile import Indenter
 
 _TOLERANCE, _STIFFNESS_TOLERANCE = 1e-6, 3e-3
@@ -82,7 +82,4 @@ def _solved(case: Case, place: Place, cells: int) -> tuple[bem.Solution, Trace]:
     except bem.ContactTouchesEdge:
         # under stiff films the series may expect outlines far off: then the contact is looked for by itself
         solution = solved()
-    larger = crowded(solution.grid, solution.contact) if case.indenter.corners else None
-    if larger is not None:
-        solution = solved(**larger)
     return traced_whole(case.kernel, case.indenter, solution, case.angles, solved)
