@@ -46,8 +46,8 @@ class Solution:
         Iterations on each grid, the finest last.
     converged : bool
         Whether both errors are at most the tolerance asked for, and the force is the one asked for.
-    coarser_force : float
-        Force on cells twice as wide at the same depth [N]; NaN where these were not solved.
+    coarser_force, coarsest_force : float
+        Forces on cells twice and four times as wide at the same depth [N]; NaN where these were not solved.
     notes : tuple of str
         What a user should know about this solution.
     """
@@ -66,6 +66,7 @@ class Solution:
     converged: bool
     notes: tuple[str, ...] = ()
     coarser_force: float = float("nan")
+    coarsest_force: float = float("nan")
 
     @property
     def extrapolated_force(self) -> float:
@@ -133,6 +134,7 @@ def solution_of(
         converged=converged,
         notes=warned(notes) if not converged else tuple(notes),
         coarser_force=effort.coarser_force,
+        coarsest_force=effort.coarsest_force,
     )
 
 

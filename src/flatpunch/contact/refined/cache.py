@@ -8,22 +8,27 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
 from flatpunch._support.record import record
 from flatpunch._support.whole_file import whole_file
 from flatpunch.compliance import Kernel
+from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 9
+_FORMAT = 10
+"""Number of the format of the files; those of other numbers are not found."""
+
 _DIGITS = 11
+"""Digits to which media and tips must agree to share a file."""
 
 
-class CorrectionCache:
-    """Nodes of one correction in one file of a folder.
+class SampleCache:
+    """Solutions of one medium and tip in one file of a folder.
 
     Parameters
     ----------
@@ -36,21 +41,28 @@ class CorrectionCache:
     """
 
     def __init__(self, folder: Path, kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> None:
-        self.path = Path(folder) / f"correction-{_key(kernel, indenter, angles, cells)}.npz"
+        self.path = Path(folder) / f"refined-{_key(kernel, indenter, angles, cells)}.npz"
 
-    def load(self) -> dict[float, Array]:
-        """Rows of solutions by position ln d; empty if there are none yet or the file cannot be read."""
+    def load(self) -> tuple[dict[float, Sample], list[Any]]:
+        """Solutions by position ln d, and rows of the gaps between them; nothing if the file is missing or damaged."""
         try:
             with np.load(self.path) as file:
-                return dict(zip(file["positions"].tolist(), file["rows"], strict=True))
+                numbers, shapes = file["numbers"], file["shapes"]
+                samples = {
+                    x: Sample(force, growth, shape, *errors)
+                    for (x, force, growth, *errors), shape in zip(numbers.tolist(), shapes, strict=True)
+                }
+                return samples, file["gaps"].tolist()
         except (OSError, ValueError, KeyError):
-            return {}
+            return {}, []
 
-    def save(self, known: dict[float, Array]) -> None:
-        """Write all rows; the file appears whole or not at all."""
+    def save(self, samples: dict[float, Sample], gaps: Sequence[Any]) -> None:
+        """Write all; the file appears whole or not at all."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
+        numbers = [(x, s.force, s.growth, s.force_error, s.shape_error) for x, s in samples.items()]
+        shapes = np.array([sample.shape for sample in samples.values()])
         with whole_file(self.path) as temporary:
-            np.savez_compressed(temporary, positions=np.array(list(known)), rows=np.array(list(known.values())))
+            np.savez_compressed(temporary, numbers=numbers, shapes=shapes, gaps=np.reshape(gaps, (-1, 4)))
 
 
 def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:
