@@ -62,7 +62,7 @@ class SampleCache:
         numbers = [(x, s.force, s.growth, s.force_error, s.shape_error) for x, s in samples.items()]
         shapes = np.array([sample.shape for sample in samples.values()])
         with whole_file(self.path) as temporary:
-            np.savez_compressed(temporary, numbers=numbers, shapes=shapes, gaps=np.reshape(gaps, (-1, 4)))
+            np.savez_compressed(temporary, numbers=numbers, shapes=shapes, gaps=np.reshape(gaps, (-1, 5)))
 
 
 def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:

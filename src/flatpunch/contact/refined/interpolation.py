@@ -22,6 +22,10 @@ from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Sample
 
 
+_FARTHEST = 14.0
+"""Farthest below the first solution that a depth is told apart from zero, in ln d: about six decades."""
+
+
 @dataclass(frozen=True, slots=True)
 class Contacts:
     """Contacts of a curve, shape (n,) each.
@@ -98,7 +102,9 @@ class Interpolation:
         x, below = np.empty_like(wanted), (wanted <= values[0]) | (self.nodes.size == 1)
         if below.any():
             first = self.reference.at(self.nodes[:1])[0 if quantity == "force" else 2]
-            x[below] = self.reference.position(quantity, first + wanted[below] - values[0])
+            found = self.reference.position(quantity, first + wanted[below] - values[0])
+            # on a flat end the depth is zero
+            x[below] = np.maximum(found, self.nodes[0] - _FARTHEST if self.reference.indenter.rings else -np.inf)
         if not below.all():
             x[~below] = self._between(quantity, wanted[~below], values)
         return x

@@ -41,7 +41,8 @@ class RoundReference:
         """ln d of the round contacts whose ln F/E* ("force"), ln a ("radius") or ln d has these values, shape (n,)."""
         scale = self.kernel.modulus if quantity == "force" else 1.0
         control = Control(quantity, scale * np.exp(logarithm))
-        return np.asarray(np.log(mean_contact(self.kernel, self.indenter, control)[1].depth))
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(mean_contact(self.kernel, self.indenter, control)[1].depth))
 
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """ln F/E*, dln F/dx and ln a at x = ln d, shape (n,) each."""

@@ -29,7 +29,7 @@ from flatpunch.contact.refined.sample import Case, Sample, solved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.team import shared_out
 
-SPACING = 1.7
+SPACING = 1.2
 """Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""
 
 OUTLINE_TOLERANCE = 0.05
@@ -52,17 +52,27 @@ STEPS = 40
 """Most steps by which solutions go to enclose prescribed forces or radii."""
 
 
-SLOPES = 1 / 16
-"""Error of the force over the miss of its slope at the middle and the width of the gap; 1/30 if all slopes err alike."""
+SLOPES = 1 / 5
+"""Error of the force over the miss of its slope at the middle times the width of a half gap; 1/15 if all slopes err alike."""
 
 
 class Gap(NamedTuple):
-    """Gap between two solutions: ends in ln d, and what its last midpoint was missed by in force and outline (inf: none yet)."""
+    """Gap between two solutions.
+
+    Its ends in ln d, and by how much the midpoint from which it came was missed beyond the error of the cells: ln F, its slope
+    times the width of the gap, and the outline over the mean radius; infinite where the gap came from no other.
+    """
 
     left: float
     right: float
     force: float = np.inf
+    slope: float = np.inf
     outline: float = np.inf
+
+    @property
+    def missed(self) -> tuple[float, float]:
+        """Interpolation errors to report, of force and outline."""
+        return max(self.force, SLOPES * self.slope), self.outline
 
     def rough(self, rtol: float) -> bool:
         """Whether it should be halved."""
@@ -134,7 +144,7 @@ class Refinement:
         gaps = tuple(self.gaps)
         if self._curve is None or self._curve[0] != gaps:
             nodes = np.array([gap.left for gap in gaps] + [gaps[-1].right])
-            self._curve = gaps, self._interpolation(nodes, np.array([(gap.force, gap.outline) for gap in gaps]))
+            self._curve = gaps, self._interpolation(nodes, np.array([gap.missed for gap in gaps]))
         return self._curve[1]
 
     def _covered(self, low: float, high: float, rtol: float) -> bool:
@@ -159,12 +169,12 @@ class Refinement:
     def _halved(self, gap: Gap, middle: float, before: Interpolation) -> tuple[Gap, Gap]:
         """Both halves of a gap, with what the curve before has missed at its middle."""
         predicted, found = before.at(np.array([middle])), self.samples[middle]
-        force = abs(float(predicted.force[0]) - found.force)
-        # what all slopes have in common, such as the error of the cells, cancels at the middle and shows in the slope there
-        slope = abs(float(predicted.growth[0]) - found.growth)
-        force = max(force, SLOPES * slope * (gap.right - gap.left))
+        # what the cells may explain is reported with them, and is not reduced by closer solutions
+        force = max(abs(float(predicted.force[0]) - found.force) - found.force_error, 0.0)
+        # an error that all slopes share cancels in the force at the middle and shows in its slope there
+        slope = abs(float(predicted.growth[0]) - found.growth) * (middle - gap.left)
         outline = shape_difference(predicted.shape[0], found.shape)
-        return Gap(gap.left, middle, force, outline), Gap(middle, gap.right, force, outline)
+        return Gap(gap.left, middle, force, slope, outline), Gap(middle, gap.right, force, slope, outline)
 
     def _extend(self, low: float, high: float) -> None:
         """Add gaps, no wider than the first spacing, until they reach from `low` to `high`."""

@@ -20,7 +20,7 @@ _TOLERANCE = 1e-6
 _STIFFNESS_TOLERANCE = 3e-3
 """Deviation of the displacement under the punch that dF/dd comes from; it leaves 4e-4 of dF/dd, less than the cells do."""
 
-_UNRESOLVED = 5e-4
+_UNRESOLVED = 2e-3
 """Estimated error of the force above which a contact is solved again on half as wide cells, at five times the cost."""
 
 
