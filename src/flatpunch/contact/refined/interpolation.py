@@ -83,7 +83,7 @@ class Interpolation:
             growth,
             shape,
             np.maximum(force_error[left], force_error[right]) + missed[:, 0],
-            np.maximum(np.maximum(shape_error[left], shape_error[right]), missed[:, 1]),
+            np.maximum(shape_error[left], shape_error[right]) + missed[:, 1],
         )
 
     def force_at(self, x: Array) -> tuple[Array, Array]:

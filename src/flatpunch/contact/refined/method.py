@@ -5,6 +5,8 @@ Standard tips on one layer on a rigid base have their solutions in a table that 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from flatpunch._support.checks import Array
@@ -49,8 +51,12 @@ def solve(
     # a mean radius up to that of a flat end takes no depth
     still = (control.name == "radius") & (control.values <= flat_radius(indenter))
     live = np.asarray((control.values > 0) & ~still)
-    if indenter.round or not live.any():
+    if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
+    if not live.any():
+        nothing = first_order.solve(kernel, indenter, Control(control.name, np.zeros_like(control.values)), phi)
+        radius = np.where(still, control.values, 0.0)
+        return replace(nothing, radius=radius, area=np.pi * radius**2)
     solutions = refinement(kernel, indenter, ANGLES, cells or CELLS, cache)
     x, curve = _positions(kernel, indenter, solutions, Control(control.name, control.values[live]), rtol)
     found = curve.at(x)
@@ -108,9 +114,10 @@ def _positions(
 
 
 def _logarithms(kernel: Kernel, control: Control) -> Array:
-    """ln d, ln F/E* or ln a0 of prescribed values, -inf for zero."""
+    """ln d, ln F/E* or ln a0 of prescribed values, -inf for zero; depths that differ by rounding are the same."""
     with np.errstate(divide="ignore"):
-        return np.asarray(np.log(control.values / (kernel.modulus if control.name == "force" else 1.0)))
+        logarithm = np.log(control.values / (kernel.modulus if control.name == "force" else 1.0))
+    return np.round(logarithm, 12) if control.name == "depth" else logarithm
 
 
 def _largest(table: Interpolation, control: Control) -> float:

@@ -52,7 +52,7 @@ STEPS = 40
 """Most steps by which solutions go to enclose prescribed forces or radii."""
 
 
-SLOPES = 1 / 5
+SLOPES = 1 / 4
 """Error of the force over the miss of its slope at the middle times the width of a half gap; 1/15 if all slopes err alike."""
 
 
@@ -169,11 +169,12 @@ class Refinement:
     def _halved(self, gap: Gap, middle: float, before: Interpolation) -> tuple[Gap, Gap]:
         """Both halves of a gap, with what the curve before has missed at its middle."""
         predicted, found = before.at(np.array([middle])), self.samples[middle]
-        # what the cells may explain is reported with them, and is not reduced by closer solutions
+        # differences within the error of the cells are reported with it, and are not reduced by closer solutions
         force = max(abs(float(predicted.force[0]) - found.force) - found.force_error, 0.0)
         # an error that all slopes share cancels in the force at the middle and shows in its slope there
         slope = abs(float(predicted.growth[0]) - found.growth) * (middle - gap.left)
         outline = shape_difference(predicted.shape[0], found.shape)
+        outline -= min(found.shape_error, outline) if found.outlined else 0.0
         return Gap(gap.left, middle, force, slope, outline), Gap(middle, gap.right, force, slope, outline)
 
     def _extend(self, low: float, high: float) -> None:
@@ -217,7 +218,7 @@ class Refinement:
     def _step(self, quantity: ControlName, beside: list[float], wanted: float) -> float:
         """How far beyond the last of the positions beside it a value is expected, and a little farther."""
         *before, last = beside
-        value, growth = self._value(quantity, last), 0.5
+        value, growth = self._value(quantity, last), 1 / (self._case.indenter.exponent or 1.0)
         if quantity == "force":
             growth = self.samples[last].growth
         elif before:
