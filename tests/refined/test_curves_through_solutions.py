@@ -14,7 +14,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.perturbation.second_order import expansion_of
 from flatpunch.contact.refined.interpolation import Interpolation
 from flatpunch.contact.refined.reference import RoundReference
-from flatpunch.contact.refined.refinement import refinement, shape_difference
+from flatpunch.contact.refined.refinement import Gap, refinement, shape_difference
 from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters import Rounded
 
@@ -165,3 +165,58 @@ def test_stiffness_beside_a_flat_end(ratio: float, width: float) -> None:
     curve = fp.indent(medium, fp.Truncated(fp.Pyramid(4, 0.3), 0.1), depth=depth, method="refined")
     np.testing.assert_allclose(curve.stiffness, curve.force / depth, rtol=5e-3)
     assert np.all(np.diff(curve.force) > 0)
+
+
+def _samples(x: np.ndarray, force: np.ndarray, growth: np.ndarray, radius: np.ndarray) -> tuple[Sample, ...]:
+    return tuple(
+        Sample(f, g, np.full(14, r), 1e-5, 1e-2)
+        for f, g, r in zip(force.tolist(), growth.tolist(), radius, strict=True)
+    )
+
+
+def test_interpolation_has_values_and_slopes_of_its_samples() -> None:
+    film = fp.Medium([fp.Layer(3.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    reference = RoundReference(compliance(film), fp.Pyramid(4, 0.3))
+    x = np.linspace(-3.0, 0.0, 5)
+    force, growth, radius = reference.at(x)
+    samples = _samples(x, force + 0.1 * x**2, growth + 0.2 * x, radius + 0.05 * x)
+    curve = Interpolation(reference, x, samples, np.full((4, 2), 1e-3))
+    found = curve.at(x)
+    np.testing.assert_allclose(found.force, force + 0.1 * x**2, atol=1e-12)
+    np.testing.assert_allclose(found.growth, growth + 0.2 * x, atol=1e-10)
+    np.testing.assert_allclose(found.force_error, 1e-5)
+    # between and below them
+    between = np.array([-5.0, -2.9, -0.4])
+    found = curve.at(between)
+    round_force, round_growth, round_radius = reference.at(between)
+    np.testing.assert_allclose(found.force - round_force, 0.1 * np.maximum(between, -3.0) ** 2, atol=1e-9)
+    np.testing.assert_allclose(found.growth - round_growth, 0.2 * between * (between > -3), atol=1e-9)
+    np.testing.assert_allclose(found.shape[:, 5] - round_radius, 0.05 * np.maximum(between, -3.0), atol=1e-9)
+    np.testing.assert_allclose(found.force_error, [1e-5, 1e-3 + 1e-5, 1e-3 + 1e-5])
+    # and back
+    for quantity, values in (("force", found.force), ("radius", found.shape[:, 0])):
+        np.testing.assert_allclose(curve.positions(quantity, values), between, atol=1e-6)
+
+
+def test_an_error_that_all_slopes_share_shows_at_the_middle() -> None:
+    """Forces at the middle of a gap do not tell of it; the estimate of both halves covers it."""
+    film = fp.Medium([fp.Layer(3.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    reference = RoundReference(compliance(film), fp.Pyramid(4, 0.3))
+    x, fine, bias = np.array([-1.2, -0.6, 0.0]), np.linspace(-1.2, 0.0, 101), 3e-3
+    force, growth, radius = reference.at(x)
+    samples = _samples(x, force, growth + bias, radius)
+    wide = Interpolation(reference, x[[0, 2]], (samples[0], samples[2]), np.zeros((1, 2))).at(x[1:2])
+    assert abs(float(wide.force[0]) - force[1]) < 1e-12
+    slope = abs(float(wide.growth[0]) - samples[1].growth) * 0.6
+    curve = Interpolation(reference, x, samples, np.zeros((2, 2))).at(fine)
+    true = np.abs(curve.force - reference.at(fine)[0]).max()
+    assert true < Gap(-1.2, -0.6, 0.0, slope, 0.0).missed[0] < 10 * true
+
+
+def test_distance_of_shapes() -> None:
+    phi = 2 * np.pi * np.arange(360) / 360
+    circle, moved = np.zeros(362), np.concatenate([[0.0, 0.0], np.log(1 + 0.01 * np.cos(3 * phi))])
+    assert shape_difference(moved, circle) == pytest.approx(0.01, rel=1e-3)
+    # without an outline mean radii count
+    apart = np.where(np.arange(362) < 2, 0.2, np.nan)
+    assert shape_difference(apart, circle) == pytest.approx(0.2)

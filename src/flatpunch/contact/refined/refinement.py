@@ -122,7 +122,7 @@ class Refinement:
         low, high = float(x[0]), float(x[-1])
         if not self._covered(low, high, rtol):
             if x.size <= 1 + 2 * np.ceil((high - low) / self._spacing):
-                self._solve(x.tolist())
+                self.solve(x.tolist())
                 return self._interpolation(x, np.zeros((x.size - 1, 2)))
             self._cover(low, high, rtol)
         return self.curve()
@@ -147,6 +147,20 @@ class Refinement:
             self._curve = gaps, self._interpolation(nodes, np.array([gap.missed for gap in gaps]))
         return self._curve[1]
 
+    def solve(self, positions: Iterable[float]) -> None:
+        """Add the solutions at positions ln d that are not known."""
+        new = np.array(sorted({x for x in positions if x not in self.samples}))
+        if not new.size:
+            return
+        outlines = {x: sample.shape[2:] for x, sample in self.samples.items()}
+        radius = np.exp(self.reference.at(new)[2])
+        boxes = boxes_between(new, outlines, radius, level_line(self._case.indenter, self._phi), self._phi)
+        places = list(zip(np.exp(new).tolist(), *boxes, strict=True))
+        found = shared_out(solved, self._case, places, helped=self._case.cells <= SHARED_CELLS)
+        self.samples.update(zip(new.tolist(), found, strict=True))
+        if self._cache:
+            self._cache.save(self.samples, self.gaps)
+
     def _covered(self, low: float, high: float, rtol: float) -> bool:
         """Whether known gaps carry all contacts between two positions."""
         inside = bool(self.gaps) and self.gaps[0].left <= low and self.gaps[-1].right >= high
@@ -160,7 +174,7 @@ class Refinement:
         self._extend(low, high)
         while rough := [gap for gap in self._between(low, high) if gap.rough(rtol)]:
             before, middles = self.curve(), [(gap.left + gap.right) / 2 for gap in rough]
-            self._solve(middles)
+            self.solve(middles)
             halves = {gap: self._halved(gap, x, before) for gap, x in zip(rough, middles, strict=True)}
             self.gaps = [half for gap in self.gaps for half in halves.get(gap, (gap,))]
         if self._cache:
@@ -183,7 +197,7 @@ class Refinement:
         # a little less depth later on costs nothing new
         before = self._pieces(min(low, first - self._spacing / 4) if self.gaps else low, first) if low < first else []
         after = self._pieces(last, high) if high > last else []
-        self._solve([x for gap in before + after for x in gap[:2]])
+        self.solve([x for gap in before + after for x in gap[:2]])
         self.gaps = before + self.gaps + after
 
     def _pieces(self, low: float, high: float) -> list[Gap]:
@@ -207,7 +221,7 @@ class Refinement:
                 new.add(known[-1] + self._step(quantity, known[-2:], wanted[1]))
             if known and not below and known[0] > least:
                 new.add(max(known[0] + self._step(quantity, known[1::-1], wanted[0]), least))
-            self._solve(sorted(new))
+            self.solve(sorted(new))
             known = sorted({*known, *new})
         scale = self._case.kernel.modulus if quantity == "force" else 1.0
         raise ValueError(
@@ -234,7 +248,7 @@ class Refinement:
     def _single(self, x: float) -> Interpolation:
         """The one solution that serves every size, solved at x if there is none."""
         at = next(iter(self.samples)) if self.self_similar and self.samples else x
-        self._solve([at])
+        self.solve([at])
         return self._interpolation(np.array([at]), np.zeros((0, 2)))
 
     def _interpolation(self, nodes: Array, missed: Array) -> Interpolation:
@@ -251,20 +265,6 @@ class Refinement:
     def _spacing(self) -> float:
         """Widest first gap in ln d."""
         return SPACING * (self._case.indenter.exponent or 1.0)
-
-    def _solve(self, positions: Iterable[float]) -> None:
-        """Add the solutions at positions ln d that are not known."""
-        new = np.array(sorted({x for x in positions if x not in self.samples}))
-        if not new.size:
-            return
-        outlines = {x: sample.shape[2:] for x, sample in self.samples.items()}
-        radius = np.exp(self.reference.at(new)[2])
-        boxes = boxes_between(new, outlines, radius, level_line(self._case.indenter, self._phi), self._phi)
-        places = list(zip(np.exp(new).tolist(), *boxes, strict=True))
-        found = shared_out(solved, self._case, places, helped=self._case.cells <= SHARED_CELLS)
-        self.samples.update(zip(new.tolist(), found, strict=True))
-        if self._cache:
-            self._cache.save(self.samples, self.gaps)
 
 
 def shape_difference(one: Array, other: Array) -> float:
