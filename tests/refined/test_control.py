@@ -55,8 +55,9 @@ def test_other_controls_take_about_as_many_solutions(name: str, monkeypatch: pyt
 def test_one_value_takes_few_solutions(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     result, taken = solutions_of(monkeypatch, medium=FILM_10, indenter=fp.Pyramid(4, 0.31), **{name: 0.7})
     assert float(result[name][0]) == pytest.approx(0.7, rel=1e-9)
-    assert taken <= 4
-    assert float(result.force_error[0]) < 1e-3
+    assert taken <= 5
+    # of so few cells
+    assert float(result.force_error[0]) < 3e-3
 
 
 @pytest.mark.parametrize("name", ["force", "radius"])
