@@ -2,7 +2,7 @@
 
 python scripts/make_corrections.py
 
-About eight hundred boundary element solutions, a quarter of an hour. src/flatpunch/contact/tabulated.py describes the table.
+About eight hundred boundary element solutions, a quarter of an hour. src/flatpunch/contact/refined/table.py describes the table.
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ import numpy as np
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.perturbation.power_law_series import power_expansion
-from flatpunch.contact.refined.one_solution import AREA, FORCE, OUTLINE, RADIUS
-from flatpunch.contact.refined.round_series import round_series
-from flatpunch.contact.refined.solutions import Correction
+from flatpunch.contact.refined.refinement import Refinement
 from flatpunch.contact.refined.table import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, reference_outline, sector
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/refined/data/corrections.npz"
@@ -27,13 +25,16 @@ CELLS = 512
 def rows(medium: fp.Medium, tip: object, name: str, cells: int) -> np.ndarray:
     """Logarithms of the ratios at all nodes of beta, the outline averaged over the symmetric sectors."""
     kernel = compliance(medium)
-    correction = Correction(kernel, tip, round_series(kernel, tip), ANGLES, cells, None)
+    solutions = Refinement(kernel, tip, ANGLES, cells, None)
     series = power_expansion(kernel, tip, "second", terms=False)
     contact = series.evaluate(BETAS)
-    solved = correction.solutions(np.log(contact.depth))
-    force = solved[:, FORCE] + np.log(kernel.modulus / contact.force)
-    radius, area = solved[:, RADIUS] - np.log(BETAS), 2 * (solved[:, AREA] - np.log(BETAS))
-    outline = solved[:, OUTLINE:] - np.log(reference_outline(series, contact, correction.phi))
+    positions = np.log(contact.depth).tolist()
+    solutions.solve(positions)
+    force = np.array([solutions.samples[x].force for x in positions]) + np.log(kernel.modulus / contact.force)
+    shape = np.array([solutions.samples[x].shape for x in positions])
+    radius, area = shape[:, 0] - np.log(BETAS), 2 * (shape[:, 1] - np.log(BETAS))
+    phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    outline = shape[:, 2:] - np.log(reference_outline(series, contact, phi))
     count = sector(name)
     period = 2 * (count - 1)
     outline = outline.reshape(len(BETAS), -1, period).mean(axis=1)

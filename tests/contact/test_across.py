@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flatpunch.contact.boundary_elements.outlines.needle_width import across
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.contact.boundary_elements.outlines.needle_width import across
 from flatpunch.indenters import Rounded
 
 KERNEL = compliance(fp.HalfSpace(1.0, 0.3))

@@ -13,7 +13,7 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.refined.solutions import correction
+from flatpunch.contact.refined.refinement import refinement
 from flatpunch.parallel import team
 from flatpunch.parallel.team import call_helpers, shared_out
 from support import team_calls as calls
@@ -234,7 +234,7 @@ def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
     results = []
     for threads in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        correction.cache_clear()
+        refinement.cache_clear()
         results.append(fp.indent(film, tip, depth=depth, method=fp.Refined(cells=64)))
     alone, shared = results
     assert len(team._team._helpers) == 1

@@ -9,10 +9,9 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.expected_box import boxes_around, boxes_between, level_line, outgrown
-from flatpunch.contact.boundary_elements.outlines.needle import traced
-from flatpunch.contact.refined.one_solution import OUTLINE, Case, solved_row
-from flatpunch.contact.refined.reference import TheoryAt
-from flatpunch.contact.refined.round_series import round_series
+from flatpunch.contact.boundary_elements.outlines import traced
+from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.sample import Case, solved
 from flatpunch.indenters import Rounded
 from flatpunch.indenters.profile import Indenter
 
@@ -32,7 +31,7 @@ def _film(ratio: float) -> fp.Medium:
 def test_first_boxes_hold_the_contact_and_not_much_more(medium: fp.Medium, tip: Indenter) -> None:
     """A coarse grid around the box has a rim of a quarter; a contact that fills less than half of it is looked for anew."""
     kernel, depth = compliance(medium), 0.1
-    radius = TheoryAt(kernel, tip, round_series(kernel, tip)).at(np.log([depth])).radius
+    radius = np.exp(RoundReference(kernel, tip).at(np.log([depth]))[2])
     (half_widths,), (center,), (sure,) = boxes_between(np.log([depth]), {}, radius, level_line(tip, PHI), PHI)
     (solution,) = bem.solve(kernel, tip, depths=depth, grid=128)
     (true,), (middle,) = boxes_around(solution.outline.contour[None], PHI)
@@ -67,16 +66,16 @@ def test_a_needle_that_outgrows_its_box() -> None:
     tip, depth = fp.Pyramid(3, 0.4), 1.0
     case = Case(compliance(_film(50.0)), tip, 360, 256)
     # the needle along negative x leaves the first of these by a hundredth
-    narrow = (depth, np.array([0.78, 0.95]), np.array([1.25 * 0.78 - 1.19, 0.0]), True, False)
-    wide = (depth, np.array([1.0, 1.0]), np.array([-0.3, 0.0]), True, False)
+    narrow = (depth, np.array([0.78, 0.95]), np.array([1.25 * 0.78 - 1.19, 0.0]), True)
+    wide = (depth, np.array([1.0, 1.0]), np.array([-0.3, 0.0]), True)
     (cut,) = bem.solve(
         case.kernel, tip, depths=depth, half_widths=narrow[1], centers=narrow[2], search=False, grid=256, tolerance=1e-6
     )
-    whole = np.exp(solved_row(case, wide)[0][OUTLINE:])
+    whole = np.exp(solved(case, wide).shape[2:])
     edge = cut.grid.x[0] - cut.grid.spacing / 2
     assert edge == pytest.approx(-1.19, abs=cut.grid.spacing)
     assert whole.max() > -edge
-    again = np.exp(solved_row(case, narrow)[0][OUTLINE:])
+    again = np.exp(solved(case, narrow).shape[2:])
     assert again.max() == pytest.approx(whole.max(), rel=1e-3)
     # farthest point from 4096 cells
     assert again.max() == pytest.approx(1.2087, abs=0.01 * 0.364)

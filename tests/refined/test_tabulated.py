@@ -11,8 +11,8 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact import default_choice, default_method
-from flatpunch.contact.boundary_elements.outlines.needle import traced
-from flatpunch.contact.refined.table import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
+from flatpunch.contact.boundary_elements.outlines import traced
+from flatpunch.contact.refined.table import FORCE_ERROR, layer, tabulated_rows
 from flatpunch.media import TwoBodies
 
 CASES = [
@@ -51,11 +51,10 @@ def test_against_fresh_boundary_elements(
     result = fp.indent(medium, tip, depth=depth)
     assert result.attrs["method"] == "refined"
     assert float(result.force[0]) == pytest.approx(truth.force, rel=FORCE_ERROR)
-    # areas of both are known to some 0.1 %
-    assert float(result.area[0]) == pytest.approx(trace.area, rel=1.5e-3)
+    # areas of contacts wider than the layer are known to some 0.3 % from 256 cells
+    assert float(result.area[0]) == pytest.approx(trace.area, rel=4e-3)
     off = np.abs(result.contour.values[0] - trace.contour).max() / trace.radius
-    assert off < OUTLINE_ERROR
-    assert off < float(result.contour_error[0])
+    assert off < float(result.contour_error[0]) + trace.error
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.expected_box import outgrown
-from flatpunch.contact.boundary_elements.outlines.needle import traced
-from flatpunch.contact.refined.solutions import correction
+from flatpunch.contact.boundary_elements.outlines import traced
+from flatpunch.contact.refined.refinement import refinement
 from support.catalogue_cases import Case, cases
 
 HERE = Path(__file__).parents[1] / "catalogue"
@@ -33,6 +33,8 @@ GRIDS = (512, 1024)
 METHODS = ("first-order", "second-order", "fourth-order", "refined", "refined-single", "bem")
 """`refined` is judged within a range, between its solutions; `refined-single` at the one depth that was asked for; `bem` with as
 many cells."""
+NO_TABLE = 4.99e-4
+"""Tolerance for which the solutions that come with the package, which are tested by themselves, are not used."""
 _STEPS = 40
 """More than would be solved one by one."""
 HEAD = ["number", "tip", "medium", "size"]
@@ -106,8 +108,8 @@ def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
             result = _refined_within_a_range(medium, tip, truth.depth)
         elif method == "refined-single":
             # no solutions of the curve before
-            correction.cache_clear()
-            single = fp.indent(medium, tip, depth=truth.depth, method=fp.Refined(tables=False), angles=ANGLES)
+            refinement.cache_clear()
+            single = fp.indent(medium, tip, depth=truth.depth, method=fp.Refined(rtol=NO_TABLE), angles=ANGLES)
             result = single.isel(step=0)
         else:
             result = fp.indent(medium, tip, depth=truth.depth, method=method, angles=ANGLES).isel(step=-1)
@@ -127,7 +129,7 @@ def _refined_within_a_range(medium: fp.Medium, tip: object, depth: float) -> obj
     for beyond in (1.5, 1.05):
         depths = depth * np.unique([*np.geomspace(1 / 8, beyond, _STEPS), 1.0])
         try:
-            curve = fp.indent(medium, tip, depth=depths, method=fp.Refined(tables=False), angles=ANGLES)
+            curve = fp.indent(medium, tip, depth=depths, method=fp.Refined(rtol=NO_TABLE), angles=ANGLES)
             return curve.isel(step=int(np.searchsorted(depths, depth)))
         except ValueError:
             # the tip's shape ends there

@@ -46,8 +46,8 @@ class Solution:
         Iterations on each grid, the finest last.
     converged : bool
         Whether both errors are at most the tolerance asked for, and the force is the one asked for.
-    coarser_force : float
-        Force on cells twice as wide at the same depth [N]; NaN where these were not solved.
+    coarser_force, coarsest_force : float
+        Forces on cells twice and four times as wide at the same depth [N]; NaN where these were not solved.
     notes : tuple of str
         What a user should know about this solution.
     """
@@ -66,6 +66,7 @@ class Solution:
     converged: bool
     notes: tuple[str, ...] = ()
     coarser_force: float = float("nan")
+    coarsest_force: float = float("nan")
 
     @property
     def extrapolated_force(self) -> float:
@@ -107,7 +108,7 @@ def solution_of(
     contact = pressure > 0
     rim = (1 + levels.kernel.exponent) / 2
     sharp = not endless and _reaches_end(height(grid), contact)
-    outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.surface_length, sharp=sharp)
+    outline = trace_outline(grid, pressure, angles=angles, rim=rim, sharp=sharp)
     k = float("nan")
     if stiffness:
         wanted = _STIFFNESS_TOLERANCE if stiffness is True else float(stiffness)
@@ -133,6 +134,7 @@ def solution_of(
         converged=converged,
         notes=warned(notes) if not converged else tuple(notes),
         coarser_force=effort.coarser_force,
+        coarsest_force=effort.coarsest_force,
     )
 
 

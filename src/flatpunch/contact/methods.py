@@ -113,14 +113,12 @@ class Refined:
     Parameters
     ----------
     rtol : float
-        Relative error of the force that the interpolation between boundary element solutions may have, > 0.
+        Relative error of the force that the interpolation between boundary element solutions may have, > 0. Below 5e-4
+        the solutions of standard tips on one layer that come with the package are not used.
     cells : int, optional
-        Cells per side of their grids, at least 8; chosen by tip and medium if left out (256 or fewer).
+        Cells per side of their grids, at least 8; 256 by default.
     cache : path, optional
         Folder in which the solutions are kept, so that a later session need not repeat them.
-    tables : bool
-        Whether the corrections of standard tips on one layer that come with the package may replace solutions; they hold
-        the force to 0.02 %.
 
     Raises
     ------
@@ -133,15 +131,15 @@ class Refined:
     rtol: float = 5e-4
     cells: int | None = None
     cache: str | PathLike[str] | None = None
-    tables: bool = True
 
     def __post_init__(self) -> None:
+        from flatpunch._support.ceilings import CELLS
         from flatpunch.bem.grid import SMALLEST
 
         object.__setattr__(self, "rtol", positive("rtol", self.rtol))
         if self.cells is not None:
             object.__setattr__(
-                self, "cells", whole("cells", self.cells, SMALLEST, "It is the number of cells per side.")
+                self, "cells", whole("cells", self.cells, SMALLEST, "It is the number of cells per side.", most=CELLS)
             )
         if self.cache is not None:
             if not isinstance(self.cache, (str, PathLike)):
@@ -155,9 +153,7 @@ class Refined:
         from flatpunch.contact.refined import method
 
         cache = None if self.cache is None else str(self.cache)
-        return method.solve(
-            kernel, indenter, control, phi, rtol=self.rtol, cells=self.cells, cache=cache, tables=self.tables
-        )
+        return method.solve(kernel, indenter, control, phi, rtol=self.rtol, cells=self.cells, cache=cache)
 
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""

@@ -30,14 +30,15 @@ _PUNCH_CELLS = 144**2
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and what coarser cells say.
+    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and forces on coarser cells.
 
-    The latter is the force [N] on cells twice as wide at the same depth; NaN where these were not solved.
+    The latter are the forces [N] on cells twice and four times as wide at the same depth; NaN where these were not solved.
     """
 
     iterations: tuple[int, ...]
     force_error: float = 0.0
     coarser_force: float = float("nan")
+    coarsest_force: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +98,7 @@ def _nested_depth(
     finest: bool = True,
 ) -> tuple[State, Effort]:
     before: tuple[int, ...] = ()
-    coarser, coarser_force = levels.coarser, float("nan")
+    coarser, coarser_force, coarsest_force = levels.coarser, float("nan"), float("nan")
     if start is None and coarser is not None:
         # of the finest level the next coarser one tells how large the error of its force is
         if rough is not None and not finest and _cells(coarser.grid) <= _cells(rough.grid):
@@ -108,14 +109,15 @@ def _nested_depth(
                 coarser, height, coarser.cells(height), depth, looser, limit, None, rough, finest=False
             )
             before, start = effort.iterations, levels.asarray(prolong(state.pressure, coarser.grid, levels.grid))
-            coarser_force = state.force * coarser.unit
+            coarser_force, coarsest_force = state.force * coarser.unit, effort.coarser_force
     taken, direct = 0, True
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
         taken, start, direct = part.iterations, window.embed(part.pressure), part.direct
     state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
-    return state, Effort((*before, taken + state.iterations), coarser_force=coarser_force)
+    iterations = (*before, taken + state.iterations)
+    return state, Effort(iterations, coarser_force=coarser_force, coarsest_force=coarsest_force)
 
 
 def solve_force(
@@ -171,7 +173,8 @@ def _nested_force(
     # the other depth for the same force stands for another force at the same depth
     changed = state.depth * levels.grid.spacing - coarser_depth
     coarser_force = force + punch.stiffness * changed if punch is not None else float("nan")
-    return state, Effort((*effort.iterations, taken + more), missing, coarser_force), punch
+    coarsest_force = coarser_force + effort.coarser_force - force
+    return state, Effort((*effort.iterations, taken + more), missing, coarser_force, coarsest_force), punch
 
 
 def _newton(

@@ -1,61 +1,79 @@
-"""What the cells of boundary element solutions leave: estimates of the relative error of the force, and of the outline.
+"""Error of the force that the cells of a boundary element solution cause, measured by solutions on wider cells.
 
-The constants were read off the honesty catalogue (tests/catalogue). Cells are counted per side of a grid that holds the contact
-with a rim of a quarter of its half-widths.
+The error of the force falls with a power of the width of the cells. Three widths give that power: the ratio q of the two
+differences between their forces is 4 for the square, 2 where the error falls with the width itself, as beside the edges of a
+flat, and close to 1 or negative where the cells are wider than the thinnest layer. The error of the finest cells is then
+D/(q - 1), with D the difference to cells twice as wide (Richardson's extrapolation), or the larger difference where the signs
+differ. So the estimate depends on every length of the problem without knowing any.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch import bem
+from flatpunch.bem.bounding_box import bounding_box
 
-_FORCE, _CORNER_FORCE, _APART = 0.6, 1.2, 9.0
-"""Relative error of extrapolated forces times the square of the cells, of smooth tips and, over their reach, of those with edges,
-which is taken for this where the contact has no outline."""
-_EXTRAPOLATED = 1.4
-"""Relative error of extrapolated forces over what extrapolation has added, of contacts in several parts (up to 1.4 found)."""
-_SHARE, _FLOOR, _UNKNOWN = 0.6, 0.4, 2.0
-"""The same of the forces of the cells themselves: share of what cells twice as wide change, what is added times the square of the
-cells, and their error over that of extrapolated forces where wider cells are not known."""
-_RIM, _END, _FLANK = 1.3, 1.5, 0.15
-"""Error of outlines over the mean radius, times the cells per side: a third of a cell, what their ends add, and their flanks."""
+_SLOWEST = 1.25
+"""Least ratio q that is believed; closer to 1 the error is estimated at four times the last difference or more."""
+
+_SECOND_ORDER = 4.0
+"""Ratio q of errors that fall with the square of the width; larger ones are chance."""
+
+_SCATTER = 0.2
+"""Share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small."""
+
+_FLOOR = 0.03
+"""Least relative error over the square of cells per shorter half-width; the last differences vanish by chance."""
 
 
-def force_error(outline: Array, cells: Array | float, added: Array | float = 0.0, *, edges: bool) -> Array:
-    """Relative error of forces extrapolated to vanishing cells, shape (n,): cells are wider where needles want a larger grid.
+def own_error(solution: bem.Solution) -> float:
+    """Relative error of the force on the cells of a solution; infinite if none is in contact."""
+    if not solution.contact.any():
+        return float("inf")
+    last, before = _differences(solution)
+    return _richardson(last, before) + _floor(solution)
 
-    Parameters
-    ----------
-    outline : array, shape (n, angles)
-        ln(a(phi)/mean radius); not finite where a contact has none.
-    cells : float or array, shape (n,)
-        Cells per side.
-    added : float or array, shape (n,)
-        What extrapolation has added to ln F, if known.
-    edges : bool
-        Whether the tip has edges.
+
+def extrapolated(solution: bem.Solution) -> tuple[float, float]:
+    """Force extrapolated to vanishing cells [N] and its relative error.
+
+    The extrapolation is right where the error falls with the square of the width. The force is that of the cells where the
+    differences have no common sign.
     """
-    if not edges:
-        return np.full(outline.shape[0], _FORCE) / np.square(cells)
-    reach = np.exp(outline.max(axis=1))
-    apart = np.maximum(_CORNER_FORCE * _APART / np.square(cells), _EXTRAPOLATED * np.abs(added))
-    return np.asarray(np.where(np.isfinite(reach), _CORNER_FORCE * reach / np.square(cells), apart))
+    if not solution.contact.any():
+        return solution.force, float("inf")
+    last, before = _differences(solution)
+    if last * before < 0:
+        return solution.force, own_error(solution)
+    slower = max(_richardson(last, before) - abs(last) / (_SECOND_ORDER - 1), 0.0)
+    scatter = _SCATTER * max(abs(last), abs(before) / _SECOND_ORDER)
+    return solution.extrapolated_force, slower + scatter + _floor(solution)
 
 
-def own_force_error(change: Array, outline: Array, cells: Array, *, edges: bool) -> Array:
-    """Relative error of forces as cells have them, shape (n,), by what cells twice as wide `change`: NaN if that is not known."""
-    known = _SHARE * np.abs(change) + _FLOOR / cells**2
-    return np.where(np.isfinite(change), known, _UNKNOWN * force_error(outline, cells, edges=edges))
+def _differences(solution: bem.Solution) -> tuple[float, float]:
+    """Relative differences of forces on cells of one width and of the next wider ones, the finest first.
 
-
-def outline_error(outline: Array, cells: Array | float) -> Array:
-    """Error of outlines over their mean radius, shape (n,); arguments as for `force_error`.
-
-    It grows with the farthest point over the mean radius: contacts are drawn out into arms that are a few cells wide. Rays
-    beside a needle meet its flank aslant: with dln a/dphi of up to 100 they move that much farther than it does.
+    Where wider cells were not solved the errors are taken to fall with the width itself; both are zero where none were.
     """
-    far = np.exp(outline.max(axis=1)) - 1
-    steepest = np.abs(np.diff(outline, append=outline[:, :1])).max(axis=1) * (outline.shape[1] / (2 * np.pi))
-    far, steepest = np.where(np.isfinite(far), far, 1.0), np.where(np.isfinite(steepest), steepest, 0.0)
-    return np.asarray(np.maximum(_RIM + _END * far, _FLANK * far * steepest) / cells)
+    if not np.isfinite(solution.coarser_force):
+        return 0.0, 0.0
+    last = solution.coarser_force / solution.force - 1
+    before = (solution.coarsest_force - solution.coarser_force) / solution.force
+    return last, before if np.isfinite(before) else 2 * last
+
+
+def _richardson(last: float, before: float) -> float:
+    """Error of the finest cells."""
+    if last * before < 0:
+        return max(abs(last), abs(before))
+    ratio = np.clip(before / last if last else _SECOND_ORDER, _SLOWEST, _SECOND_ORDER)
+    return float(max(abs(last) / (ratio - 1), abs(before) / (_SECOND_ORDER * (_SECOND_ORDER - 1))))
+
+
+def _floor(solution: bem.Solution) -> float:
+    """Error that no difference reports, four times as large where there are none."""
+    unknown = 1 if np.isfinite(solution.coarser_force) else _SECOND_ORDER
+    return float(
+        unknown * _FLOOR * (solution.grid.spacing / min(bounding_box(solution.grid, solution.contact).half_widths)) ** 2
+    )

@@ -9,18 +9,17 @@ import numpy as np
 
 from flatpunch import bem
 from flatpunch._support.checks import Array, Flags
-from flatpunch.bem.bounding_box import bounding_box, touches_edge
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
-from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
+from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _ALIKE = 1.0
 """Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
 _CENTRED = 0.02
 """Distance of the centre over the half-width below which it is the point of first touch."""
-_RIM, _CLOSE, _LOST = 2, 6, 9
-"""Outermost cells that an outline must leave free, that cells in contact must, and how far a needle may go on beyond these."""
+_RIM = 2
+"""Outermost cells that an outline must leave free: an outline that reaches them may be cut off."""
 _DRAWN_OUT, _WIDER = 1.25, 0.1
 """Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
 
@@ -95,15 +94,6 @@ def traced_whole(
         return solution, trace
     again = solved(**larger)
     return again, traced(kernel, indenter, again, angles)
-
-
-def crowded(grid: Grid, contact: Mask) -> dict[str, Any] | None:
-    """The same where cells in contact end so close to the edge of their grid that a needle may leave it."""
-    if not touches_edge(contact, _CLOSE):
-        return None
-    box = bounding_box(grid, contact)
-    half_widths = np.array(box.half_widths) + _LOST * grid.spacing
-    return {"half_widths": half_widths, "centers": np.array(box.center), "search": False}
 
 
 def level_line(indenter: Indenter, phi: Array) -> Array:

@@ -10,12 +10,11 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.progress import Report, reporting
-from flatpunch.bem.bounding_box import bounding_box
 from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
-from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
+from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.contact.curve import Control, Curve, Extra, PressureField
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation.error import estimates
@@ -24,8 +23,6 @@ from flatpunch.indenters.profile import Indenter
 _TOLERANCE = 1e-6
 _SINGLE_TOLERANCE = 1e-5
 _LIMIT = 1000
-_CELLS_OF_BOX = 2.5
-"""Width of a fitted grid over the half-width of its contact: that and a rim of a quarter on either side."""
 
 
 def solve(
@@ -102,7 +99,7 @@ def solve(
     converged[rows] = [solution.converged for solution in found]
     force_error, contour_error = np.zeros((2, control.values.size))
     if found:
-        force_error[rows], contour_error[rows] = _errors(indenter, found, traces)
+        force_error[rows], contour_error[rows] = _errors(found, traces)
     extra: Extra = {
         **estimates(force_error, contour_error),
         "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
@@ -208,23 +205,13 @@ def _solutions(
     )
 
 
-def _errors(indenter: Indenter, found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
-    """Estimated relative errors of the forces, and of the outlines over the mean radius; infinite where there is no outline.
-
-    Where cells are so wide that none is in contact both are.
-    """
-    cells, change = np.full((2, len(found)), np.nan)
-    for i, solution in enumerate(found):
-        if solution.contact.any():
-            wx, wy = bounding_box(solution.grid, solution.contact).half_widths
-            cells[i] = _CELLS_OF_BOX * np.sqrt(wx * wy) / solution.grid.spacing
-            change[i] = solution.coarser_force / solution.force - 1
-    # steps that began from the one before are too close to it to differ
-    latest = np.maximum.accumulate(np.where(np.isfinite(change), np.arange(change.size), 0))
-    outline = np.log([trace.contour / trace.radius for trace in traces])
-    force = cell_error.own_force_error(change[latest], outline, cells, edges=bool(indenter.corners))
-    contour = np.where(np.isfinite(outline).all(axis=1), cell_error.outline_error(outline, cells), np.inf)
-    return np.where(np.isfinite(cells), force, np.inf), contour
+def _errors(found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
+    """Estimated relative errors of the forces, and of the outlines over the mean radius."""
+    force = np.array([cell_error.own_error(solution) for solution in found])
+    measured = np.isfinite([solution.coarser_force for solution in found])
+    # steps that began from the one before have no solution on wider cells
+    latest = np.maximum.accumulate(np.where(measured, np.arange(force.size), 0))
+    return np.maximum(force, force[latest]), np.array([trace.error for trace in traces])
 
 
 def _fields(found: list[bem.Solution], rows: Indices, steps: int) -> Extra:

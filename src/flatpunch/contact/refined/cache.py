@@ -11,27 +11,34 @@ import io
 import json
 import warnings
 import zipfile
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.reading import Unreadable, content
 from flatpunch._support.record import record
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 from flatpunch._support.whole_file import write_whole
 from flatpunch.compliance import Kernel
+from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 9
+_FORMAT = 10
+"""Number of the format of the files; those of other numbers are not found."""
+
 _LARGEST = 1_000_000_000
 """Largest file of solutions that is read [bytes]."""
+
 _DIGITS = 11
+"""Digits to which media and tips must agree to share a file."""
 
 
-class CorrectionCache:
-    """Nodes of one correction in one file of a folder.
+class SampleCache:
+    """Solutions of one medium and tip in one file of a folder.
 
     Parameters
     ----------
@@ -44,18 +51,23 @@ class CorrectionCache:
     """
 
     def __init__(self, folder: Path, kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> None:
-        self.path = Path(folder) / f"correction-{_key(kernel, indenter, angles, cells)}.npz"
+        self.path = Path(folder) / f"refined-{_key(kernel, indenter, angles, cells)}.npz"
 
-    def load(self) -> dict[float, Array]:
-        """Rows of solutions by position ln d; empty if there are none yet, or the file is damaged, which is said."""
+    def load(self) -> tuple[dict[float, Sample], list[Any]]:
+        """Solutions by position ln d, and rows of the gaps between them; none if the file is missing or damaged."""
         if not self.path.exists():
-            return {}
+            return {}, []
         try:
             body, has_seal = unsealed(content(self.path, _LARGEST))
             if not has_seal:
                 raise BrokenSeal("it has no seal")
             with np.load(io.BytesIO(body), allow_pickle=False) as file:
-                return _rows(file["positions"], file["rows"])
+                numbers, shapes = file["numbers"], file["shapes"]
+                samples = {
+                    x: Sample(force, growth, shape, *errors)
+                    for (x, force, growth, *errors), shape in zip(numbers.tolist(), shapes, strict=True)
+                }
+                return samples, file["gaps"].tolist()
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             reason = str(error) if isinstance(error, (BrokenSeal, Unreadable)) else type(error).__name__
             with suppress(OSError):
@@ -63,25 +75,19 @@ class CorrectionCache:
             _warn(
                 f"{self.path}: damaged or changed after it was written ({reason}). It is set aside, and solved again."
             )
-            return {}
+            return {}, []
 
-    def save(self, known: dict[float, Array]) -> None:
-        """Write all rows, whole or not at all; a full or read-only disk costs the file, not the result."""
+    def save(self, samples: dict[float, Sample], gaps: Sequence[Any]) -> None:
+        """Write all, whole or not at all; a full or read-only disk costs the file, not the result."""
+        numbers = [(x, s.force, s.growth, s.force_error, s.shape_error) for x, s in samples.items()]
+        shapes = np.array([sample.shape for sample in samples.values()])
         buffer = io.BytesIO()
-        np.savez_compressed(buffer, positions=np.array(list(known)), rows=np.array(list(known.values())))
+        np.savez_compressed(buffer, numbers=numbers, shapes=shapes, gaps=np.reshape(gaps, (-1, 5)))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(self.path, sealed(buffer.getvalue()))
         except OSError as error:
             _warn(f"{self.path}: solutions cannot be kept ({error.strerror or error}); the result does not need them.")
-
-
-def _rows(positions: Array, rows: Array) -> dict[float, Array]:
-    """Rows by position, if they have the form of such."""
-    good = positions.dtype == rows.dtype == np.float64 and positions.ndim == 1 and rows.ndim == 2
-    if not good or len(positions) != len(rows) or not np.isfinite(positions).all():
-        raise BrokenSeal("it holds no rows of solutions")
-    return dict(zip(positions.tolist(), rows, strict=True))
 
 
 def _warn(message: str) -> None:

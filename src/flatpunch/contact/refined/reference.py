@@ -1,79 +1,102 @@
-"""What boundary elements are compared with over a loading path: the round contact of the mean profile, or nothing.
+"""Round contact of the angular mean of a tip over x = ln d, which the solutions of boundary elements are divided by.
 
-Ratios to the round contact hardly move on soft layers and where contacts are small or wide. Under stiff films its depth may turn
-back, so that one depth has several, while force and outline themselves remain smooth in the depth: there the logarithms of the
-solutions are interpolated as they are. Second order in its place would save one solution in twenty and costs more than that.
+Over the depth the ratio of both forces changes by some per cent where the force itself changes by orders of magnitude, so that
+few solutions determine it. Round contacts are taken on a lattice of depths and joined by cubic Hermite pieces: what matters is
+that the same smooth function divides and multiplies.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control
-from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
-from flatpunch.contact.perturbation.series_method import controlled
-from flatpunch.contact.refined.round_series import RoundSeries
+from flatpunch.contact.curve import Control, ControlName
+from flatpunch.contact.round.mean_profile import mean_contact, resolved_radius
 from flatpunch.indenters.profile import Indenter
 
-BASE, NOTHING = 0, 1
-"""Columns of `Theory.force`."""
+STEP = np.log(10) / 12
+"""Spacing of the lattice in ln d; twice as wide, forces of round contacts are off by 1e-5 between its points."""
 
-_SAMPLES = 200
-
-
-@dataclass(frozen=True, slots=True)
-class Theory:
-    """References at n depths.
-
-    Attributes
-    ----------
-    force, growth : ndarray, shape (n, 2)
-        ln F [N] and dln F/dln d of the round contact and of nothing.
-    radius : ndarray, shape (n,)
-        Radius of the round contact [m].
-    """
-
-    force: Array
-    growth: Array
-    radius: Array
+_JUMP = 0.3
+"""Largest difference between slope and secant of ln F over the lattice; above it the depth of round contacts has turned back."""
 
 
-class TheoryAt:
-    """References at depths, kept.
+class RoundReference:
+    """Round contacts of the mean profile.
 
     Parameters
     ----------
-    kernel, indenter, series
-        Medium, indenter, and its round contacts.
+    kernel, indenter
+        Medium and indenter.
     """
 
-    def __init__(self, kernel: Kernel, indenter: Indenter, series: RoundSeries) -> None:
-        self.kernel, self.indenter, self.series = kernel, indenter, series
-        self._kept: dict[float, tuple[Array, Array, float]] = {}
+    def __init__(self, kernel: Kernel, indenter: Indenter) -> None:
+        self.kernel, self.indenter = kernel, indenter
+        self._rows: dict[int | float, tuple[float, ...]] = {}
+        self._end = np.inf
 
-    def at(self, x: Array) -> Theory:
-        """References at x = ln d, shape (n,)."""
-        new = np.array([at for at in x if at not in self._kept])
-        if new.size:
-            contact = controlled(self.kernel, self.indenter, self.series, Control("depth", np.exp(new)))
-            rows = (*forces(contact), contact.radius)
-            self._kept.update(zip(new.tolist(), zip(*rows, strict=True), strict=True))
-        kept = [self._kept[at] for at in x]
-        return Theory(*(np.array(part) for part in zip(*kept, strict=True)))
+    def position(self, quantity: ControlName, logarithm: Array) -> Array:
+        """ln d of the round contacts whose ln F/E* ("force"), ln a ("radius") or ln d has these values, shape (n,)."""
+        scale = self.kernel.modulus if quantity == "force" else 1.0
+        control = Control(quantity, scale * np.exp(logarithm))
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(mean_contact(self.kernel, self.indenter, control)[1].depth))
 
-    def turning(self, radius: Array) -> float:
-        """Least radius [m], up to the largest given, at which the depth of the round contact turns back; else infinity."""
-        path = np.geomspace(radius.min(), radius.max(), _SAMPLES)
-        return float(path[self.series.descent(path).depth_slope <= 0].min(initial=np.inf))
+    def at(self, x: Array) -> tuple[Array, Array, Array]:
+        """ln F/E*, dln F/dx and ln a at x = ln d, shape (n,) each."""
+        table = self._table(float(x.min()), float(x.max()))
+        force, radius = (CubicHermiteSpline(table[0], table[row], table[row + 1]) for row in (1, 3))
+        return force(x), force(x, 1), radius(x)
 
+    def smooth(self, low: float, high: float) -> bool:
+        """Whether ln F has no jump between two positions: under stiff films the depth of round contacts may turn back."""
+        nodes, force, growth, *_ = self._table(low, high)
+        secant = np.diff(force) / np.diff(nodes)
+        return bool(np.isfinite(force).all() and np.abs(secant - (growth[1:] + growth[:-1]) / 2).max() < _JUMP)
 
-def forces(contact: PathPoint | PerturbedContact) -> tuple[Array, Array]:
-    """`Theory.force` and `Theory.growth` of round contacts, not finite where there is no such force."""
-    force = np.column_stack([contact.force, np.ones_like(contact.force)])
-    stiffness = np.column_stack([contact.stiffness, np.zeros_like(contact.force)])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.log(force), stiffness * contact.depth[:, None] / force
+    def _table(self, low: float, high: float) -> Array:
+        """Positions on the lattice around [low, high], ln F/E*, its slope, ln a and its slope, shape (5, points)."""
+        numbers: list[int | float] = list(range(int(np.floor(low / STEP)) - 1, int(np.ceil(high / STEP)) + 2))
+        if numbers[-1] * STEP > self._end or not self._known(numbers):
+            self._find_end(high)
+            numbers = [number for number in numbers if number * STEP < self._end]
+            if self._end <= high + STEP:
+                numbers.append(self._end / STEP)
+            if not self._known(numbers):
+                # raises what is wrong with the depth
+                self.position("depth", np.array([high]))
+        rows = np.array([self._rows[number] for number in numbers])
+        return np.column_stack([np.array(numbers) * STEP, rows]).T
+
+    def _known(self, numbers: list[int | float]) -> bool:
+        """Whether the contacts of these numbers are known, or could be found."""
+        new = [number for number in numbers if number not in self._rows]
+        if not new:
+            return True
+        depth = np.exp(np.array(new) * STEP)
+        try:
+            contact = mean_contact(self.kernel, self.indenter, Control("depth", depth))[1]
+        except ValueError:
+            return False
+        with np.errstate(divide="ignore", invalid="ignore"):
+            growth = contact.stiffness * depth / contact.force
+            rows = (
+                np.log(contact.force / self.kernel.modulus),
+                growth,
+                np.log(contact.radius),
+                depth / contact.depth_slope,
+            )
+        self._rows.update(zip(new, zip(*(row.tolist() for row in rows), strict=True), strict=True))
+        return True
+
+    def _find_end(self, high: float) -> None:
+        """ln d at which the tip, or what the medium resolves, ends."""
+        if np.isfinite(self._end):
+            return
+        last = min(self.indenter.reach, resolved_radius(self.kernel))
+        if np.isfinite(last):
+            self._end = float(self.position("radius", np.log([last * (1 - 1e-9)]))[0])
+        else:
+            self._end = high

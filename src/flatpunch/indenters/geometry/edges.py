@@ -1,10 +1,9 @@
-"""Edges of an indenter: where they lie, and which parts of an outline are theirs."""
+"""Edges of an indenter, and which of them are alike."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter
 
@@ -24,13 +23,3 @@ def wedges_of(indenter: Indenter) -> list[tuple[float, float, bool]]:
 def place_of(indenter: Indenter, angle: float) -> float:
     """Where in the sector that turning the indenter repeats an edge lies, as a share of it: alike for edges that are alike."""
     return round(angle * rotational_symmetry(indenter) / (2 * np.pi), 6) % 1
-
-
-def sectors(indenter: Indenter, phi: Array) -> Indices:
-    """Which kind of edge is nearest to rays at polar angles phi [rad], counted from 0; shape (n,)."""
-    edges = [angle for angle, *_ in wedges_of(indenter)]
-    if not edges:
-        return np.zeros(phi.size, dtype=np.intp)
-    apart = np.abs(np.mod(phi[:, None] - edges + np.pi, 2 * np.pi) - np.pi)
-    places = np.array([place_of(indenter, angle) for angle in edges])
-    return np.asarray(np.unique(places[apart.argmin(axis=1)], return_inverse=True)[1])

@@ -1,0 +1,186 @@
+"""Curves through boundary element solutions over x = ln d.
+
+The force is interpolated by its values and slopes (every solution knows dF/dd): cubic Hermite pieces of ln F less that of the
+round contact, or of ln F itself where the depth of round contacts turns back. Radius, area and outline have no slopes: local
+cubics (Akima's, modified) of their logarithms less that of the round radius. Below the first solution ratios to the round
+contact are constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, make_interp_spline
+from scipy.optimize import elementwise
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.contact.curve import ControlName
+from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.sample import Sample
+
+_FARTHEST = 14.0
+"""Farthest below the first solution that a depth is told apart from zero, in ln d: about six decades."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Contacts of a curve, shape (n,) each.
+
+    Attributes
+    ----------
+    force : ndarray
+        ln F/E* [m^2].
+    growth : ndarray
+        dln F/dln d.
+    shape : ndarray, shape (n, 2 + angles)
+        As in `Sample`.
+    force_error, shape_error : ndarray
+        Estimated errors of force and outline.
+    """
+
+    force: Array
+    growth: Array
+    shape: Array
+    force_error: Array
+    shape_error: Array
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """Interpolation of contacts over x = ln d.
+
+    Parameters
+    ----------
+    reference : RoundReference
+        Round contacts.
+    nodes : ndarray, shape (m,)
+        Positions of the samples, ascending.
+    samples : tuple of Sample, length m
+        The solutions there.
+    missed : ndarray, shape (m - 1, 2)
+        Interpolation errors of force and outline to report in each gap.
+    """
+
+    reference: RoundReference
+    nodes: Array
+    samples: tuple[Sample, ...]
+    missed: Array
+
+    def at(self, x: Array) -> Contacts:
+        """Contacts at x, shape (n,); ratios to the round contact are constant outside the samples."""
+        at = self._inside(x)
+        force, growth = self.force_at(x)
+        shape = self._shape_at(at) + (self.reference.at(x)[2] - self.reference.at(at)[2])[:, None]
+        left, right = self._beside(at)
+        force_error, shape_error = np.array([(s.force_error, s.shape_error) for s in self.samples]).T
+        missed = np.where((at == self.nodes[left])[:, None], 0.0, np.vstack([self.missed, np.zeros(2)])[left])
+        return Contacts(
+            force,
+            growth,
+            shape,
+            np.maximum(force_error[left], force_error[right]) + missed[:, 0],
+            np.maximum(shape_error[left], shape_error[right]) + missed[:, 1],
+        )
+
+    def force_at(self, x: Array) -> tuple[Array, Array]:
+        """ln F/E* and dln F/dln d at x, shape (n,)."""
+        at = self._inside(x)
+        (round_force, round_growth, _), there = self.reference.at(x), self.reference.at(at)
+        force, growth = self._ratio(at), self._ratio(at, 1)
+        if self._divided:
+            force, growth = force + there[0], growth + there[1]
+        frozen = at != x
+        return np.where(frozen, force + round_force - there[0], force), np.where(frozen, round_growth, growth)
+
+    def positions(self, quantity: ControlName, wanted: Array) -> Array:
+        """x at which ln F/E* ("force") or ln a0 ("radius") first reaches the wanted values, shape (n,)."""
+        values = np.array([s.force if quantity == "force" else s.shape[0] for s in self.samples])
+        x, below = np.empty_like(wanted), (wanted <= values[0]) | (self.nodes.size == 1)
+        if below.any():
+            first = self.reference.at(self.nodes[:1])[0 if quantity == "force" else 2]
+            found = self.reference.position(quantity, first + wanted[below] - values[0])
+            # on a flat end the depth is zero
+            x[below] = np.maximum(found, self.nodes[0] - _FARTHEST if self.reference.indenter.rings else -np.inf)
+        if not below.all():
+            x[~below] = self._between(quantity, wanted[~below], values)
+        return x
+
+    def _between(self, quantity: ControlName, wanted: Array, values: Array) -> Array:
+        """The same between the first and the last sample."""
+        after = np.clip(np.searchsorted(np.maximum.accumulate(values), wanted), 1, self.nodes.size - 1)
+
+        def excess(x: Array, target: Array) -> Array:
+            return (self.force_at(x)[0] if quantity == "force" else self._sizes_at(x)[:, 0]) - target
+
+        root = elementwise.find_root(excess, (self.nodes[after - 1], self.nodes[after]), args=(wanted,))
+        return np.where(root.success, root.x, self.nodes[after])
+
+    def _inside(self, x: Array) -> Array:
+        return np.asarray(np.clip(x, self.nodes[0], self.nodes[-1]))
+
+    def _beside(self, x: Array) -> tuple[Indices, Indices]:
+        """Numbers of the samples to the left and right; of one sample twice where x is its position."""
+        left = np.maximum(np.searchsorted(self.nodes, x, side="right") - 1, 0)
+        return left, np.where(x == self.nodes[left], left, np.minimum(left + 1, self.nodes.size - 1))
+
+    def _shape_at(self, x: Array) -> Array:
+        """ln of radius, sqrt(area/pi) and outline at x, shape (n, 2 + angles); no outline beside a sample without one."""
+        outlined = np.array([sample.outlined for sample in self.samples])
+        left, right = self._beside(x)
+        whole = outlined[left] & outlined[right]
+        outline = np.full((x.size, self.samples[0].shape.size - 2), np.nan)
+        if whole.any():
+            outline[whole] = self._outlines(x[whole])
+        if self._divided:
+            outline += self.reference.at(x)[2][:, None]
+        return np.hstack([self._sizes_at(x), outline])
+
+    def _sizes_at(self, x: Array) -> Array:
+        """ln of radius and sqrt(area/pi) at x, shape (n, 2)."""
+        return np.asarray(self._sizes(x) + self.reference.at(x)[2][:, None] * self._divided)
+
+    @cached_property
+    def _divided(self) -> bool:
+        """Whether the round contact divides."""
+        return self.reference.smooth(float(self.nodes[0]), float(self.nodes[-1]))
+
+    @cached_property
+    def _ratio(self) -> Callable[..., Array]:
+        """ln F/E* over that of the round contact, by x and the number of derivatives."""
+        force, growth = np.array([(sample.force, sample.growth) for sample in self.samples]).T
+        if self._divided:
+            there = self.reference.at(self.nodes)
+            force, growth = force - there[0], growth - there[1]
+        if self.nodes.size == 1:
+            return lambda x, nu=0: np.full_like(x, growth[0] if nu else force[0])
+        curve: Callable[..., Array] = CubicHermiteSpline(self.nodes, force, growth)
+        return curve
+
+    @cached_property
+    def _sizes(self) -> Callable[[Array], Array]:
+        return local_cubic(self.nodes, self._shapes[:, :2])
+
+    @cached_property
+    def _outlines(self) -> Callable[[Array], Array]:
+        outlined = np.array([sample.outlined for sample in self.samples])
+        return local_cubic(self.nodes[outlined], self._shapes[outlined, 2:])
+
+    @cached_property
+    def _shapes(self) -> Array:
+        shapes = np.array([sample.shape for sample in self.samples])
+        return shapes - self.reference.at(self.nodes)[2][:, None] if self._divided else shapes
+
+
+def local_cubic(nodes: Array, table: Array) -> Callable[[Array], Array]:
+    """Local cubic pieces through the rows of a table, polynomials through three rows or fewer."""
+    if nodes.size == 1:
+        return lambda x: np.repeat(table, x.size, axis=0)
+    curve: Callable[[Array], Array] = (
+        make_interp_spline(nodes, table, k=nodes.size - 1)
+        if nodes.size < 4
+        else Akima1DInterpolator(nodes, table, method="makima", extrapolate=True)
+    )
+    return curve

@@ -1,0 +1,286 @@
+"""The adaptive loop: where along a curve boundary elements are solved.
+
+A curve begins with a few evenly spaced solutions over ln d. Each gap between two of them is halved, and the solution at its
+middle measures by how much the curve had missed it. Both halves are halved again as long as that miss exceeds the tolerance. The
+miss is also the reported interpolation error of both halves. Solutions are kept, so that later curves on the same medium and
+tip add only what lies outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.bem.curves import SHARED_CELLS
+from flatpunch.compliance import Kernel
+from flatpunch.contact.boundary_elements.expected_box import boxes_between, level_line
+from flatpunch.contact.curve import ControlName
+from flatpunch.contact.refined.cache import SampleCache
+from flatpunch.contact.refined.interpolation import Interpolation
+from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.sample import Case, Sample, solved
+from flatpunch.indenters.profile import Indenter
+from flatpunch.parallel.team import shared_out
+
+SPACING = 1.2
+"""Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""
+
+OUTLINE_TOLERANCE = 0.05
+"""Largest miss of the outline over the mean radius in a gap that is not halved; two fifths of it take half as many solutions
+again under stiff films."""
+
+NARROWEST = 1 / 10
+"""Gap in ln d that is not halved, whatever it misses; contacts that change abruptly would be solved without end."""
+
+THINNEST = 0.01
+"""Contact radius over the length of the medium below which ratios to the round contact are constant, to about 1e-4."""
+
+DECADES = 6
+"""Decades of depth below the largest at which the ratios of tips with lengths of their own are constant."""
+
+BEYOND = 0.02
+"""How far in ln d a solution is placed beyond where it should enclose a prescribed force or radius."""
+
+STEPS = 40
+"""Most steps by which solutions go to enclose prescribed forces or radii."""
+
+
+SLOPES = 1 / 4
+"""Error of the force over the miss of its slope at the middle times the width of a half gap; 1/15 if all slopes err alike."""
+
+
+class Gap(NamedTuple):
+    """Gap between two solutions.
+
+    Its ends in ln d, and by how much the midpoint from which it came was missed beyond the error of the cells: ln F, its slope
+    times the width of the gap, and the outline over the mean radius; infinite where the gap came from no other.
+    """
+
+    left: float
+    right: float
+    force: float = np.inf
+    slope: float = np.inf
+    outline: float = np.inf
+
+    @property
+    def missed(self) -> tuple[float, float]:
+        """Interpolation errors to report, of force and outline."""
+        return max(self.force, SLOPES * self.slope), self.outline
+
+    def rough(self, rtol: float) -> bool:
+        """Whether it should be halved."""
+        unknown = not np.isfinite(self.force)
+        return unknown or (
+            self.right - self.left > NARROWEST and (self.force > rtol or self.outline > OUTLINE_TOLERANCE)
+        )
+
+
+class Refinement:
+    """Boundary element solutions of one indenter on one medium.
+
+    Parameters
+    ----------
+    kernel, indenter
+        Medium and indenter.
+    angles, cells : int
+        Polar angles of the outline, cells per side of the grids.
+    folder : str, optional
+        Where solutions are kept on disk.
+    """
+
+    def __init__(self, kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None) -> None:
+        self.reference = RoundReference(kernel, indenter)
+        # punches known of the medium are not needed for the solutions, and may be many
+        self._case = Case(replace(kernel, solution=None, cache={}), indenter, angles, cells)
+        self._phi = np.asarray(np.arange(angles) * (2 * np.pi / angles))
+        self._cache = SampleCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
+        self.samples: dict[float, Sample] = {}
+        self.gaps: list[Gap] = []
+        if self._cache:
+            self.samples, gaps = self._cache.load()
+            self.gaps = [Gap(*row) for row in gaps]
+        self._curve: tuple[tuple[Gap, ...], Interpolation] | None = None
+
+    @property
+    def self_similar(self) -> bool:
+        """Whether one solution serves every size: neither tip nor medium has a length."""
+        kernel = self._case.kernel
+        return self._case.indenter.exponent is not None and bool(kernel.homogeneous or kernel.exponent)
+
+    def along_depths(self, x: Array, rtol: float) -> Interpolation:
+        """Contacts at positions x = ln d, each solved by itself where that takes no more solutions than a curve."""
+        if self.self_similar:
+            return self._single(float(x.max()))
+        x = np.unique(np.maximum(x, self._least(float(x.max()))))
+        low, high = float(x[0]), float(x[-1])
+        if not self._covered(low, high, rtol):
+            if x.size <= 1 + 2 * np.ceil((high - low) / self._spacing):
+                self.solve(x.tolist())
+                return self._interpolation(x, np.zeros((x.size - 1, 2)))
+            self._cover(low, high, rtol)
+        return self.curve()
+
+    def enclosing(self, quantity: ControlName, wanted: Array, rtol: float) -> Interpolation:
+        """Contacts that enclose all wanted values of ln F/E* ("force") or ln a0 ("radius")."""
+        ends = np.array([wanted.min(), wanted.max()])
+        guess = self.reference.position(quantity, ends)
+        if self.self_similar:
+            return self._single(float(guess[1]))
+        low, high = self._ends(quantity, ends, guess, self._least(float(guess[1])))
+        if low == high:
+            return self._single(low)
+        self._cover(low, high, rtol)
+        return self.curve()
+
+    def curve(self) -> Interpolation:
+        """The curve through the solutions at the ends of all gaps."""
+        gaps = tuple(self.gaps)
+        if self._curve is None or self._curve[0] != gaps:
+            nodes = np.array([gap.left for gap in gaps] + [gaps[-1].right])
+            self._curve = gaps, self._interpolation(nodes, np.array([gap.missed for gap in gaps]))
+        return self._curve[1]
+
+    def solve(self, positions: Iterable[float]) -> None:
+        """Add the solutions at positions ln d that are not known."""
+        new = np.array(sorted({x for x in positions if x not in self.samples}))
+        if not new.size:
+            return
+        outlines = {x: sample.shape[2:] for x, sample in self.samples.items()}
+        radius = np.exp(self.reference.at(new)[2])
+        boxes = boxes_between(new, outlines, radius, level_line(self._case.indenter, self._phi), self._phi)
+        places = list(zip(np.exp(new).tolist(), *boxes, strict=True))
+        found = shared_out(solved, self._case, places, helped=self._case.cells <= SHARED_CELLS)
+        self.samples.update(zip(new.tolist(), found, strict=True))
+        if self._cache:
+            self._cache.save(self.samples, self.gaps)
+
+    def _covered(self, low: float, high: float, rtol: float) -> bool:
+        """Whether known gaps carry all contacts between two positions."""
+        inside = bool(self.gaps) and self.gaps[0].left <= low and self.gaps[-1].right >= high
+        return inside and not any(gap.rough(rtol) for gap in self._between(low, high))
+
+    def _between(self, low: float, high: float) -> list[Gap]:
+        return [gap for gap in self.gaps if gap.right > low and gap.left < high]
+
+    def _cover(self, low: float, high: float, rtol: float) -> None:
+        """Halve gaps between two positions until none is rough."""
+        self._extend(low, high)
+        while rough := [gap for gap in self._between(low, high) if gap.rough(rtol)]:
+            before, middles = self.curve(), [(gap.left + gap.right) / 2 for gap in rough]
+            self.solve(middles)
+            halves = {gap: self._halved(gap, x, before) for gap, x in zip(rough, middles, strict=True)}
+            self.gaps = [half for gap in self.gaps for half in halves.get(gap, (gap,))]
+        if self._cache:
+            self._cache.save(self.samples, self.gaps)
+
+    def _halved(self, gap: Gap, middle: float, before: Interpolation) -> tuple[Gap, Gap]:
+        """Both halves of a gap, with what the curve before has missed at its middle."""
+        predicted, found = before.at(np.array([middle])), self.samples[middle]
+        # differences within the error of the cells are reported with it, and are not reduced by closer solutions
+        force = max(abs(float(predicted.force[0]) - found.force) - found.force_error, 0.0)
+        # an error that all slopes share cancels in the force at the middle and shows in its slope there
+        slope = abs(float(predicted.growth[0]) - found.growth) * (middle - gap.left)
+        outline = shape_difference(predicted.shape[0], found.shape)
+        outline -= min(found.shape_error, outline) if found.outlined else 0.0
+        return Gap(gap.left, middle, force, slope, outline), Gap(middle, gap.right, force, slope, outline)
+
+    def _extend(self, low: float, high: float) -> None:
+        """Add gaps, no wider than the first spacing, until they reach from `low` to `high`."""
+        first, last = (self.gaps[0].left, self.gaps[-1].right) if self.gaps else (high, high)
+        # a little less depth later on costs nothing new
+        before = self._pieces(min(low, first - self._spacing / 4) if self.gaps else low, first) if low < first else []
+        after = self._pieces(last, high) if high > last else []
+        self.solve([x for gap in before + after for x in gap[:2]])
+        self.gaps = before + self.gaps + after
+
+    def _pieces(self, low: float, high: float) -> list[Gap]:
+        """Gaps between two positions of which nothing is known yet."""
+        nodes = np.linspace(low, high, int(np.ceil((high - low) / self._spacing)) + 1).tolist()
+        return [Gap(left, right) for left, right in pairwise(nodes)]
+
+    def _ends(self, quantity: ControlName, wanted: Array, guess: Array, least: float) -> tuple[float, float]:
+        """Positions of solutions between which all wanted values lie; `least` where smaller ones need no solution."""
+        known = sorted({x for gap in self.gaps for x in gap[:2]})
+        for _ in range(STEPS):
+            values = [self._value(quantity, x) for x in known]
+            above = [x for x, value in zip(known, values, strict=True) if value >= wanted[1]]
+            below = [
+                x for x, value in zip(known, values, strict=True) if value <= wanted[0] and x <= min(above, default=x)
+            ]
+            if above and (below or known[0] <= least):
+                return max(below, default=known[0]), min(above)
+            new = set(np.maximum(guess, least).tolist()) if not known else set()
+            if known and not above:
+                new.add(known[-1] + self._step(quantity, known[-2:], wanted[1]))
+            if known and not below and known[0] > least:
+                new.add(max(known[0] + self._step(quantity, known[1::-1], wanted[0]), least))
+            self.solve(sorted(new))
+            known = sorted({*known, *new})
+        scale = self._case.kernel.modulus if quantity == "force" else 1.0
+        raise ValueError(
+            f"{quantity} = {scale * np.exp(wanted[1]):.6g} is not reached: the largest is {scale * np.exp(max(values)):.6g} at "
+            f"a depth of {np.exp(known[-1]):.6g} m. Prescribe the depth instead, or choose method='bem'."
+        )
+
+    def _step(self, quantity: ControlName, beside: list[float], wanted: float) -> float:
+        """How far beyond the last of the positions beside it a value is expected, and a little farther."""
+        *before, last = beside
+        value, growth = self._value(quantity, last), 1 / (self._case.indenter.exponent or 1.0)
+        if quantity == "force":
+            growth = self.samples[last].growth
+        elif before:
+            growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.3, 6.0))
+        step = (wanted - value) / growth
+        return float(np.clip(step + np.copysign(BEYOND, step), -self._spacing, self._spacing))
+
+    def _value(self, quantity: ControlName, x: float) -> float:
+        """ln F/E* or ln a0 of the solution at a position."""
+        sample = self.samples[x]
+        return sample.force if quantity == "force" else float(sample.shape[0])
+
+    def _single(self, x: float) -> Interpolation:
+        """The one solution that serves every size, solved at x if there is none."""
+        at = next(iter(self.samples)) if self.self_similar and self.samples else x
+        self.solve([at])
+        return self._interpolation(np.array([at]), np.zeros((0, 2)))
+
+    def _interpolation(self, nodes: Array, missed: Array) -> Interpolation:
+        return Interpolation(self.reference, nodes, tuple(self.samples[x] for x in nodes.tolist()), missed)
+
+    def _least(self, top: float) -> float:
+        """ln d below which ratios to the round contact are constant, where the largest is `top`."""
+        kernel, indenter = self._case.kernel, self._case.indenter
+        if indenter.exponent is None:
+            return top - DECADES * np.log(10)
+        return float(self.reference.position("radius", np.log([THINNEST * kernel.length]))[0])
+
+    @cached_property
+    def _spacing(self) -> float:
+        """Widest first gap in ln d."""
+        return SPACING * (self._case.indenter.exponent or 1.0)
+
+
+def shape_difference(one: Array, other: Array) -> float:
+    """Largest distance of two outlines over the mean radius, across them; of the mean radii where one has no outline.
+
+    Shapes are those of `Sample`. Rays beside a narrow contact lobe meet its flank at an angle, so the distance along rays is
+    reduced by the slope of the outline.
+    """
+    if not (np.isfinite(one).all() and np.isfinite(other).all()):
+        return float(abs(one[0] - other[0]))
+    slope = (np.roll(other[2:], -1) - np.roll(other[2:], 1)) * (other.size - 2) / (4 * np.pi)
+    apart = np.abs(np.exp(one[2:]) - np.exp(other[2:])) / np.hypot(1.0, slope)
+    return float(apart.max() / np.exp(other[0]))
+
+
+@lru_cache(maxsize=32)
+def refinement(kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None = None) -> Refinement:
+    """The solutions of a medium and an indenter; those already made are shared."""
+    return Refinement(kernel, indenter, angles, cells, folder)

@@ -1,0 +1,100 @@
+"""One boundary element solution of a curve, as the numbers that are kept of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch import bem
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.boundary_elements import error
+from flatpunch.contact.boundary_elements.expected_box import traced_whole
+from flatpunch.indenters.profile import Indenter
+
+_TOLERANCE = 1e-6
+"""Gap error of the solutions over the depth; ten times as much leaves 1e-5 of the force."""
+
+_STIFFNESS_TOLERANCE = 3e-3
+"""Deviation of the displacement under the punch that dF/dd comes from; it leaves 4e-4 of dF/dd, less than the cells do."""
+
+_UNRESOLVED = 2e-3
+"""Estimated error of the force above which a contact is solved again on half as wide cells, at five times the cost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Medium, indenter, number of polar angles of the outline, cells per side of the grid."""
+
+    kernel: Kernel
+    indenter: Indenter
+    angles: int
+    cells: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What is kept of one solution.
+
+    Attributes
+    ----------
+    force, growth : float
+        ln F/E* [m^2], extrapolated to vanishing cells, and dln F/dln d.
+    shape : ndarray, shape (2 + angles,)
+        ln of mean radius, of sqrt(area/pi) and of the outline a(phi) [m]; NaN where the contact has no outline.
+    force_error, shape_error : float
+        Estimated errors: relative of the force, and of the outline over the mean radius.
+    notes : tuple of str
+        What a user should know of the solution.
+    """
+
+    force: float
+    growth: float
+    shape: Array
+    force_error: float
+    shape_error: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def outlined(self) -> bool:
+        """Whether the contact has an outline."""
+        return bool(np.isfinite(self.shape[2:]).all())
+
+
+def solved(case: Case, place: tuple[float, Array, Array, bool]) -> Sample:
+    """Solve at a place: depth [m], expected half-widths and centre of the contact [m], and whether these are well known."""
+    sample = _solved_on(case, place, case.cells)
+    return _solved_on(case, place, 2 * case.cells) if sample.force_error > _UNRESOLVED else sample
+
+
+def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) -> Sample:
+    """The same on so many cells a side."""
+    depth, half_widths, center, sure = place
+    options: dict[str, Any] = {
+        "depths": depth,
+        "grid": cells,
+        "tolerance": _TOLERANCE,
+        "stiffness": _STIFFNESS_TOLERANCE,
+        "angles": case.angles,
+    }
+
+    def solve(**box: Any) -> bem.Solution:
+        return bem.solve(case.kernel, case.indenter, **box, **options)[0]
+
+    try:
+        solution = solve(half_widths=half_widths, centers=center, search=not sure)
+    except bem.ContactTouchesEdge:
+        # the expected box may be far off under stiff films
+        solution = solve()
+    solution, trace = traced_whole(case.kernel, case.indenter, solution, case.angles, solve)
+    force, force_error = error.extrapolated(solution)
+    return Sample(
+        force=float(np.log(force / case.kernel.modulus)),
+        growth=solution.stiffness * depth / solution.force,
+        shape=np.log([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour]),
+        force_error=force_error,
+        shape_error=trace.error,
+        notes=() if solution.converged else solution.notes,
+    )
