@@ -9,7 +9,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.expected_box import boxes_around, boxes_between, level_line, outgrown
-from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.one_solution import OUTLINE, Case, solved_row
 from flatpunch.contact.refined.reference import TheoryAt
 from flatpunch.contact.refined.round_series import round_series

@@ -10,7 +10,7 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.solutions import correction
 from flatpunch.indenters import Rounded
 from flatpunch.media import PowerLawHalfSpace

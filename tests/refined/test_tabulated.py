@@ -11,7 +11,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact import default_method
-from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.table import FORCE_ERROR, OUTLINE_ERROR, layer, tabulated_rows
 from flatpunch.media import TwoBodies
 

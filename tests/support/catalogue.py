@@ -23,7 +23,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.expected_box import outgrown
-from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.solutions import correction
 from support.catalogue_cases import Case, cases
 
