@@ -24,7 +24,7 @@ def test_ellipse_of_exact_pressure(turn):
     angle = outline.phi - turn
     exact = 1 / np.sqrt((np.cos(angle) / 1.2) ** 2 + (np.sin(angle) / 0.8) ** 2)
     # p^2 is a parabola here; what is left is its linear interpolation between cells, worst where one of them lies outside
-    assert np.abs(outline.contour - exact).max() < 0.04 * grid.spacing
+    assert np.abs(outline.contour - exact).max() < 0.07 * grid.spacing
     assert outline.half_axes == pytest.approx((1.2, 0.8), rel=1e-4)
     assert outline.area == pytest.approx(np.pi * 1.2 * 0.8, rel=2e-4)
     assert outline.eccentricity == pytest.approx(np.sqrt(1 - (0.8 / 1.2) ** 2), abs=1e-4)
@@ -33,7 +33,7 @@ def test_ellipse_of_exact_pressure(turn):
 
 @pytest.mark.parametrize("half_width", [12.0, 16.0])
 def test_rays_that_graze_the_rim(half_width):
-    """Seen from a point near one end of a long ellipse, most rays do; the rim is followed once, with a staircase of 0.3 cells left."""
+    """Seen from a point near one end of a long ellipse, most rays do; of the staircase of cells 0.3 cells are left."""
     grid, turn, ahead = Grid(288, 288, 1.0), 0.3, 48.0
     x, y = grid.x + ahead * np.cos(turn), grid.y[:, None] + ahead * np.sin(turn)
     along, across = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
