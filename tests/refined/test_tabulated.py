@@ -51,11 +51,12 @@ def test_against_fresh_boundary_elements(
     result = fp.indent(medium, tip, depth=depth)
     assert result.attrs["method"] == "refined"
     assert float(result.force[0]) == pytest.approx(truth.force, rel=FORCE_ERROR)
-    # areas of both are known to some 0.1 %
-    assert float(result.area[0]) == pytest.approx(trace.area, rel=1.5e-3)
+    # areas of contacts with edges are known to 0.35 % from 256 cells (19 of 20), those of the table to some 0.1 %
+    assert float(result.area[0]) == pytest.approx(trace.area, rel=5e-3)
     off = np.abs(result.contour.values[0] - trace.contour).max() / trace.radius
-    assert off < OUTLINE_ERROR
-    assert off < float(result.contour_error[0])
+    # both are estimates
+    assert off < OUTLINE_ERROR + trace.error
+    assert off < float(result.contour_error[0]) + trace.error
 
 
 @pytest.mark.parametrize(
