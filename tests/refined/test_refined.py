@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.contact.refined.refinement import refinement
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.outlines import traced
+from flatpunch.contact.refined.refinement import refinement
 from flatpunch.indenters import Rounded
 from flatpunch.media import PowerLawHalfSpace
 
