@@ -9,13 +9,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from sticky import sticky
-from synthetic import synthetic
 
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, CurveError, fit
 from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, StandardLinearSolid
+from support.sticky_curves import sticky
+from support.synthetic_curves import synthetic
 
 GEL = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())
 START = Medium([Layer(2e3, 0.5, 1e-6)], RigidBase())

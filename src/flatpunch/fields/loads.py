@@ -42,9 +42,9 @@ class DiscLoad:
     center: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pressure", real("DiscLoad.pressure", self.pressure))
-        object.__setattr__(self, "radius", positive("DiscLoad.radius", self.radius))
-        object.__setattr__(self, "traction", real("DiscLoad.traction", self.traction))
+        object.__setattr__(self, "pressure", real("DiscLoad.pressure", self.pressure, "Pa"))
+        object.__setattr__(self, "radius", positive("DiscLoad.radius", self.radius, unit="m"))
+        object.__setattr__(self, "traction", real("DiscLoad.traction", self.traction, "Pa"))
         object.__setattr__(self, "center", _place("DiscLoad.center", self.center))
 
 
@@ -86,7 +86,9 @@ class PatchLoad:
                 f"PatchLoad.traction has shape {traction.shape}, pressure {pressure.shape}; give one traction for each cell, "
                 "or one number for all."
             )
-        object.__setattr__(self, "spacing", positive("PatchLoad.spacing", self.spacing, "It is the side of a cell."))
+        object.__setattr__(
+            self, "spacing", positive("PatchLoad.spacing", self.spacing, "It is the side of a cell.", unit="m")
+        )
         object.__setattr__(self, "center", _place("PatchLoad.center", self.center))
         object.__setattr__(self, "cells", (pressure, traction))
 

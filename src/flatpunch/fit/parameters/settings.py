@@ -95,7 +95,7 @@ class Settings:
                 )
         object.__setattr__(self, "contact", _contact(self.contact))
         if self.drag != "free":
-            real("drag", self.drag)
+            real("drag", self.drag, "N*s/m")
         for name, unit in (("depth_to", "m"), ("force_to", "N")):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, real(name, getattr(self, name), unit))
@@ -132,7 +132,7 @@ class Settings:
 
 def _contact(given: Any) -> Any:
     """Contact point as given: a word, a float, or a pair of limits."""
-    if given == "free":
+    if isinstance(given, str) and given == "free":
         return given
     if isinstance(given, Mapping):
         unknown = set(given) - {"min", "max"}
@@ -144,11 +144,11 @@ def _contact(given: Any) -> Any:
     if isinstance(given, (tuple, list)):
         if len(given) != 2:
             raise ValueError(f"contact = {given!r} must be 'free', a position, or a pair of limits.")
-        low, high = (None if v is None else real("contact", v) for v in given)
+        low, high = (None if v is None else real("contact", v, "m") for v in given)
         if low is not None and high is not None and not low < high:
             raise ValueError(f"contact: the minimum {low!r} must be below the maximum {high!r}.")
         return (low, high)
-    return real("contact", given)
+    return real("contact", given, "m")
 
 
 def as_free(free: Any) -> dict[str, Free]:
