@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flatpunch.contact.boundary_elements.outlines.zoom import Patch, look_closer
 
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.boundary_elements.outlines.zoom import Patch, look_closer
 
 HALF_SPACE = compliance(fp.HalfSpace(1.0, 0.3))
 FILM = compliance(fp.Medium([fp.Layer(20.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)))

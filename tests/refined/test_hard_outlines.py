@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flatpunch.contact.boundary_elements.outlines.needle import traced
 
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.boundary_elements.outlines.needle import traced
 from flatpunch.contact.refined.refinement import refinement
 from support.catalogue_cases import cases
 from support.known_outlines import distance

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flatpunch.contact.boundary_elements.outlines.needle import traced
+from flatpunch.contact.boundary_elements.outlines.parts import EXCESS, ray_and_area, star_of
 
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
-from flatpunch.contact.boundary_elements.outlines.needle import traced
-from flatpunch.contact.boundary_elements.outlines.parts import EXCESS, ray_and_area, star_of
 
 THREE, FOUR = fp.Pyramid(3, 0.35), fp.Pyramid(4, 0.35)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
 
 import flatpunch as fp
 from flatpunch import bem
@@ -13,7 +14,6 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.outlines import core as star_core
 from flatpunch.contact.boundary_elements.outlines import needle as ridges
 from flatpunch.contact.boundary_elements.outlines import zoom as closeup
-from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
 from flatpunch.indenters import Rounded, Superellipse, Tilted
 from flatpunch.indenters.geometry.symmetry import mirrored_about, rotational_symmetry
 from support.known_outlines import distance

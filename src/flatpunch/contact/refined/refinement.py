@@ -33,8 +33,8 @@ SPACING = 1.2
 """Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""
 
 OUTLINE_TOLERANCE = 0.05
-"""Largest miss of the outline over the mean radius in a gap that is not halved; two fifths of it take half as many solutions again
-under stiff films."""
+"""Largest miss of the outline over the mean radius in a gap that is not halved; two fifths take half as many solutions again under
+stiff films."""
 
 NARROWEST = 1 / 10
 """Gap in ln d that is not halved, whatever it misses; contacts that change abruptly would be solved without end."""
