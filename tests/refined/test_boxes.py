@@ -92,7 +92,8 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     fine = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=512))
     radius = float(fine.radius[0])
     assert contour.max() < float(fine.contour.max()) - 0.05 * radius
-    assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=0.03 * radius)
+    off = abs(float(curve.contour[1].max()) - float(fine.contour.max())) / radius
+    assert off < float(curve.contour_error[1] + fine.contour_error[0])
     # a grid that was asked for stays
     same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid))
     assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)

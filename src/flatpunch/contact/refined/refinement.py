@@ -258,7 +258,7 @@ class Refinement:
         """ln d below which ratios to the round contact are constant, where the largest is `top`."""
         kernel, indenter = self._case.kernel, self._case.indenter
         if indenter.exponent is None:
-            return top - DECADES * np.log(10)
+            return top - DECADES * float(np.log(10))
         return float(self.reference.position("radius", np.log([THINNEST * kernel.length]))[0])
 
     @cached_property
