@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.refinement import refinement
 from flatpunch.indenters import Rounded
 from flatpunch.media import PowerLawHalfSpace
@@ -132,6 +135,22 @@ def test_contacts_without_outline_say_so() -> None:
     assert np.isinf(curve.contour_error.values[-1])
     assert np.all(np.isfinite(curve.radius))
     assert np.all(np.isfinite(curve.area))
+
+
+@pytest.mark.parametrize("sides", [3, 4])
+def test_points_of_the_outline_are_known_better_than_by_the_cells(sides: int) -> None:
+    """Along its edges a contact is narrower than a cell; there it is solved on finer cells."""
+    kernel, tip = compliance(fp.HalfSpace(1.0, 0.3)), fp.Pyramid(sides, 0.3)
+    fine, coarse = (
+        bem.solve(kernel, tip, depths=1.0, grid=grid, half_widths=(6.0, 6.0), tolerance=1e-6)[0] for grid in (512, 192)
+    )
+    best, found = traced(kernel, tip, fine, 360), traced(kernel, tip, coarse, 360)
+    # half a cell of 192, of which 29 (three sides) to 40 are in the mean radius
+    off = np.abs(found.contour - best.contour).max() / best.radius
+    assert off < 0.015
+    assert off < found.error
+    assert np.abs(coarse.outline.contour - best.contour).max() > 0.015 * best.radius
+    assert found.area == pytest.approx(best.area, rel=2e-3)
 
 
 def test_round_tips_are_exact() -> None:

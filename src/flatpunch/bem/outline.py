@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, check_square
 
 EXCESS = 0.13
 """Distance in cells by which cells in contact reach beyond the rim; twice as much makes areas 0.3 % too small at 256 cells."""
@@ -71,7 +71,9 @@ class Outline:
     note: str = ""
 
 
-def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float = 0.5, sharp: bool = False) -> Outline:
+def trace_outline(
+    grid: Grid, pressure: Array, *, angles: int = 360, rim: float = 0.5, length: float = np.inf, sharp: bool = False
+) -> Outline:
     """Outline from the pressure on a grid.
 
     Parameters
@@ -84,9 +86,12 @@ def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float 
         Number of polar angles; radius and area do not depend on it.
     rim : float
         Power of the distance with which the pressure falls to zero at the rim.
+    length : float
+        Thickness of the layer at the surface [m], where there is one.
     sharp : bool
         Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
     """
+    check_square(grid)
     rays = enough_rays(angles)
     every = slice(None, None, rays // angles)
     phi = 2 * np.pi * np.arange(rays) / rays
@@ -96,7 +101,7 @@ def trace_outline(grid: Grid, pressure: Array, *, angles: int = 360, rim: float 
     if note:
         none = float("nan")
         return Outline(phi[every], np.full(angles, none), none, cells, (none, none), none, float("inf"), note)
-    contour, moved = rim_along(grid, pressure, phi, rim, sharp=sharp)
+    contour, moved = rim_along(grid, pressure, phi, rim, length=length, sharp=sharp)
     narrowest = float(contour.min() / grid.spacing)
     if narrowest < _FEWEST:
         note = (
@@ -119,12 +124,14 @@ def enough_rays(angles: int) -> int:
     return angles * -(-_RAYS // angles)
 
 
-def rim_along(grid: Grid, pressure: Array, phi: Array, rim: float, *, sharp: bool = False) -> tuple[Array, Array]:
+def rim_along(
+    grid: Grid, pressure: Array, phi: Array, rim: float, *, length: float = np.inf, sharp: bool = False
+) -> tuple[Array, Array]:
     """Farthest points in contact along rays from the point of first touch [m], and their estimated errors [m].
 
     Parameters
     ----------
-    grid, pressure, rim, sharp
+    grid, pressure, rim, length, sharp
         As for `trace_outline`.
     phi : ndarray, shape (n,)
         Polar angles of the rays [rad]. Rays that meet no contact have NaN.
@@ -138,7 +145,8 @@ def rim_along(grid: Grid, pressure: Array, phi: Array, rim: float, *, sharp: boo
     points = contour * np.exp(1j * phi)
     inwards = _inwards(grid, contact, points)
     way = _zero(grid, pressure ** (1 / rim), points, inwards)
-    believed = np.abs(way - EXCESS) < 1
+    # the power law holds over about half of the thickness
+    believed = (np.abs(way - EXCESS) < 1) & (length > 2 * _DEPTHS[-1] * h)
     moved = h * np.where(believed, way, EXCESS)
     slant = np.maximum(-(inwards * np.exp(-1j * phi)).real, _STEEPEST)
     return contour - moved / slant, h * np.where(believed, np.abs(way - EXCESS), 1.0)

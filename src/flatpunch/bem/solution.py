@@ -108,7 +108,7 @@ def solution_of(
     contact = pressure > 0
     rim = (1 + levels.kernel.exponent) / 2
     sharp = not endless and _reaches_end(height(grid), contact)
-    outline = trace_outline(grid, pressure, angles=angles, rim=rim, sharp=sharp)
+    outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.surface_length, sharp=sharp)
     k = float("nan")
     if stiffness:
         wanted = _STIFFNESS_TOLERANCE if stiffness is True else float(stiffness)

@@ -127,13 +127,13 @@ def _contour(kernel: Kernel, solution: bem.Solution, lobes: list[_Lobe], angles:
         rest[lobe.share(grid) == 1] = 0.0
     if why_none(grid, rest > 0) or not all(lobe.whole() for lobe in lobes):
         return np.full(angles, np.nan), np.inf
-    contour, moved = rim_along(grid, rest, phi, rim)
+    contour, moved = rim_along(grid, rest, phi, rim, length=kernel.surface_length)
     # the ends of lobes
     error = max(float(moved.max()), grid.spacing * bool(lobes))
     for lobe in lobes:
         turn = np.mod(phi - lobe.angle + np.pi, 2 * np.pi) - np.pi
         ahead = np.flatnonzero(np.abs(turn) < np.arctan(lobe.wedge))
-        found, _ = rim_along(lobe.grid, lobe.pressure, turn[ahead], rim)
+        found, _ = rim_along(lobe.grid, lobe.pressure, turn[ahead], rim, length=kernel.surface_length)
         met = found * np.cos(turn[ahead]) > lobe.start + 1.5 * _ROOT * lobe.coarse
         contour[ahead[met]] = found[met]
     return contour, error

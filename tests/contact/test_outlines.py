@@ -1,0 +1,82 @@
+"""Outlines, mean radii and areas with a closer solution along each edge: against fine cells, and their error estimates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch import bem
+from flatpunch.compliance import compliance
+from flatpunch.contact.boundary_elements.outlines import Trace, traced
+from flatpunch.indenters.profile import Indenter
+from flatpunch.reference import elliptic
+from support.known_outlines import distance
+
+
+def film(ratio: float) -> fp.Medium:
+    """So many times stiffer than its base."""
+    return fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+
+
+GEL = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase())
+
+
+def trace_of(medium: fp.Medium | fp.HalfSpace, tip: Indenter, depth: float, cells: int, angles: int = 360) -> Trace:
+    """Outline from a grid of so many cells a side."""
+    kernel = compliance(medium)
+    (solution,) = bem.solve(kernel, tip, depths=depth, grid=cells, tolerance=1e-6)
+    return traced(kernel, tip, solution, angles)
+
+
+def test_exact_ellipse() -> None:
+    tip = fp.EllipticParaboloid(5e5, 1.5e6)
+    exact = elliptic.elliptic_paraboloid(tip.A, tip.B, 1e9 / 0.91, depth=1e-8)
+    trace = trace_of(fp.HalfSpace(1e9, 0.3), tip, 1e-8, 128)
+    phi = 2 * np.pi * np.arange(360) / 360
+    contour = 1 / np.hypot(np.cos(phi) / exact.half_axis_x, np.sin(phi) / exact.half_axis_y)
+    off = np.abs(trace.contour - contour).max() / trace.radius
+    # a tenth of a cell, of which there are 50 in the mean radius
+    assert off < 4e-3
+    assert off < trace.error < 0.02
+    assert trace.area == pytest.approx(np.pi * exact.half_axis_x * exact.half_axis_y, rel=1e-3)
+
+
+@pytest.mark.parametrize("sides", [3, 4, 5, 6, 8])
+@pytest.mark.parametrize("medium", [fp.HalfSpace(1.0, 0.3), GEL, film(5.0)], ids=["half-space", "gel", "film 5"])
+def test_pyramids_against_four_times_as_many_cells(sides: int, medium: fp.Medium | fp.HalfSpace) -> None:
+    tip = fp.Pyramid(sides, 0.35)
+    # all edges lie on rays
+    coarse, fine = (trace_of(medium, tip, 0.3, cells, 720) for cells in (128, 512))
+    off = distance(coarse.contour, fine.contour) / fine.radius
+    assert off < coarse.error < 0.06
+    assert coarse.radius == pytest.approx(fine.radius, rel=3e-3)
+    assert coarse.area == pytest.approx(fine.area, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "tip", "depth"),
+    [
+        (50.0, fp.Pyramid(4, 0.35), 1.0),
+        (100.0, fp.Pyramid(3, 0.35), 0.5),
+        (10.0, fp.Truncated.across(fp.Pyramid(4, 0.35), 0.2), 0.4),
+        (50.0, fp.Rounded(fp.Pyramid(4, 0.35), 0.5), 1.0),
+    ],
+)
+def test_long_lobes_under_stiff_films(ratio: float, tip: Indenter, depth: float) -> None:
+    coarse, fine = (trace_of(film(ratio), tip, depth, cells) for cells in (256, 1024))
+    assert distance(coarse.contour, fine.contour) < coarse.error * fine.radius
+    assert coarse.area == pytest.approx(fine.area, rel=1e-2)
+    assert coarse.radius == pytest.approx(fine.radius, rel=1e-2)
+
+
+@pytest.mark.parametrize("depth", [3.044, 6.067])
+def test_contacts_in_several_parts_have_no_outline_and_an_area(depth: float) -> None:
+    """Islands on the faces of a tip with four sides, under films 10 and 50 times stiffer."""
+    tip, ratio = fp.Pyramid(4, 0.35), 10.0 if depth < 4 else 50.0
+    coarse, fine = (trace_of(film(ratio), tip, depth, cells) for cells in (256, 1024))
+    assert np.isnan(coarse.contour).all()
+    assert np.isinf(coarse.error)
+    # mean radii of ten to twenty cells
+    assert coarse.radius == pytest.approx(fine.radius, rel=0.03)
+    assert coarse.area == pytest.approx(fine.area, rel=0.03)
