@@ -201,3 +201,12 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
             0.0,
             radius=float(radii[gone][-1]),
         )
+
+
+def test_within_a_flat_end_there_is_no_outline_and_the_note_says_why():
+    """On a half-space, where nothing is stiff."""
+    tip = fp.Truncated(fp.Pyramid(4, 0.3), height_removed=0.1 * H)
+    curve = indent(BODY, tip, radius=np.array([0.2, 0.5]) * H, angles=8)
+    np.testing.assert_array_equal(curve["valid"], [False, True])
+    assert "within the flat end of the tip" in curve.attrs["notes"]
+    assert "stiff films" not in curve.attrs["notes"]

@@ -1,6 +1,6 @@
 """Results as xarray datasets, of arrays as they are.
 
-Of whatever it has to convert xarray asks whether it belongs to pint or dask, and loads these for that: a third of a second of the
+To convert anything, xarray checks whether it belongs to pint or dask and loads both for that: a third of a second of the
 first call, for nothing. Arrays and indices that need no conversion are taken without.
 """
 

@@ -10,11 +10,11 @@ from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
 
 _STEEP = 35.0
-"""Mean inclination at the rim from which on shapes no longer enter by their heights alone [degrees]."""
+"""Mean inclination at the rim above which shapes do not enter by their heights alone any more [degrees]."""
 
 
 _AT_END = 0.98
-"""Share of the reach from which on a contact counts as ending there: outlines are off by a hundredth."""
+"""Share of the reach above which a contact counts as ending there: outlines are off by a hundredth."""
 
 
 _DIRECTIONS = 2 * np.pi * (np.arange(36) + 0.382) / 36

@@ -349,7 +349,7 @@ def _judged(field: Array, cells: PressureField) -> PressureField:
 
 
 def solver_of(method: Method, indenter: Indenter) -> Method | FlatEnd:
-    """What solves this indenter when `method` is asked for."""
+    """The solver of an indenter under a method: cylinders with a flat end have their own."""
     return FlatEnd() if isinstance(indenter, Cylinder) else method
 
 

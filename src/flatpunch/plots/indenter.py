@@ -19,9 +19,12 @@ from flatpunch.files.units import readable
 from flatpunch.indenters.profile import split_angles
 
 _POINTS = 181
+"""Points along either side of the surface of a tip."""
+
 _SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", "#1f4e79", "#b8541a"
 _STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "axes.grid": False, "axes.linewidth": 0.8}
 _LEVELS = 9
+"""Level lines on a tip."""
 
 
 def indenter_figure(indenter: Any, *, extent: float | None = None, title: str = "") -> Figure:

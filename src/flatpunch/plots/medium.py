@@ -17,9 +17,13 @@ from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, R
 
 _MODULUS, _FACE, _CONTACT = "#1f4e79", "#8c8c8c", "#c1121f"
 _SAMPLES = 201
+"""Depths at which the modulus of a layer is drawn."""
+
 _BELOW = 0.3
+"""How much of the base is drawn, over the thickness of all layers."""
+
 _LOGARITHMIC = 20.0
-"""Ratio of moduli from which on their axis is logarithmic."""
+"""Ratio of moduli above which their axis is logarithmic."""
 
 
 @dataclass(frozen=True, slots=True)

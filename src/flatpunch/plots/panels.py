@@ -20,9 +20,8 @@ from flatpunch.files.units import readable
 
 _FORCE, _STIFFNESS, _OUTLINE, _INVALID = "#1f4e79", "#b8541a", "#c1121f", "#8c8c8c"
 
-
 _MAP_POINTS = 121
-
+"""Points along either side of a pressure map."""
 
 _NOTABLE = 0.01
 """Median error of a pressure over its mean above which a picture shows it."""

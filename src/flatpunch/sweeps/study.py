@@ -69,7 +69,8 @@ def sweep(
     -------
     xarray.Dataset
         What `indent` returns, over the varied parameters (coordinates named by their paths, in SI units) and `step`; NaN where
-        a point failed. `status` is "solved" or "failed", `reason` says why, `notes` holds those of each point.
+        a point failed. `status` is "solved" or "failed", `reason` says why, `method_used` and `notes` are those of
+        each point.
 
     Raises
     ------

@@ -1,16 +1,16 @@
-"""How far to trust each method on non-round indenters: estimates of the relative error of the force, and of the outline.
+"""Error estimates of the series on non-round indenters: relative error of the force, and error of the outline.
 
-The series tell their own error: second order by its third and fourth terms, fourth order by what its Pade form adds to the
-plain sum and by its last term. Outlines are known to first order of the logarithm only; they miss by a fraction of the
-square of its swing, and at edges, where they have cusps, by one of the swing itself. The first-order method is judged by
-second order on a half-space, where that is a matter of the indenter alone; on layers its error changes by up to half as
-much again. The constants were read off the honesty catalogue (tests/catalogue), where at least 95 % of the true errors are
-below the estimate.
+Second order is judged by its own third and fourth terms, fourth order by what its Pade form adds to the plain sum and by its
+last term. Outlines are known to first order of their logarithm w only; their error is a fraction of the square of max|w|, the
+swing, and of the swing itself at edges, where outlines have cusps. First order is judged by second order on a half-space, where
+that is a matter of the indenter alone. The factors were fitted to the honesty catalogue (tests/catalogue), in which at least 95 %
+of the true errors are below the estimate; all are proportional, so that doubling one doubles its part of the estimate.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +19,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Extra
 from flatpunch.contact.perturbation.first_order_outline import outline
-from flatpunch.contact.perturbation.general_series import general_expansion
+from flatpunch.contact.perturbation.general_series import LARGEST_WAVE, general_expansion
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.round.mean_profile import mean_contact
@@ -28,22 +28,53 @@ from flatpunch.indenters.geometry.flat_end import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
-_OUTLINE, _EDGES, _BLUNT = 0.7, 0.4, 0.2
-"""Error of an outline per swing^2 for all tips, and per swing for tips with edges and for blunted ones."""
-_OUTLINE_FLOOR = 1e-3
-_LAST, _SKEW, _SQUARE = 0.2, 1.5, 1.5
-"""Second order: share of x4 added to |x3 + x4|; for general profiles, per measure of x3 and per x2^2."""
-_SPREAD = 1.5
-"""Fourth order: share of |x4| swing^2, of the size of the sixth order."""
-_LAYERS, _LAYERS_OUTLINE = 1.8, 2.5
-"""First order: what layers make of its error on a half-space, in force and outline."""
-_FLOOR, _SAMPLED_FLOOR = 1e-6, 4e-5
-"""Kinked outlines end at 1e-7 of the force, sampled ones at 2e-5; boundary elements could not tell below 1e-6."""
-_LOST = 3.0
-"""|ln a/abar| at which general outlines are cut: there the force is lost as well."""
-_FLAT_FORCE, _FLAT_OUTLINE = 0.5, 1.0
-"""Per ln(largest/smallest radius) of a flat end: a square punch is 15 % stiffer than the disc inside it, ln 2/2 = 0.35."""
+
+@dataclass(frozen=True, slots=True)
+class Factors:
+    """Factors of the estimates.
+
+    Attributes
+    ----------
+    outline : float
+        Error of an outline per swing^2.
+    edges, blunt : float
+        Error of an outline per swing, of tips with edges and of general profiles without (blunted tips).
+    last : float
+        Second order: share of |x4| that is added to |x3 + x4|.
+    higher : float
+        Next term over its measure: |x4| swing^2 in fourth order; |x3| and x2^2 of general profiles, whose x4 is not known.
+    layers, layers_outline : float
+        First order: error on any medium over that on a half-space, in force and outline.
+    flat_force, flat_outline : float
+        Error beside a flat end per ln(largest/smallest radius) of it: a square punch is 15 % stiffer than the disc inside it.
+    floor, sampled_floor : float
+        What quadrature over the angle leaves of the force: kinked outlines 1e-7, sampled ones 2e-5. Boundary elements, with which
+        all this is compared, know it to 1e-6.
+    outline_floor : float
+        The same of the outline.
+    """
+
+    outline: float = 0.7
+    edges: float = 0.4
+    blunt: float = 0.2
+    last: float = 0.2
+    higher: float = 1.5
+    layers: float = 1.8
+    layers_outline: float = 2.5
+    flat_force: float = 0.5
+    flat_outline: float = 1.0
+    floor: float = 1e-6
+    sampled_floor: float = 4e-5
+    outline_floor: float = 1e-3
+
+
+_FACTORS = Factors()
+
+_CUT = 0.99 * LARGEST_WAVE
+"""Swing above which the outline of a general profile was cut: there the force is lost as well."""
+
 _NEWTON = 6
+"""Newton steps between two contacts of equal depth, a tenth of their radius apart; each doubles the digits."""
 
 
 def estimates(force: Array, contour: Array) -> Extra:
@@ -55,14 +86,14 @@ def estimates(force: Array, contour: Array) -> Extra:
 
 
 def second_order_error(indenter: Indenter, contact: PerturbedContact) -> tuple[Array, Array]:
-    """Estimates for second order, shape (n,) each; those of general profiles do not know x3 and x4."""
+    """Estimates for second order, shape (n,) each; x3 and x4 of general profiles are not known."""
     x2, x3, x4 = contact.terms.T
     if indenter.exponent is None:
-        force = _SKEW * np.abs(x3) + _SQUARE * x2**2 + _SAMPLED_FLOOR
-        force = np.where(contact.swing > 0.99 * _LOST, np.maximum(force, np.abs(x2) * contact.swing), force)
-        force = force + _FLAT_FORCE * _flat_spread(indenter, contact)
+        force = _FACTORS.higher * (np.abs(x3) + x2**2) + _FACTORS.sampled_floor
+        force = np.where(contact.swing > _CUT, np.maximum(force, np.abs(x2) * contact.swing), force)
+        force = force + _FACTORS.flat_force * _flat_spread(indenter, contact)
     else:
-        force = np.abs(x3 + x4) + _LAST * np.abs(x4) + _FLOOR
+        force = np.abs(x3 + x4) + _FACTORS.last * np.abs(x4) + _FACTORS.floor
     return force, _outline_error(indenter, contact)
 
 
@@ -73,15 +104,15 @@ def fourth_order_error(indenter: Indenter, contact: PerturbedContact) -> tuple[A
     denominator = safe - x3 + x3**2 / safe - x4
     # far outside the sound range it may vanish
     pade = np.where(x2 == 0, 0.0, x2**2 / np.where(np.abs(denominator) > 1e-3 * np.abs(safe), denominator, safe))
-    force = np.abs(pade - x2 - x3 - x4) + _SPREAD * np.abs(x4) * contact.swing**2 + _FLOOR
+    force = np.abs(pade - x2 - x3 - x4) + _FACTORS.higher * np.abs(x4) * contact.swing**2 + _FACTORS.floor
     return force, _outline_error(indenter, contact)
 
 
 def _outline_error(indenter: Indenter, contact: PerturbedContact) -> Array:
     """Largest error of a(phi) over the mean radius, shape (n,)."""
-    linear = _EDGES if indenter.corners else (_BLUNT if indenter.exponent is None else 0.0)
-    error = linear * contact.swing + _OUTLINE * contact.swing**2 + _OUTLINE_FLOOR
-    return np.asarray(error + _FLAT_OUTLINE * _flat_spread(indenter, contact))
+    linear = _FACTORS.edges if indenter.corners else (_FACTORS.blunt if indenter.exponent is None else 0.0)
+    error = linear * contact.swing + _FACTORS.outline * contact.swing**2 + _FACTORS.outline_floor
+    return np.asarray(error + _FACTORS.flat_outline * _flat_spread(indenter, contact))
 
 
 def _flat_spread(indenter: Indenter, contact: PerturbedContact) -> Array:
@@ -100,7 +131,9 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
         places = radius.max(initial=0.0) * np.array([1.0, 0.3])
         found = [_half_space_difference(indenter, float(a)) for a in places if a > 0]
         force, contour = np.max(found, axis=0) if found else np.zeros(2)
-    return np.full_like(radius, _LAYERS * force + _FLOOR), np.full_like(radius, _LAYERS_OUTLINE * contour + 1e-3)
+    return np.full_like(radius, _FACTORS.layers * force + _FACTORS.floor), np.full_like(
+        radius, _FACTORS.layers_outline * contour + _FACTORS.outline_floor
+    )
 
 
 @lru_cache(maxsize=256)

@@ -47,8 +47,14 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     contour = outline(kernel, indenter, contact, phi)
     enclosed = area(kernel, indenter, contact)
     lost = ~np.isfinite(enclosed)
+    within = lost & (contact.depth == 0)
     notes += first_failure(
-        lost,
+        within,
+        contact.depth,
+        "the radius lies within the flat end of the tip, which is in contact as a whole or not at all, so there is no outline.",
+    )
+    notes += first_failure(
+        lost & ~within,
         contact.depth,
         "the first-order outline does not exist (the denominator of (P17) and (P23) has changed sign, or the outline would "
         "pass through the axis): the contact responds too strongly to the asymmetry, as under stiff films. Force, depth "

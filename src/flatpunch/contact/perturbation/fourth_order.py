@@ -21,6 +21,7 @@ from flatpunch.contact.perturbation.perturbed_contact import PathPoint, Perturbe
 from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.perturbation.series_method import solve_expansion
 from flatpunch.contact.round.mean_profile import resolved_radius
+from flatpunch.contact.round.profile import TINY
 from flatpunch.contact.round.radius_search import Loading
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
@@ -31,15 +32,13 @@ _WIDTH = 0.5
 departs farther from that of either: by 1.5 times their difference in force over this width."""
 
 _SPACING = 0.05
-"""Spacing of the radii, in ln a, at which it is looked whether fourth order holds; the same ones whatever contacts are wanted."""
+"""Spacing, in ln a, of the radii at which fourth order is checked; the same ones for every curve. A wider one may miss a pole."""
 
 _NEWTON = 4
 """Newton steps from one base radius to that of equal depth, per cent away; each doubles the digits."""
 
 _LONGEST = 0.1
 """Longest of them in ln a: where the depth turns back only second order counts."""
-
-_TINY = 1e-300
 
 
 class BlendedExpansion:
@@ -115,7 +114,7 @@ class BlendedExpansion:
         other, live = radius * self._ratio, radius > 0
         for _ in range(_NEWTON):
             contact = round_contact(self.kernel, self._fourth.base, other[live])
-            slope = np.where(np.abs(contact.depth_slope) > _TINY, contact.depth_slope, _TINY)
+            slope = np.where(np.abs(contact.depth_slope) > TINY, contact.depth_slope, TINY)
             other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -_LONGEST, _LONGEST))
         return np.asarray(other)
 

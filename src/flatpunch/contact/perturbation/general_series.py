@@ -20,9 +20,9 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
-from flatpunch.contact.perturbation.power_law_series import radius_of_stiffness
-from flatpunch.contact.round.profile import SampledProfile
-from flatpunch.contact.round.round_contact import RoundContact, round_contact
+from flatpunch.contact.perturbation.power_law_series import LARGEST_TERM, radius_of_stiffness
+from flatpunch.contact.round.profile import TINY, SampledProfile
+from flatpunch.contact.round.round_contact import POWER_LAW_NODES, RoundContact, round_contact
 from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
 from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
 from flatpunch.indenters.geometry.symmetry import sample_radii
@@ -37,16 +37,15 @@ from flatpunch.punch.power_law import power_law_punch
 
 _POINTS = 256
 """Angles on one period of the outline: harmonics up to 128 times the symmetry."""
-_CHUNK = 1_000_000
-_POWER_LAW_NODES = 256
-_SINGULAR = 4.0
-"""|ln(f/f_b)| from which on the logarithm is no good variable: f comes close to zero away from the axis."""
 
-_LARGEST_WAVE = 3.0
-"""|w| at which outlines are cut, far beyond what the series can say."""
-_LARGEST_TERM = 2.0
-"""|ln(F/F_base)| at which the force term is cut."""
-_TINY = 1e-300
+_CHUNK = 1_000_000
+"""Most profile values held at once: some ten arrays of eight megabytes."""
+
+_SINGULAR = 4.0
+"""|ln(f/f_b)| above which the logarithm is no good variable: f comes close to zero away from the axis."""
+
+LARGEST_WAVE = 3.0
+"""|w| at which outlines are cut, far beyond where the series is of use."""
 
 
 class Terms(NamedTuple):
@@ -196,19 +195,19 @@ class GeneralExpansion:
             first = rate * np.abs(h[:, 0]) ** 2 / 2
             pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
         force = base.force / (self.kernel.modulus * radius)
-        x2 = pull / np.maximum(force, _TINY)
+        x2 = pull / np.maximum(force, TINY)
         return Terms(
             depth=base.depth / radius,
             depth_slope=base.depth_slope / radius,
             shift=shift / radius,
             force=force / radius,
             stiffness=2 * np.pi * base.answers.flat[:, 0],
-            x2=np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM),
+            x2=np.clip(x2, -LARGEST_TERM, LARGEST_TERM),
             stiffening=rise * stiffened,
             log_mean=np.log(np.mean(np.exp(w), axis=1)),
             log_square=np.log(np.mean(np.exp(2 * w), axis=1)),
             # of the size of x3, which is not known here; zero of an ellipse as x3 is
-            skew=x2 * np.mean(w**3, axis=1) / np.maximum(mean_square, _TINY),
+            skew=x2 * np.mean(w**3, axis=1) / np.maximum(mean_square, TINY),
             swing=np.abs(w).max(axis=1),
             waves=np.hstack([h.real, h.imag]),
         ).columns
@@ -240,7 +239,7 @@ class GeneralExpansion:
         """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
         if not self.kernel.exponent:
             return self.base.disc_rule(radius, nodes)
-        rho, weight = power_law_punch(self.kernel).rule(_POWER_LAW_NODES)
+        rho, weight = power_law_punch(self.kernel).rule(POWER_LAW_NODES)
         return rho[None, :], weight[None, :]
 
     def _edge(
@@ -282,14 +281,14 @@ def _is_regular(indenter: Indenter) -> bool:
 
 
 def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:
-    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut where |w| exceeds `_LARGEST_WAVE`.
+    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut where |w| exceeds `LARGEST_WAVE`.
 
     The rate e a d' vanishes within the flat of a truncated tip and where the depth turns back under a stiff film.
     """
     w = np.fft.irfft(np.hstack([np.zeros((rate.size, 1)), strength * _POINTS / 2]), n=_POINTS, axis=1)
     largest = np.abs(w).max(axis=1)
     sign = np.where(rate < 0, -1.0, 1.0)
-    bound = np.maximum(np.abs(rate), np.maximum(largest, _TINY) / _LARGEST_WAVE) * sign
+    bound = np.maximum(np.abs(rate), np.maximum(largest, TINY) / LARGEST_WAVE) * sign
     return strength / bound[:, None], w / bound[:, None]
 
 

@@ -16,11 +16,11 @@ from flatpunch.media import HalfSpace
 LARGEST_SWING = 1.2
 """|ln a(phi)/abar| above which outlines were off by tens of per cent."""
 _AMPLIFIED = 1.5
-"""Swing over that on a half-space from which on the medium is the cause, not the tip."""
+"""Swing over that on a half-space above which the medium is the cause, not the tip."""
 
 
 def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:
-    """What makes the outline uncertain, with the depths from which on it does."""
+    """What makes the outline uncertain, with the depths beyond which it does."""
     wide = contact.swing > LARGEST_SWING
     if not wide.any():
         return ()
@@ -33,7 +33,7 @@ def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact
     return first_failure(
         amplified,
         contact.depth,
-        f"the medium (a stiff film) answers the tip's asymmetry with a strong outline {remedy}",
+        f"the medium (a stiff film) amplifies the asymmetry of the tip in the outline {remedy}",
     ) + first_failure(
         wide & ~amplified,
         contact.depth,

@@ -17,7 +17,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, Terms, limited_exponential
 from flatpunch.contact.round.mean_profile import resolved_radius
-from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.contact.round.profile import TINY, PowerProfile
 from flatpunch.contact.round.radius_search import Loading
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter
@@ -25,13 +25,11 @@ from flatpunch.punch.family import punch_family
 
 Order = Literal["second", "fourth"]
 
-_LARGEST_TERM = 2.0
-"""|ln(F/F_base)| beyond which a series is cut; tips of three sides reach 0.2."""
+LARGEST_TERM = 2.0
+"""|ln(F/F_base)| at which a series is cut; tips of three sides reach 0.2."""
 
 _FARTHEST = 1.5
-"""|ln(abar/a)| beyond which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
-
-_TINY = 1e-300
+"""|ln(abar/a)| above which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
 
 _SMALLEST = 1e-3
 """Pade denominator over x2 below which its pole is avoided; the sound range stays above 0.5."""
@@ -39,11 +37,11 @@ _SMALLEST = 1e-3
 _SAME_DEPTH = 3
 """Newton steps in ln a between two bases: they start within per cent of each other."""
 
-_LARGEST_X4, _LARGEST_GROWTH = 0.1, 0.13
-"""|x4| and |dx4/dln a| over |x2| up to which the fourth-order series was within 0.2 % of boundary elements.
+_LARGEST_X4 = 0.1
+"""|x4| over |x2| up to which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
 
-Near the poles of the outline under stiff films x4 may pass through zero, but not quietly. (Validation page.)
-"""
+_LARGEST_GROWTH = 0.13
+"""|dx4/dln a| over |x2| up to which it was: near the poles under stiff films x4 passes through zero, but steeply."""
 
 _LARGEST_LAST = 0.02
 """|x4| itself up to which it was."""
@@ -60,7 +58,7 @@ class PowerExpansion:
         Second order expands in ln psi; fourth order in sqrt(psi), summed in its Pade form. Outlines come from sqrt(psi)
         for tips with edges under fourth order and from ln psi for all others, which measured best (validation page).
     terms : bool
-        Whether second order should know its third and fourth terms, by which it tells its error; else they are zero.
+        Whether second order computes the third and fourth terms too, for its error estimate; else they are zero.
     """
 
     def __init__(self, kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> None:
@@ -119,7 +117,7 @@ class PowerExpansion:
         logarithm, growth = self._force(values, slopes)
         # dF/dd = exp(X) (K + F_base (dX/dln a)/(a d'))
         slope = np.where(radius > 0, base.depth_slope, 1.0)
-        slope = np.where(np.abs(slope) > _TINY, slope, _TINY)
+        slope = np.where(np.abs(slope) > TINY, slope, TINY)
         stiffness = np.exp(logarithm) * (base.stiffness + base.force * growth / slope)
         return PathPoint(radius, base.depth, base.force * np.exp(logarithm), stiffness, base.depth_slope)
 
@@ -141,7 +139,7 @@ class PowerExpansion:
         """ln(F/F_base) and its derivative by ln a."""
         x2, x3, x4 = values.x2, values.x3, values.x4
         if self.order == "second":
-            return np.clip(x2, -_LARGEST_TERM, _LARGEST_TERM), _where_kept(x2, slopes.x2)
+            return np.clip(x2, -LARGEST_TERM, LARGEST_TERM), _where_kept(x2, slopes.x2)
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
         # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
@@ -152,12 +150,12 @@ class PowerExpansion:
         pade = x2**2 / denominator
         growth = 2 * x2 * slopes.x2 / denominator - pade * bottom / denominator
         kept = np.where(flat, 0.0, _where_kept(pade, growth))
-        return np.where(flat, 0.0, np.clip(pade, -_LARGEST_TERM, _LARGEST_TERM)), kept
+        return np.where(flat, 0.0, np.clip(pade, -LARGEST_TERM, LARGEST_TERM)), kept
 
 
 def _where_kept(logarithm: Array, growth: Array) -> Array:
-    """Derivative of a logarithm that is cut at `_LARGEST_TERM`."""
-    return np.where(np.abs(logarithm) < _LARGEST_TERM, growth, 0.0)
+    """Derivative of a logarithm that is cut at `LARGEST_TERM`."""
+    return np.where(np.abs(logarithm) < LARGEST_TERM, growth, 0.0)
 
 
 @lru_cache(maxsize=64)
@@ -176,7 +174,7 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     radius = guess.copy()
     low = np.log(guess[live]) - _FARTHEST
     high = np.minimum(low + 2 * _FARTHEST, np.log(resolved_radius(kernel)))
-    x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -_LARGEST_TERM, _LARGEST_TERM)
+    x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -LARGEST_TERM, LARGEST_TERM)
     for _ in range(20):
         answers = punch_family(kernel).at(np.exp(x) / kernel.length)
         flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]

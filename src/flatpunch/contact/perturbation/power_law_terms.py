@@ -1,7 +1,7 @@
 """Exact perturbation theory for power-law indenters f = r^n psi(phi), second and fourth order (T8.4)-(T8.11).
 
 With a reference mean C and a free exponent lam, u = ((psi/C)^lam - 1)/lam has zero mean (lam = 0: u = ln(psi/C)), and
-psi/C - 1 = u + c2 u^2 + c3 u^3 + c4 u^4. The round contact of C r^n is the base; the medium answers each harmonic of u with
+psi/C - 1 = u + c2 u^2 + c3 u^3 + c4 u^4. The round contact of C r^n is the base; the medium responds to each harmonic of u with
 one function of beta,
 
     outline   a(phi) = abar exp(w),  w = -R[u] + ...,       force   ln F = ln F_base + x2 + x3 + x4 + ...
@@ -81,7 +81,7 @@ class Base:
 
 
 class PowerPerturbation:
-    """Second- and fourth-order answers of one power-law indenter on one medium.
+    """Second- and fourth-order terms of one power-law indenter on one medium.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class PowerPerturbation:
         self.kernel, self.exponent, self.fourth = kernel, indenter.exponent, fourth
         self.angles = expand(indenter, lam)
         self._panels = Panels(kernel, self._columns, _judge)
-        # edge functionals are smooth where the outline has poles, and dear: all series of an indenter share them
+        # edge functionals are smooth where the outline has poles, and expensive: all series of an indenter share them
         self._edges = _edge_panels(kernel, indenter.exponent, self.angles.orders.tobytes())
         self._outlines: dict[bytes, Panels] = {}
         self._known: dict[bytes, tuple[Array, Array, Base]] = {}

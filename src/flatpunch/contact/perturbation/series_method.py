@@ -16,18 +16,16 @@ from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
 from flatpunch.contact.perturbation.limits import outline_causes
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.round.mean_profile import half_space_radius, resolved_radius
-from flatpunch.contact.round.profile import RoundProfile
+from flatpunch.contact.round.profile import TINY, RoundProfile
 from flatpunch.contact.round.radius_search import Loading, radius_for
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.indenters.profile import Indenter
 
-_SPACING, _MARGIN = np.log(10) / 12, 1.0
-"""Grid over ln a in which a mean radius is looked for, and by how much it reaches beyond the wanted ones."""
-_SECANTS, _STEPS = 12, 70
-_SETTLED = 1e-10
-"""Step of a secant that leaves the next one below rounding."""
-_ROUNDING = 1e-14
-_TINY = 1e-300
+_SPACING = np.log(10) / 12
+"""Grid over ln a in which a mean radius is searched for; in a wider one a turn of the path may be missed."""
+
+_MARGIN = 1.0
+"""By how much that grid reaches beyond the wanted radii, in ln a; it grows where that is not enough."""
 
 
 class Expansion(Hashable, Protocol):
@@ -60,7 +58,7 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
     path = expansion.descent if control.name == "depth" else expansion.loading
     radius = radius_for(path, control.name, control.values, guess, indenter.reach, resolved)
     contact = expansion.evaluate(radius)
-    # what rounding leaves of the radius goes along the curve, so that the prescribed value is met exactly
+    # the rounding error of the radius is removed along the curve, so that the prescribed value is met exactly
     if control.name == "depth":
         rest = control.values - contact.depth
         return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
@@ -74,8 +72,10 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     """Base radii whose contacts have the mean radii a0, shape (n,).
 
     Under stiff films a0 need not grow with the base radius; as in depth control the first radius that reaches the wanted one
-    counts. A secant within that interval, halved where it leaves it, ends at rounding.
+    counts.
     """
+    from scipy.optimize import elementwise
+
     radius = mean_radius.copy()
     live = mean_radius > 0
     if not live.any():
@@ -85,7 +85,7 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     def excess(x: Array) -> Array:
         # a contact that the series cannot size counts as too small
         size = expansion.evaluate(np.exp(x)).mean_radius
-        return np.asarray(np.log(np.where(size > 0, size, _TINY)))
+        return np.asarray(np.log(np.where(size > 0, size, TINY)))
 
     most = min(indenter.reach, resolved_radius(kernel))
     nodes, found = _mean_radii(excess, float(wanted.min()), float(wanted.max()), float(np.log(most)))
@@ -97,22 +97,10 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
             f"{np.exp(reached[-1]):.6g} m. Prescribe depth or force instead, or choose method='bem'."
         )
     upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
-    low, high = nodes[upper - 1], nodes[upper]
-    x = low + (high - low) * np.clip((wanted - found[upper - 1]) / (found[upper] - found[upper - 1]), 0, 1)
-    before_x, before, left = np.array(low), found[upper - 1] - wanted, np.arange(wanted.size)
-    for count in range(_STEPS):
-        at, here = x[left], excess(x[left]) - wanted[left]
-        low[left], high[left] = np.where(here < 0, at, low[left]), np.where(here < 0, high[left], at)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            trial = at - here * (at - before_x[left]) / (here - before[left])
-        inside = (trial >= low[left]) & (trial <= high[left]) & (count < _SECANTS)
-        x[left] = np.where(here == 0, at, np.where(inside, trial, (low[left] + high[left]) / 2))
-        before_x[left], before[left] = at, here
-        settled = (here == 0) | (inside & (np.abs(trial - at) < _SETTLED)) | (high[left] - low[left] < _ROUNDING)
-        left = left[~settled]
-        if not left.size:
-            break
-    radius[live] = np.exp(x)
+    found_root = elementwise.find_root(
+        lambda x, goal: excess(x) - goal, (nodes[upper - 1], nodes[upper]), args=(wanted,)
+    )
+    radius[live] = np.exp(np.where(found_root.success, found_root.x, nodes[upper - 1]))
     return radius
 
 

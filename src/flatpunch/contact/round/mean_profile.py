@@ -1,4 +1,4 @@
-"""Round contact of the angular mean of a profile: the ground on which every fast method stands."""
+"""Round contact of the angular mean of a profile, on which every fast method is based."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.matrix import LARGEST, effective_beta
 
 _TABLE_NODES = 256
+"""Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
 
 Evaluate = Callable[[Array], RoundContact]
 
@@ -58,7 +59,7 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
 def _on_target(contact: RoundContact, control: Control) -> RoundContact:
     """The contact at exactly the prescribed depth or force.
 
-    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that what rounding leaves of the
+    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that the rounding error of the
     radius enters squared. It matters where the radius barely moves: a truncated tip begins as a flat punch.
     """
     if control.name == "depth":

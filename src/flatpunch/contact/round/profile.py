@@ -12,12 +12,11 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import power_edge, power_moments, projection, quarter_nodes, regular_part
 
-_TINY = 1e-300
-
+TINY = 1e-300
+"""Takes the place of zeros in denominators whose numerators vanish as well."""
 
 _AT_RIM = 1 - 1e-12
-"""Radius of a ring over that of a disc from which on it is the rim: between them rounding would count."""
-
+"""Radius of a ring over that of a disc above which the ring is its rim: in between, rounding would count."""
 
 _BESIDE_CUTS = 16
 """Quadrature points for what f does beside a ring, whatever the distance to the next."""
@@ -110,7 +109,7 @@ class SampledProfile:
         edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
         # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
         level, closed = self._levels(radius, g_edge, counts.size)
-        rest = rho * weight / np.maximum(1 - rho**2, _TINY) * (g - np.repeat(level, counts, axis=1))
+        rest = rho * weight / np.maximum(1 - rho**2, TINY) * (g - np.repeat(level, counts, axis=1))
         return Moments(b, edge, (g_edge - np.sum(rest, axis=1) - closed) / np.pi)
 
     def _levels(self, radius: Array, g_edge: Array, panels: int) -> tuple[Array, Array]:

@@ -36,12 +36,20 @@ class Loading(Protocol):
 
 
 _PER_DECADE = 12
+"""Radii per decade on which a target is bracketed; fewer may miss a turn of the path, more cost time."""
+
 _MOST_DECADES = 40
+"""Decades around the expected radius within which it is searched for."""
+
 _NEWTON = 12
 """Newton steps before plain bisection takes over; smooth indenters need two or three."""
+
 _BISECTIONS = 60
+"""Bisections after that: a tenth of a decade to rounding."""
+
 _SPARE = 0.03
-"""By how much ln a is looked at beyond where the curve's growth puts the largest target."""
+"""How far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target."""
+
 _ROUNDING = 1e-14
 """Width of a bracket in ln a that counts as a point."""
 
@@ -143,7 +151,7 @@ def _bracket(
             raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
         # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
         most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
-        # by its growth the curve tells about how far that is
+        # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
         enough = last * np.exp(min(left + _SPARE, 1.0))
         above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))

@@ -27,11 +27,23 @@ from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
 
 _NODES = 24
+"""Gauss points on each part of the history: 1e-8 of the pressure on power-law half-spaces (12 leave 4e-3), less elsewhere."""
+
 _DECADES = 8.0
+"""Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
+
 _PER_DECADE = 40
+"""Nodes of the spline over the history: 1e-11 of functions smooth in ln a."""
+
 _PER_RING = 80
+"""Nodes of the spline beyond a ring of the profile."""
+
 _CHUNK = 200_000
+"""Most pressures of punches held at once."""
+
 _TINY = 1e-30
+"""Smallest 1 - rho^2, beside the edge."""
+
 _GRADED_POWER = 4
 """Power of the Gauss variable in v: v^k dv with k > -1/2 becomes u^(4k + 3) du and better, 1e-7 with 24 nodes."""
 
