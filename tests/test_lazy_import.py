@@ -32,7 +32,7 @@ def test_methods_are_loaded_when_asked_for():
 
 def test_helpers_load_no_more_of_scipy_than_they_need():
     """They are waited for."""
-    loaded = run("import sys, flatpunch.contact.refined.one_solution; print(*sorted(sys.modules))")
+    loaded = run("import sys, flatpunch.contact.refined.sample; print(*sorted(sys.modules))")
     assert not {"scipy.interpolate", "scipy.integrate", "scipy.optimize", "scipy.sparse"} & set(loaded)
 
 

@@ -33,7 +33,10 @@ def _limit(radius: float) -> tuple[float, float]:
     return float(exact.depth[0]), float(exact.force[0])
 
 
-@pytest.mark.parametrize(("radius", "least"), [(3.0, 0.0), (30.0, 5e-4), (60.0, 2e-3), (100.0, 5e-3), (200.0, 0.1)])
+@pytest.mark.parametrize(
+    ("radius", "least"),
+    [(3.0, 0.0), (30.0, 5e-4), (60.0, 2e-3), (100.0, 5e-3), pytest.param(200.0, 0.1, marks=pytest.mark.slow)],
+)
 def test_contacts_far_wider_than_an_incompressible_layer(radius: float, least: float) -> None:
     """Up to two thicknesses to a cell, where forces are ten per cent low."""
     depth, force = _limit(radius)

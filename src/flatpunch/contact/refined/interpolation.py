@@ -21,6 +21,12 @@ from flatpunch.contact.curve import ControlName
 from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Sample
 
+SLOPE_ERROR = 3e-3
+"""Error of dln F/dln d of a solution; half as much lets slopes correct forces where they know no better."""
+
+TRAPEZOID = 0.1
+"""Error of the trapezoidal rule over the cube of the gap; far smaller, forces in wide gaps would follow the rule."""
+
 _FARTHEST = 14.0
 """Farthest below the first solution that a depth is told apart from zero, in ln d: about six decades."""
 
@@ -156,6 +162,7 @@ class Interpolation:
             force, growth = force - there[0], growth - there[1]
         if self.nodes.size == 1:
             return lambda x, nu=0: np.full_like(x, growth[0] if nu else force[0])
+        force = settled(self.nodes, force, growth, np.array([sample.force_error for sample in self.samples]))
         curve: Callable[..., Array] = CubicHermiteSpline(self.nodes, force, growth)
         return curve
 
@@ -172,6 +179,20 @@ class Interpolation:
     def _shapes(self) -> Array:
         shapes = np.array([sample.shape for sample in self.samples])
         return shapes - self.reference.at(self.nodes)[2][:, None] if self._divided else shapes
+
+
+def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
+    """Values changed within their errors so that close neighbours agree with the slopes between them, shape (n,).
+
+    Forces of solutions that are close scatter by the error of the cells, which would spoil the slope of a curve through them.
+    Least squares weigh each value by its error, and each difference by that of the trapezoidal rule.
+    """
+    gaps = np.diff(nodes)
+    weights = (gaps * (SLOPE_ERROR + TRAPEZOID * gaps**2)) ** -2.0
+    difference = np.diff(np.eye(nodes.size), axis=0)
+    missing = gaps * (slopes[1:] + slopes[:-1]) / 2 - np.diff(values)
+    normal = np.diag(errors**-2.0) + difference.T @ (weights[:, None] * difference)
+    return np.asarray(values + np.linalg.solve(normal, difference.T @ (weights * missing)))
 
 
 def local_cubic(nodes: Array, table: Array) -> Callable[[Array], Array]:

@@ -117,7 +117,7 @@ def _logarithms(kernel: Kernel, control: Control) -> Array:
     """ln d, ln F/E* or ln a0 of prescribed values, -inf for zero; depths that differ by rounding are the same."""
     with np.errstate(divide="ignore"):
         logarithm = np.log(control.values / (kernel.modulus if control.name == "force" else 1.0))
-    return np.asarray(np.round(logarithm, 12) if control.name == "depth" else logarithm, dtype=float)
+    return np.asarray(np.round(logarithm, 12) if control.name == "depth" else logarithm)
 
 
 def _largest(table: Interpolation, control: Control) -> float:

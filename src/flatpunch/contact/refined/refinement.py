@@ -33,8 +33,7 @@ SPACING = 1.2
 """Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""
 
 OUTLINE_TOLERANCE = 0.05
-"""Largest miss of the outline over the mean radius in a gap that is not halved; two fifths of it take half as many solutions
-again under stiff films."""
+"""Miss of the outline over the mean radius above which a gap is halved; two fifths take half as many solutions again."""
 
 NARROWEST = 1 / 10
 """Gap in ln d that is not halved, whatever it misses; contacts that change abruptly would be solved without end."""
@@ -238,12 +237,13 @@ class Refinement:
         elif before:
             growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.3, 6.0))
         step = (wanted - value) / growth
-        return float(np.clip(step + np.copysign(BEYOND, step), -self._spacing, self._spacing))
+        return max(-self._spacing, min(step + float(np.copysign(BEYOND, step)), self._spacing))
 
     def _value(self, quantity: ControlName, x: float) -> float:
         """ln F/E* or ln a0 of the solution at a position."""
         sample = self.samples[x]
-        return sample.force if quantity == "force" else float(sample.shape[0])
+        value: float = sample.force if quantity == "force" else sample.shape[0]
+        return value
 
     def _single(self, x: float) -> Interpolation:
         """The one solution that serves every size, solved at x if there is none."""
@@ -258,7 +258,7 @@ class Refinement:
         """ln d below which ratios to the round contact are constant, where the largest is `top`."""
         kernel, indenter = self._case.kernel, self._case.indenter
         if indenter.exponent is None:
-            return top - float(DECADES * np.log(10))
+            return top - DECADES * float(np.log(10))
         return float(self.reference.position("radius", np.log([THINNEST * kernel.length]))[0])
 
     @cached_property
