@@ -47,9 +47,6 @@ from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import Panels
 from flatpunch.punch.power_law import power_law_punch
 
-_MOST_ORDERS = 192
-"""Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
-
 _WIDTH = float(np.log(10) / 6)
 _NODES = 14
 """Pieces of ln a and Chebyshev nodes on each: 1e-11 of functions that vary over one unit of ln a."""
@@ -96,10 +93,9 @@ class PerturbedBranch:
 
     @cached_property
     def harmonics(self) -> Array:
-        """g_m, complex, for the orders kept."""
+        """g_m, complex."""
         u = self.angles.u
-        spectrum = 2 * np.fft.rfft(u)[1:-1] / u.size
-        return np.asarray(spectrum[:_MOST_ORDERS])
+        return np.asarray(2 * np.fft.rfft(u)[1:-1] / u.size)
 
     @cached_property
     def orders(self) -> Indices:
@@ -152,8 +148,9 @@ class PerturbedBranch:
         """Outline, shape (n, p), mean radius a0 and area at base radii."""
         area = self._tabulated(np.log(radius))[0][:, 2]
         h = self._outline_harmonics(radius)
-        fine = self.angles.start + 2 * np.pi * np.arange(2048) / 2048
-        w = self._waves(h, fine)
+        # over one period, on the grid of the harmonics
+        points = self.angles.u.size
+        w = np.fft.irfft(np.pad(h, ((0, 0), (1, 1))), n=points) * points / 2
         size = np.sqrt(area / (np.pi * np.mean(np.exp(2 * w), axis=1)))
         return size[:, None] * np.exp(self._waves(h, phi)), size * np.mean(np.exp(w), axis=1), area
 
