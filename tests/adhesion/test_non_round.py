@@ -92,7 +92,8 @@ def test_no_adhesion_is_the_second_order_method(medium, tip):
     # at given depth the force is stationary in the radius: in proportion to the work; the radius to its root
     assert np.all(apart[1e-12] < np.array([1e-8, 2e-5, 4e-5, 3e-4]))
     assert apart[1e-12][0] < 1e-2 * apart[1e-8][0] + 1e-9
-    assert apart[1e-12][1] == pytest.approx(1e-2 * apart[1e-8][1], rel=0.1)
+    # cusps at the edges of pyramids add a factor that grows like the logarithm
+    assert apart[1e-12][1] < 1.3e-2 * apart[1e-8][1]
 
 
 @pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.3, 0.7), fp.Pyramid(3, 0.3)], ids=["ellipse", "pyramid"])

@@ -17,7 +17,6 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
-
 _LARGEST = 1e60
 """Largest modulus [Pa] and work of adhesion [J/m^2], and the inverse of the smallest: their products stay representable."""
 

@@ -19,9 +19,9 @@ Any delta of second order gives the same curve F(d) to that order; this one stay
     area = pi a^2 (1 - 2 X),      X = (F - F_round + V - K delta + dY/dd)/q,
     X -> [a K' d_n <g^2>/2 - dT/dln a + 2 T_k]/(a K' D1),      T = a K' sum S_m^2/(4 D1),  T_k the same with the factors k_m
 
-as D -> 0. Without adhesion all this is the second order of `perturbation`, which sums it differently: as an exponential in
-ln F, and with the area from the stiffness. So that it is the limit for w -> 0, the force is larger by F_n (e^x2 - 1 - x2), and the area
-is the one without adhesion times exp(-2 (X - X(D = 0))). Both are terms of fourth order.
+as D -> 0. Without adhesion all this is the second order of `perturbation`, which sums it differently: as an exponential in ln
+F, and with the area from the stiffness. So that it is the limit for w -> 0, the force is larger by F_n (e^x2 - 1 - x2), and the
+area is the one without adhesion times exp(-2 (X - X(D = 0))). Both are terms of fourth order.
 """
 
 from __future__ import annotations
