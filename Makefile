@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow benchmarks format format-check lint types docs docs-check picture clean
+.PHONY: help install demo test slow benchmarks format format-check lint types docs docs-check lowest wheel integrations picture clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -64,11 +64,32 @@ docs: $(VENV)/.installed-dev  ## Build the documentation: docs/_build/html/index
 docs-check: $(VENV)/.installed-test  ## Run the examples in README and docs, and follow their links
 	$(BIN)/python -m pytest -q tests/test_readme.py
 
+# Environments beside the usual one are made by uv, which resolves to the lowest versions too.
+UV := $(BIN)/uv
+OTHER := .environments
+
+lowest: $(VENV)/.installed-dev  ## Test a part with the oldest versions of the dependencies that pyproject.toml allows
+	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/lowest
+	$(UV) pip install --quiet --python $(OTHER)/lowest --resolution lowest-direct --only-binary :all: --no-binary flatpunch '.[test]'
+	$(OTHER)/lowest/bin/python -m pytest -q -n $(WORKERS) -W ignore::DeprecationWarning \
+		tests/files tests/media tests/reference tests/plots tests/contact/test_indent_input.py tests/adhesion/test_jkr_closed_forms.py
+
+wheel: $(VENV)/.installed-dev  ## Build the wheel and run its demo in an environment without extras
+	$(UV) build --quiet --wheel --clear --out-dir $(OTHER)/wheel-file
+	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/wheel
+	$(UV) pip install --quiet --python $(OTHER)/wheel $(OTHER)/wheel-file/*.whl
+	cd $(OTHER)/wheel && bin/flatpunch demo --output demo-results > demo.txt && tail -3 demo.txt
+
+integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography, in an environment of their own
+	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/integrations
+	$(UV) pip install --quiet --python $(OTHER)/integrations '.[test,topography]' nanite
+	$(OTHER)/integrations/bin/python -m pytest -q -n 0 tests/fit/test_nanite_model.py tests/indenters/test_height_maps.py
+
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
 	$(BIN)/python docs/examples/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 
 clean:  ## Remove what was made, the environment included
 	rm -rf docs/_build docs/gallery docs/generated
-	rm -rf $(VENV) build dist demo-results .mypy_cache .ruff_cache .pytest_cache .benchmarks .hypothesis
+	rm -rf $(VENV) $(OTHER) build dist demo-results .mypy_cache .ruff_cache .pytest_cache .benchmarks .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -27,13 +27,16 @@ extensions = [
     "numpydoc",
     "myst_parser",
     "sphinx.ext.mathjax",
+    "sphinx.ext.viewcode",  # links to the source
+    "sphinx_copybutton",
+    "sphinx_design",
     "sphinx-mathjax-offline",  # formulas without a network
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
 exclude_patterns = ["_build", "examples"]
 nitpicky = True
-myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3
 
 autosummary_generate = True
@@ -54,17 +57,21 @@ sphinx_gallery_conf = {
 }
 
 html_theme = "pydata_sphinx_theme"
-html_title = "flatpunch"
+html_title = f"flatpunch {version}"
+html_favicon = "_static/logo.svg"
+copybutton_prompt_text = r"\$ |>>> "
+copybutton_prompt_is_regexp = True
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_theme_options = {
+    "logo": {"image_light": "_static/logo.svg", "image_dark": "_static/logo.svg", "text": f"flatpunch {version}"},
     "navbar_end": ["theme-switcher"],
     "navbar_persistent": ["search-button"],
     "header_links_before_dropdown": 7,
     "show_prev_next": False,
     "secondary_sidebar_items": ["page-toc"],
 }
-html_sidebars: dict[str, list[str]] = {name: [] for name in ("index", "tutorial", "developer")}
+html_sidebars: dict[str, list[str]] = {name: [] for name in ("index", "tutorial", "developer", "changelog", "cite")}
 html_show_sourcelink = False
 math_eqref_format = "({number})"
 mathjax3_config = {"chtml": {"scale": 0.9}}

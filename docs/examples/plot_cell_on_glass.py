@@ -2,7 +2,7 @@ r"""
 Cell on glass: ramp, hold, retract
 ==================================
 
-A living cell relaxes by a power law of time. Pressed with a ball in a second, held for five, released in a second, its
+A living cell relaxes by a power law of time. Pressed with a sphere in a second, held for five, released in a second, its
 force is the memory integral of Lee and Radok while the contact grows and Ting's construction while it shrinks. The case
 is shipped as ``examples/cell_ramp_hold_retract.toml``; its text says where the values come from.
 

@@ -4,7 +4,7 @@ Thin-layer corrections of AFM: the published factors against the exact contact
 
 A tip feels the base through a thin sample. Laboratories divide the measured force by a published factor. Here the
 factors of Dimitriadis et al. 2002, Garcia and Garcia 2018 and Long et al. 2011 stand beside the exact contact, for a
-ball, a cone and a four-sided pyramid. For pyramids there was no factor, so the cone's is in use; the last one is new.
+sphere, a cone and a four-sided pyramid. For pyramids there was no factor, so the cone's is in use; the last one is new.
 
 Sources, all ranges, and the new formula: :doc:`/afm`.
 """
@@ -94,9 +94,9 @@ def comparisons(x):
     """(formula, tip, its values, exact values) of what is drawn."""
     rounded, conical, four = paraboloid(x), cone(x), pyramid(x)
     return [
-        ("Dimitriadis et al. 2002", "ball", published.dimitriadis(x, 0.5, True), rounded),
-        ("Garcia & Garcia 2018", "ball", published.garcia(x, "paraboloid"), rounded),
-        ("Long et al. 2011, R = h", "ball", long_2011(x), rounded),
+        ("Dimitriadis et al. 2002", "sphere", published.dimitriadis(x, 0.5, True), rounded),
+        ("Garcia & Garcia 2018", "sphere", published.garcia(x, "paraboloid"), rounded),
+        ("Long et al. 2011, R = h", "sphere", long_2011(x), rounded),
         ("Garcia & Garcia 2018", "cone", published.garcia(x, "cone"), conical),
         ("the cone's factor", "four-sided pyramid", published.garcia(x, "cone"), four),
         ("new formula", "four-sided pyramid", new_factor(x), four),
@@ -108,12 +108,12 @@ def others(x):
     nothing, slides = np.ones_like(x), (paraboloid(x, bonded=False), pyramid(x, bonded=False))
     gavara = 1 + 2 * 1.7795 / np.pi**2 * x + 16 * 1.7795**2 * x**2
     return [
-        ("none", "ball", nothing, paraboloid(x)),
+        ("none", "sphere", nothing, paraboloid(x)),
         ("none", "cone", nothing, cone(x)),
         ("none", "four-sided pyramid", nothing, pyramid(x)),
         ("Gavara & Chadwick 2012, as coded", "cone", gavara, cone(x)),
         ("Garcia & Garcia 2018", "flat end", published.garcia(x, "flat"), flat_end(x)),
-        ("Dimitriadis et al. 2002", "ball, sliding", published.dimitriadis(x, 0.5, False), slides[0]),
+        ("Dimitriadis et al. 2002", "sphere, sliding", published.dimitriadis(x, 0.5, False), slides[0]),
         ("new formula", "four-sided pyramid, sliding", new_factor(x, bonded=False), slides[1]),
         ("new formula", "three-sided pyramid", new_factor(x, 3), pyramid(x, 3)),
         ("new formula", "three-sided pyramid, sliding", new_factor(x, 3, False), pyramid(x, 3, bonded=False)),
@@ -123,7 +123,7 @@ def others(x):
 def main():
     """Draw the picture and print the ranges."""
     x = np.geomspace(0.01, 2.0, 300)
-    colours = {"ball": "#1f4e79", "cone": "#c2571a", "four-sided pyramid": "#2a7f3f"}
+    colours = {"sphere": "#1f4e79", "cone": "#c2571a", "four-sided pyramid": "#2a7f3f"}
     figure, (factors, errors) = plt.subplots(1, 2, figsize=(10.5, 4.9), layout="constrained")
     handles, count = {tip: [] for tip in colours}, dict.fromkeys(colours, 0)
     print(f"{'tip':28} {'formula':32} {'1 %':>6} {'5 %':>6} {'10 %':>6}")
@@ -157,7 +157,7 @@ def main():
         axes.set_xlim(0.03, 2)
         axes.set_xticks([0.05, 0.1, 0.2, 0.5, 1, 2], ["0.05", "0.1", "0.2", "0.5", "1", "2"])
         axes.minorticks_off()
-        axes.set_xlabel(r"$\sqrt{Rd}/h$ (ball),  $d\,\tan\alpha/h$ (cone, pyramid)")
+        axes.set_xlabel(r"$\sqrt{Rd}/h$ (sphere),  $d\,\tan\alpha/h$ (cone, pyramid)")
     # one column for each tip
     longest = max(map(len, handles.values()))
     empty = plt.Line2D([], [], alpha=0, label=" ")

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fredholm import CASES, pull_off
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.branch import stiffness_growth
 from flatpunch.contact.adhesion.case import adhesive_case
+from support.fredholm import CASES, pull_off
 
 DATA = Path(__file__).parent.parent / "data"
 

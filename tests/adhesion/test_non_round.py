@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from ellipse import adhesive_ellipse, force_and_energy, unit_of
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from support.adhesive_ellipse import adhesive_ellipse, force_and_energy, unit_of
 
 UNIT = fp.HalfSpace(1.0, 0.0)
 GRADED = fp.PowerLawHalfSpace(1.0, 0.5, 0.4, 0.3)

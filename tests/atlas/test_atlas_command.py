@@ -4,11 +4,11 @@ import csv
 
 import numpy as np
 import pytest
-from test_build import FAMILY_FILE
 from typer.testing import CliRunner
 
 from flatpunch import atlas
 from flatpunch.cli.app import app
+from support.atlas_families import FAMILY_FILE
 
 
 def run(*arguments):

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from families_for_tests import SMALL, soft_on_stiffer
 
 import flatpunch as fp
 from flatpunch import atlas
@@ -14,20 +13,7 @@ from flatpunch.atlas import Parameter
 from flatpunch.atlas.point import panel_edges
 from flatpunch.cli.atlas_family import family_from, read_family
 from flatpunch.files.tables.fields import CaseError
-
-FAMILY_FILE = """
-name = "gel-on-pdms"
-tolerance = 1e-6
-beta = { min = 0.5, max = 2.0 }
-layers = [{ young = "1 kPa", poisson = 0.5, thickness = "1 um" }]
-base = { kind = "half-space", young = "1 MPa", poisson = 0.5 }
-
-[parameters.gel]
-path = "layers.0.young"
-min = "10 kPa"
-max = "1000 kPa"
-scale = "log"
-"""
+from support.atlas_families import FAMILY_FILE, SMALL, soft_on_stiffer
 
 
 @pytest.fixture(scope="module")

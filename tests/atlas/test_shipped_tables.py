@@ -205,7 +205,7 @@ def test_a_pyramid_needs_no_matrix_on_a_tabulated_layer(monkeypatch):
     medium = fp.Medium([fp.Layer(young=1.0, poisson=0.4, thickness=1.0)], base=fp.RigidBase())
     tip = fp.Pyramid(sides=4, inclination=0.3)
     direct = PowerPerturbation(compliance(medium), tip, 0.0, fourth=True).at(np.array([0.3, 2.0]))[0]
-    monkeypatch.setattr("flatpunch.contact.perturbation.power_law_terms.solve_edges", None)
+    monkeypatch.setattr("flatpunch.punch.edges.solve_edges", None)
     monkeypatch.setattr("flatpunch.punch.family.solve_round", None)
     read = PowerPerturbation(compliance(atlas.tabulated(medium)), tip, 0.0, fourth=True).at(np.array([0.3, 2.0]))[0]
     # the fourth-order columns hold two more derivatives by ln beta

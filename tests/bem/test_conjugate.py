@@ -7,7 +7,7 @@ from flatpunch import indenters, media
 from flatpunch.bem import solve
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import build_operator
-from flatpunch.bem.solver.active_set import gap_removal as removal
+from flatpunch.bem.solver import gap_removal as removal
 from flatpunch.bem.solver.conjugate import preconditioner, remove_gap
 from flatpunch.compliance import compliance
 

@@ -7,9 +7,9 @@ from flatpunch import indenters, media
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch.bem import Grid, solve
 from flatpunch.bem.operator.convolution import build_operator
-from flatpunch.bem.solver.active_set import active_set as solver
-from flatpunch.bem.solver.active_set import direct
-from flatpunch.bem.solver.active_set import gap_removal as removal
+from flatpunch.bem.solver import active_set as solver
+from flatpunch.bem.solver import direct
+from flatpunch.bem.solver import gap_removal as removal
 from flatpunch.bem.solver.direct import affordable, influence, offsets
 from flatpunch.compliance import compliance
 

@@ -1,8 +1,5 @@
 """Boundary elements against exact contacts: half-spaces, layers, gradings; and the order in which they converge."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -11,10 +8,7 @@ from flatpunch import indenters, media
 from flatpunch.bem import Grid, solve
 from flatpunch.compliance import compliance
 from flatpunch.reference import elliptic, half_space, power_law
-
-_spec = importlib.util.spec_from_file_location("exact", Path(__file__).with_name("exact.py"))
-exact = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(exact)
+from support import exact_contacts as exact
 
 MODULUS = 1e9 / (1 - 0.3**2)
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))

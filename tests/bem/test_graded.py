@@ -1,8 +1,5 @@
 """Boundary elements on media graded in depth: a stiff coating that softens into its base, and power laws."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -15,10 +12,7 @@ from flatpunch.bem.operator.radial import remainder_table, short_wave_remainder
 from flatpunch.compliance import compliance
 from flatpunch.contact import indent
 from flatpunch.reference import elliptic, power_law
-
-_spec = importlib.util.spec_from_file_location("exact", Path(__file__).with_name("exact.py"))
-exact = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(exact)
+from support import exact_contacts as exact
 
 BASE = media.HalfSpace(1e9, 0.3)
 GRADED = {

@@ -130,7 +130,7 @@ def test_memory_is_said_before_the_work(caplog):
 
 
 def test_close_steps_share_grid_and_operator(monkeypatch):
-    from flatpunch.bem.solver.active_set import levels
+    from flatpunch.bem.solver import levels
 
     built = []
     original = levels.build_operator

@@ -10,7 +10,8 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator.convolution import build_operator, transforms
+from flatpunch.bem.operator import transforms
+from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.compliance import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
-
-from cases import DRAWN, FITTED, LATEST, UNSEEN  # noqa: E402
-from make import HEAD, METHODS, judge, read_catalogue, read_truth, solve  # noqa: E402
+from support.catalogue import HEAD, METHODS, judge, read_catalogue, read_truth, solve
+from support.catalogue_cases import DRAWN, FITTED, LATEST, UNSEEN
 
 WANTED = 0.95
 

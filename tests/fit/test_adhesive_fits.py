@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from sticky import sticky
-from synthetic import synthetic
 
 from flatpunch.contact import pull_off
 from flatpunch.fit import Curve, CurveError, Sample, fit
@@ -11,6 +9,8 @@ from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.pictures import fit_figure
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from support.sticky_curves import sticky
+from support.synthetic_curves import synthetic
 
 H = 1e-6
 GEL = Medium([Layer(5e3, 0.5, H)], RigidBase())

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import synthetic
 from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
@@ -15,6 +14,7 @@ from flatpunch.fit.case import read_fit_case
 from flatpunch.fit.pictures import fit_figure, map_figure, most_tangled
 from flatpunch.indenters import Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from support.synthetic_curves import synthetic
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
 GEL = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.stats import binom
-from synthetic import synthetic
 
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, fit
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from support.synthetic_curves import synthetic
 
 H = 1e-6
 TIPS = {"sphere": Sphere(3e-6), "cone": Cone(0.35), "pyramid": Pyramid(4, 0.35)}

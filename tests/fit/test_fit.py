@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from synthetic import synthetic
 
 from flatpunch.fit import Curve, CurveError, Free, fit
 from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from support.synthetic_curves import synthetic
 
 H = 1e-6
 GEL = Medium([Layer(5e3, 0.5, H)], RigidBase())

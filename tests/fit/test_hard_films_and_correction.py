@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from flatpunch.fit import Curve, CurveError, Tip, fit_film, tenth_rule
-from flatpunch.fit.films import oliver_pharr
+from flatpunch.fit import Curve, CurveError, Tip, fit_film, oliver_pharr, tenth_rule
 from flatpunch.fit.films.film import normalised_stiffness
 from flatpunch.fit.films.oliver_pharr import DIAMOND
 from flatpunch.fit.half_space import published

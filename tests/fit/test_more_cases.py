@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from synthetic import synthetic
 from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
@@ -22,6 +21,7 @@ from flatpunch.fit.case import read_fit_case
 from flatpunch.fit.pictures import map_figure
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+from support.synthetic_curves import synthetic
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
 PAIR = """

@@ -54,7 +54,7 @@ def test_nanite_takes_it(tmp_path, measured):
 
     path = write_nanite_model(tmp_path / "model_flatpunch_gel.py", GEL, Sphere(10e-6), title="Thin gel")
     model = load_model_from_file(path, register=True)
-    file = next((measured / "afmformats").glob("*.jpk-force"))
+    file = measured / "afmformats" / "fmt-jpk-fd_spot3-0192.jpk-force"
     curve = nanite.load_group(file)[0]
     curve.apply_preprocessing(["compute_tip_position", "correct_force_offset", "correct_tip_offset"])
     parameters = model.get_parameter_defaults()

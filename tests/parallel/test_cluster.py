@@ -3,11 +3,11 @@
 import sys
 import warnings
 
-import points_for_tests as functions
 import pytest
 
 from flatpunch.parallel import cluster as on_dask
 from flatpunch.parallel import solve_points
+from support import sample_points as functions
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,6 @@ import time
 from functools import partial
 
 import numpy as np
-import points_for_tests as functions
 import pytest
 
 from flatpunch import Layer
@@ -15,6 +14,7 @@ from flatpunch._support.whole_file import write_whole
 from flatpunch.parallel import Folder, Outcome, content_key, engine, one_thread, solve_points
 from flatpunch.parallel.store import Memory
 from flatpunch.parallel.work import Item, Waiting
+from support import sample_points as functions
 
 
 def test_a_point_that_fails_is_a_record_and_stops_no_other():

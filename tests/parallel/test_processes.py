@@ -7,18 +7,18 @@ import sys
 import time
 from pathlib import Path
 
-import points_for_tests as functions
 import pytest
 
 from flatpunch.parallel import solve_points
+from support import sample_points as functions
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 _POINTS = 30
 
 _SCRIPT = """
 import sys
 sys.path.insert(0, {here!r})
-import points_for_tests
+from support import sample_points as points_for_tests
 from flatpunch.parallel import solve_points
 solve_points(points_for_tests.slowly, [(0.1, {marks!r}, i) for i in range(30)], store={store!r}, workers=2)
 """

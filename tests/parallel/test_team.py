@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 
-import calls_for_tests as calls
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.refined.solutions import correction
 from flatpunch.parallel import team
 from flatpunch.parallel.team import call_helpers, shared_out
+from support import team_calls as calls
 
 HERE = os.getpid()
 
@@ -204,7 +204,7 @@ from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.parallel import team
 import flatpunch._support.threads
-flatpunch._threads.cores = lambda: 2
+flatpunch._support.threads.cores = lambda: 2
 film = fp.Medium([fp.Layer(4.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 result = fp.indent(film, fp.Pyramid(4, 0.35), depth=np.geomspace(0.05, 2.0, 50), method="refined", cells=64)
 print(len(team._team._helpers), repr(float(result.force[-1])))

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from bodies import HALF_SPACE, INCOMPRESSIBLE, MEDIA, STIFF_FILM, Disguised
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flatpunch as fp
+from support.power_law_bodies import HALF_SPACE, INCOMPRESSIBLE, MEDIA, STIFF_FILM, Disguised
 
 ELLIPSE = fp.EllipticParaboloid(0.6, 1.0)
 SQUARE = fp.Pyramid(4, 0.3)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bodies import HALF_SPACE, INCOMPRESSIBLE, Disguised
 
 import flatpunch as fp
+from support.power_law_bodies import HALF_SPACE, INCOMPRESSIBLE, Disguised
 
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 FILM_100 = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))

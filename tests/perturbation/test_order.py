@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bodies import HALF_SPACE, INCOMPRESSIBLE, MEDIA, STIFF_FILM
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
@@ -16,6 +15,7 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.media import PowerLawHalfSpace
 from flatpunch.punch.harmonics import solve_edges
 from flatpunch.reference.elliptic import elliptic_paraboloid
+from support.power_law_bodies import HALF_SPACE, INCOMPRESSIBLE, MEDIA, STIFF_FILM
 
 
 @pytest.mark.parametrize("name", sorted(set(MEDIA) - {"half-space"}))

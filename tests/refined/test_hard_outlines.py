@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import cases
-from outlines import distance
 
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.outlines.needle import traced
 from flatpunch.contact.refined.solutions import correction
+from support.catalogue_cases import cases
+from support.known_outlines import distance
 
 RAYS = 2520
 """On which all edges of tips of up to ten sides lie."""

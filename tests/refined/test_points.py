@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from outlines import distance
 
 import flatpunch as fp
 from flatpunch import bem
@@ -17,6 +16,7 @@ from flatpunch.contact.boundary_elements.outlines import zoom as closeup
 from flatpunch.contact.boundary_elements.outlines.needle import Trace, traced
 from flatpunch.indenters import Rounded, Superellipse, Tilted
 from flatpunch.indenters.geometry.symmetry import mirrored_about, rotational_symmetry
+from support.known_outlines import distance
 
 
 def _film(ratio: float) -> fp.Medium:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from outlines import distance
 
 import flatpunch as fp
 from flatpunch.contact.refined.kinks import sizes_through
@@ -13,6 +12,7 @@ from flatpunch.contact.refined.solutions import correction
 from flatpunch.contact.refined.splines import curve_through
 from flatpunch.indenters import Cone, Pyramid
 from flatpunch.indenters.geometry.edges import place_of, sectors, wedges_of
+from support.known_outlines import distance
 
 PHI = 2 * np.pi * np.arange(360) / 360
 ONE = np.zeros(4, dtype=np.intp)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from rings import Rings
 
 import flatpunch as fp
 from flatpunch.contact.viscoelastic.series import exponential_series
+from support.contact_on_rings import Rings
 
 SLOPE, MOST = 0.3, 0.1
 CONE = fp.Cone(np.arctan(SLOPE))

@@ -64,7 +64,7 @@ class History:
 def log_radii(radius: float) -> Array:
     """Nodes of ln a over the eight decades below `radius` that matter for the pressure.
 
-    Within the last factor e they move together towards the end, down to a thousandth of it: a ball, up to 0.95 of its
+    Within the last factor e they move together towards the end, down to a thousandth of it: a sphere, up to 0.95 of its
     radius, and other shapes that end soon beyond `radius` vary fastest there.
     """
     step = np.log(10) / _PER_DECADE

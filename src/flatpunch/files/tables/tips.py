@@ -27,7 +27,7 @@ class TiltedTable(Table):
 
 
 class WornTable(TiltedTable):
-    """Pointed tips, which may be rounded or flat at the end: by a ball of `tip_radius`, or cut off by `height_removed`."""
+    """Pointed tips, which may be rounded or flat at the end: by a sphere of `tip_radius`, or cut off by `height_removed`."""
 
     tip_radius: Length | None = None
     height_removed: Length | None = None

@@ -31,7 +31,7 @@ class Sphere(RoundShape):
 
     @property
     def reach(self) -> float:
-        """0.95 R; the height is defined up to R and infinite beyond, where the ball has no surface."""
+        """0.95 R; the height is defined up to R and infinite beyond, where the sphere has no surface."""
         return USABLE * self.radius
 
     def height(self, r: Array, phi: Array) -> Array:

@@ -3,12 +3,12 @@
 A convex tip is the highest of its tangent planes. Take the cap and keep only the tangent planes whose gradient k the
 pyramid has, the polygon K that its faces span (for a cone, a disc):
 
-    f(x) = max over k in K of  k . x - q(k),     q = R |k|^2/2 (paraboloid) or R (sqrt(1 + |k|^2) - 1) (ball).
+    f(x) = max over k in K of  k . x - q(k),     q = R |k|^2/2 (paraboloid) or R (sqrt(1 + |k|^2) - 1) (sphere).
 
 At the apex this is the cap itself, far away the pyramid, lowered by q of its faces, and along the edges a rounding of the same
 radius R. The faces touch the cap; height and slope are continuous everywhere, only curvatures jump. For equal faces it is the
-body that a ball of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap inside the
-circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real tip does.
+body that a sphere of radius R can touch everywhere from inside. The common "blunted pyramid" of AFM software puts a cap inside
+the circle in which the sections of the faces' middles end; off those middles its slope jumps on that circle, which no real tip does.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Rounded(Shape):
     radius : float
         Radius of curvature R at the apex [m], > 0.
     true_sphere : bool
-        The cap is a ball, f = R - sqrt(R^2 - r^2), instead of its small-slope form r^2/(2 R). It matters for steep
-        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a ball and 1.02 R to a paraboloid.
+        The cap is a sphere, f = R - sqrt(R^2 - r^2), instead of its small-slope form r^2/(2 R). It matters for steep
+        tips: a square pyramid of 55 degrees loses 0.74 R of its height to a sphere and 1.02 R to a paraboloid.
         The small-slope form scales with the slopes, which the contact theory itself does.
     """
 
@@ -212,7 +212,7 @@ class Rounded(Shape):
         if not self.true_sphere:
             return np.asarray(r / self.radius)
         room = np.sqrt(np.maximum((self.radius - r) * (self.radius + r), 0.0))
-        # beyond the ball's equator steeper than any face, but finite
+        # beyond the sphere's equator steeper than any face, but finite
         return np.asarray(r / np.maximum(room, 1e-150 * self.radius))
 
     def _where(self, slope: float) -> float:

@@ -35,7 +35,7 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     Parameters
     ----------
     tip_radius : float
-        Radius of the ball in which the tip ends [m], `Rounded(..., true_sphere=True)`. 0 is sharp.
+        Radius of the sphere in which the tip ends [m], `Rounded(..., true_sphere=True)`. 0 is sharp.
     height_removed : float
         Height cut off flat above the apex [m]; see `Truncated`. 0 is sharp. Only one of the two.
     """
@@ -107,14 +107,14 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
 
 
 def SpheroCone(inclination: float, radius: float) -> Rounded:
-    """Cone that ends in a ball, tangent to it: spherical up to r = R sin(inclination), straight beyond.
+    """Cone that ends in a sphere, tangent to it: spherical up to r = R sin(inclination), straight beyond.
 
     Parameters
     ----------
     inclination : float
         Angle between the surface and the cone's face [rad].
     radius : float
-        Radius R of the ball [m].
+        Radius R of the sphere [m].
     """
     return Rounded(Cone(inclination), radius, true_sphere=True)
 

@@ -31,7 +31,7 @@ _STEP = 5e-5
 class Tilted:
     """Indenter tilted by small angles: f + x tan(tilt_x) + y tan(tilt_y), from its new lowest point.
 
-    A plane is added, as small slopes allow; a true rotation differs by the square of the tilt. A ball, which does not change
+    A plane is added, as small slopes allow; a true rotation differs by the square of the tilt. A sphere, which does not change
     when it is rotated, comes out as one of radius R/(1 + tan(tilt)^2): at 0.05 rad its force is 0.12 % too low.
 
     Parameters

@@ -75,7 +75,7 @@ def pull_off(softness, poisson):
 def write():
     lines = [
         "# Largest tension of a paraboloid f = r^2/(2R), work of adhesion w, on one layer of thickness h on a rigid base (JKR).",
-        "# theta = E* h^3/(w R^2); force in units of pi w R; beta = contact radius there over h. By tests/adhesion/fredholm.py:",
+        "# theta = E* h^3/(w R^2); force in units of pi w R; beta = contact radius there over h. By tests/support/fredholm.py:",
         "# Fredholm equation on 96 Gauss nodes, derivatives by Chebyshev series; self-convergence 1e-9 in the force.",
         "base,theta,force,beta",
     ]

@@ -22,3 +22,17 @@ SMALL = Family(
     tolerance=1e-6,
     beta=(0.5, 2.0),
 )
+
+FAMILY_FILE = """
+name = "gel-on-pdms"
+tolerance = 1e-6
+beta = { min = 0.5, max = 2.0 }
+layers = [{ young = "1 kPa", poisson = 0.5, thickness = "1 um" }]
+base = { kind = "half-space", young = "1 MPa", poisson = 0.5 }
+
+[parameters.gel]
+path = "layers.0.young"
+min = "10 kPa"
+max = "1000 kPa"
+scale = "log"
+"""

@@ -1,9 +1,9 @@
-"""Make the tables of the honesty catalogue.
+"""Make the tables of the honesty catalogue, tests/catalogue/*.csv; run from the folder tests.
 
-    python tests/catalogue/make.py truth     # truth.csv: boundary elements on all cores, ten to twenty minutes
-    python tests/catalogue/make.py truth 3 17          # of these cases alone
-    python tests/catalogue/make.py judge     # catalogue.csv: errors and estimates of every method against truth.csv
-    python tests/catalogue/make.py judge refined    # the same of one method alone, the others as they are
+    python -m support.catalogue truth     # truth.csv: boundary elements on all cores, ten to twenty minutes
+    python -m support.catalogue truth 3 17          # of these cases alone
+    python -m support.catalogue judge     # catalogue.csv: errors and estimates of every method against truth.csv
+    python -m support.catalogue judge refined    # the same of one method alone, the others as they are
 
 truth.csv holds the force on two grids, so that the grid's own error is known, and the outline at equal angles.
 """
@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from cases import Case, cases
 
 import flatpunch as fp
 from flatpunch import bem
@@ -26,8 +25,9 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.boundary_elements.expected_box import outgrown
 from flatpunch.contact.boundary_elements.outlines.needle import traced
 from flatpunch.contact.refined.solutions import correction
+from support.catalogue_cases import Case, cases
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1] / "catalogue"
 ANGLES = 72
 GRIDS = (512, 1024)
 METHODS = ("first-order", "second-order", "fourth-order", "refined", "refined-single", "bem")
