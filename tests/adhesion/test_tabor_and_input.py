@@ -77,3 +77,18 @@ def test_other_bad_input():
         fp.pull_off(GEL, fp.Sphere(1e-9), work_of_adhesion=10.0)
     with pytest.raises(ValueError, match="needs a contact radius"):
         fp.indent(GEL, fp.Sphere(1e-6), depth=1e-5, work_of_adhesion=0.001)
+
+
+@pytest.mark.parametrize(
+    ("medium", "tip", "work", "message"),
+    [
+        (fp.HalfSpace(1e300, 0.3), fp.Paraboloid(1e-6), 0.05, "modulus = "),
+        (fp.HalfSpace(1e6, 0.3), fp.EllipticParaboloid(1e5, 2e5), 1e-300, "work_of_adhesion = "),
+        (fp.HalfSpace(1e6, 0.3), fp.Paraboloid(1e-150), 0.05, "no stable contact|Check the units"),
+        (fp.HalfSpace(1e6, 0.3), fp.Sphere(1e-150), 0.05, "Check the units"),
+        (fp.HalfSpace(1e40, 0.3), fp.Cone(0.3), 0.05, "far below the size of an atom"),
+    ],
+)
+def test_extreme_scales_are_refused(medium, tip, work, message):
+    with pytest.raises(ValueError, match=message):
+        fp.pull_off(medium, tip, work_of_adhesion=work)

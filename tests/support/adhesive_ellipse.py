@@ -1,9 +1,9 @@
 """Bonded elliptic contact on a half-space in closed form: an independent judge of adhesion under elliptic paraboloids.
 
-Pressures (c_0 + c_1 x^2 + c_2 y^2) (1 - x^2/A^2 - y^2/B^2)^(mu - 1) on the ellipse with semi-axes A, B press the surface into
-d - alpha x^2 - beta y^2, mu = (1 + k)/2 on a half-space with E ~ z^k. With Hertz's integrals for (1 - ...)^mu, whose kernel
-is distance^-(1 + k), and their derivatives by A and B the three coefficients follow. The energy U - pi A B w, made stationary
-over A and B, gives the force at given depth. Real outlines are ellipses but for terms of second order, which enter the energy
+Pressures (c_0 + c_1 x^2 + c_2 y^2) (1 - x^2/A^2 - y^2/B^2)^(mu - 1) on the ellipse with semi-axes A, B press the surface into d
+- alpha x^2 - beta y^2, mu = (1 + k)/2 on a half-space with E ~ z^k. With Hertz's integrals for (1 - ...)^mu, whose kernel is
+distance^-(1 + k), and their derivatives by A and B the three coefficients follow. The energy U - pi A B w, made stationary over
+A and B, gives the force at given depth. Real outlines are ellipses but for terms of second order, which enter the energy
 squared.
 """
 

@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.contact.viscoelastic.series import exponential_series
-from support.viscoelastic_rings import Rings
+from support.contact_on_rings import Rings
 
 SLOPE, MOST = 0.3, 0.1
 CONE = fp.Cone(np.arctan(SLOPE))

@@ -19,9 +19,9 @@ Any delta of second order gives the same curve F(d) to that order; this one stay
     area = pi a^2 (1 - 2 X),      X = (F - F_round + V - K delta + dY/dd)/q,
     X -> [a K' d_n <g^2>/2 - dT/dln a + 2 T_k]/(a K' D1),      T = a K' sum S_m^2/(4 D1),  T_k the same with the factors k_m
 
-as D -> 0. Without adhesion all this is the second order of `perturbation`, which sums it differently: as an exponential in
-ln F, and with the area from the stiffness. So that it is the limit for w -> 0, the force is larger by F_n (e^x2 - 1 - x2), and
-the area is the one without adhesion times exp(-2 (X - X(D = 0))). Both are terms of fourth order.
+as D -> 0. Without adhesion all this is the second order of `perturbation`, which sums it differently: as an exponential in ln
+F, and with the area from the stiffness. So that it is the limit for w -> 0, the force is larger by F_n (e^x2 - 1 - x2), and the
+area is the one without adhesion times exp(-2 (X - X(D = 0))). Both are terms of fourth order.
 """
 
 from __future__ import annotations
@@ -46,9 +46,6 @@ from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import Panels
 from flatpunch.punch.power_law import power_law_punch
-
-_MOST_ORDERS = 192
-"""Harmonics kept: those of kinked outlines fall like 1/m^2, and enter squared."""
 
 _WIDTH = float(np.log(10) / 6)
 _NODES = 14
@@ -96,10 +93,9 @@ class PerturbedBranch:
 
     @cached_property
     def harmonics(self) -> Array:
-        """g_m, complex, for the orders kept."""
+        """g_m, complex."""
         u = self.angles.u
-        spectrum = 2 * np.fft.rfft(u)[1:-1] / u.size
-        return np.asarray(spectrum[:_MOST_ORDERS])
+        return np.asarray(2 * np.fft.rfft(u)[1:-1] / u.size)
 
     @cached_property
     def orders(self) -> Indices:
@@ -152,8 +148,9 @@ class PerturbedBranch:
         """Outline, shape (n, p), mean radius a0 and area at base radii."""
         area = self._tabulated(np.log(radius))[0][:, 2]
         h = self._outline_harmonics(radius)
-        fine = self.angles.start + 2 * np.pi * np.arange(2048) / 2048
-        w = self._waves(h, fine)
+        # over one period, on the grid of the harmonics
+        points = self.angles.u.size
+        w = np.fft.irfft(np.pad(h, ((0, 0), (1, 1))), n=points) * points / 2
         size = np.sqrt(area / (np.pi * np.mean(np.exp(2 * w), axis=1)))
         return size[:, None] * np.exp(self._waves(h, phi)), size * np.mean(np.exp(w), axis=1), area
 

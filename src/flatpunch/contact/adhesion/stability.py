@@ -25,6 +25,9 @@ QUANTITIES: tuple[Quantity, Quantity] = ("depth", "force")
 _PER_DECADE = 24
 _MOST_DECADES = 16
 
+_SMALLEST, _FARTHEST = 1e-15, 1e6
+"""Contact radii [m] among which the balance of adhesion and elasticity is looked for."""
+
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
@@ -163,10 +166,17 @@ def largest_radius(kernel: Kernel, reach: float) -> float:
 
 def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:
     """Radius at which depth and retraction balance on the half-space of the surface material."""
-    radius = np.geomspace(1e-15, min(most, 1e6), 400)
-    depth = np.pi * profile.moments(radius, 1).edge
-    back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
-    first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
+    if most > _SMALLEST:
+        radius = np.geomspace(_SMALLEST, min(most, _FARTHEST), 400)
+        depth = np.pi * profile.moments(radius, 1).edge
+        back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
+        first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
+    # profiles that do not rise faster than adhesion follows have no such radius, which `_extend_down` says
+    if most <= _SMALLEST or (first == 0 and depth[0] > back[0] and depth[1] / back[1] > depth[0] / back[0]):
+        raise ValueError(
+            f"With a work of adhesion of {branch.work:.4g} J/m^2 and a modulus of {branch.kernel.modulus:.4g} Pa this tip is "
+            f"held by contacts of less than {_SMALLEST:g} m, far below the size of an atom. Check the units; all are in SI."
+        )
     return float(radius[min(first, radius.size - 1)])
 
 
