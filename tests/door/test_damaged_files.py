@@ -89,9 +89,7 @@ def test_a_damaged_cache_is_set_aside_and_solved_again(tmp_path):
     tip, folder = fp.Pyramid(4, 0.3), tmp_path / "cache"
 
     def solve():
-        return float(
-            fp.indent(GEL, tip, depth=1e-7, method=fp.Refined(cells=32, cache=folder, tables=False))["force"][0]
-        )
+        return float(fp.indent(GEL, tip, depth=1e-7, method=fp.Refined(cells=32, cache=folder, rtol=1e-4))["force"][0])
 
     first = solve()
     (path,) = folder.glob("*.npz")

@@ -22,6 +22,9 @@ Mask = NDArray[np.bool_]
 SMALLEST = 8
 """Fewest cells along an axis."""
 
+_LONGEST = 16 * CELLS
+"""Most cells along one axis: grids along narrow contacts are long; their product is limited as that of square ones."""
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -52,10 +55,13 @@ class Grid:
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             least = -(-SMALLEST // (1 + mirrored))
-            cells = whole(
-                f"Grid.{name}", getattr(self, name), least, "It is the number of cells along an axis.", most=CELLS
+            hint = "It is the number of cells along an axis."
+            object.__setattr__(self, name, whole(f"Grid.{name}", getattr(self, name), least, hint, most=_LONGEST))
+        if self.nx * self.ny > CELLS**2:
+            raise ValueError(
+                f"Grid.nx = {self.nx} times Grid.ny = {self.ny} is more than {CELLS} x {CELLS} cells, the most that are solved. "
+                "Take wider cells, or a smaller grid."
             )
-            object.__setattr__(self, name, cells)
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing, unit="m"))
         if self.stretch not in range(1, 100, 2):
             raise ValueError(
