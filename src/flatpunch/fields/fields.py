@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative, real
+from flatpunch._support.checks import Array, Values, non_negative, real
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
+from flatpunch.contact import MethodName
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.invariants import principal, von_mises
+from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, contact_sources, prescribed_sources
-from flatpunch.media import HalfSpace, Medium, TwoBodies, underlying
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, TwoBodies, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,16 +30,16 @@ AXES = ("x", "y", "z")
 
 @one_blas_thread()
 def fields(
-    medium: Any,
-    indenter: Any,
-    x: float | Array,
-    y: float | Array,
-    z: float | Array,
+    medium: Body,
+    indenter: Indenter | Load | Sequence[Load],
+    x: Values,
+    y: Values,
+    z: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | None = None,
+    method: MethodName | None = None,
     friction: float = 0.0,
     direction: float = 0.0,
     side: Side = "below",

@@ -11,7 +11,7 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
-from flatpunch.contact import indent, pressure
+from flatpunch.contact import MethodName, indent, pressure
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, cell_fields
@@ -117,7 +117,7 @@ def contact_sources(
     medium: Any,
     indenter: Any,
     given: dict[str, Any],
-    method: str | None,
+    method: MethodName | None,
     friction: float,
     *,
     work_of_adhesion: float | None = None,
@@ -154,7 +154,7 @@ def _on_cells(
     medium: Any,
     indenter: Any,
     given: dict[str, Any],
-    method: str | None,
+    method: MethodName | None,
     friction: float,
     work: float | None,
     options: dict[str, Any],

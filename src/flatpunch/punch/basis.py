@@ -94,7 +94,7 @@ def projection(m: int, terms: int, nodes: int) -> tuple[Array, Array]:
 
 def inverse_factors(matrices: Array) -> Array:
     """Inverse Cholesky factors L^-1 of positive definite matrices L L^T, shape (nb, n, n): triangular, in half the time."""
-    return _inverse_of_lower(np.linalg.cholesky(matrices))
+    return _inverse_of_lower(np.asarray(np.linalg.cholesky(matrices), dtype=float))
 
 
 def _inverse_of_lower(factors: Array) -> Array:
