@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import flatpunch as fp
+from flatpunch.fit import Tip
 
 HERE = Path(__file__).parent
 GLASS = fp.RigidBase()
@@ -44,6 +45,24 @@ def relaxing_cell() -> None:
     write("relaxing_cell.csv", ["time (s)", "depth (nm)", "force (nN)"], [time, 1e9 * depth + 200, 1e9 * force])
 
 
+def hard_film() -> None:
+    """Continuous stiffness of a nitride film on steel: hardness sets the force, the layered body the stiffness."""
+    film = fp.Medium([fp.Layer(350e9, 0.25, 1e-6)], base=fp.HalfSpace(210e9, 0.3))
+    tip, hardness, rng = Tip.from_coefficients([24.5, 180.0]), 22e9, np.random.default_rng(9)
+    contact_depth = np.linspace(20e-9, 300e-9, 150)
+    area = tip.area(contact_depth)
+    radius = np.sqrt(area / np.pi)
+    modulus = np.array([fp.flat_punch(film, a).stiffness / (2 * a) for a in radius])
+    diamond = 1141e9 / (1 - 0.07**2)
+    stiffness = 2 * tip.beta * radius / (1 / modulus + 1 / diamond)
+    force = hardness * area
+    depth = contact_depth + tip.epsilon * force / stiffness
+    stiffness = stiffness * np.exp(0.01 * rng.normal(size=stiffness.size))
+    titles = ["depth (nm)", "force (mN)", "stiffness (kN/m)"]
+    write("hard_film.csv", titles, [1e9 * depth, 1e3 * force, 1e-3 * stiffness])
+
+
 if __name__ == "__main__":
     sticky_gel()
     relaxing_cell()
+    hard_film()

@@ -21,7 +21,7 @@ from .contact import (
 )
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
-from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
+from .fit import Curve, CurveError, Free, correct, fit, fit_batch, plot_fit, read_curve
 from .indenters import (
     AfmPyramid,
     AreaFunction,
@@ -64,7 +64,12 @@ from .media import (
     StandardLinearSolid,
     TwoBodies,
 )
+from .plots.curve import plot_curve
 from .plots.fields import plot_fields
+from .plots.indenter import plot_tip
+from .plots.medium import plot_medium
+from .plots.outline import plot_outline
+from .plots.pressure import plot_pressure
 from .punch import flat_punch
 from .sweeps import sweep
 
@@ -133,7 +138,13 @@ __all__ = [
     "flat_punch",
     "indent",
     "load",
+    "plot_curve",
     "plot_fields",
+    "plot_fit",
+    "plot_medium",
+    "plot_outline",
+    "plot_pressure",
+    "plot_tip",
     "pressure",
     "pull_off",
     "read_case",

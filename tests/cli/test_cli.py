@@ -41,7 +41,7 @@ def test_solve_writes_what_it_prints(case, tmp_path):
     nc, csv, png = tmp_path / "gel.nc", tmp_path / "out.csv", tmp_path / "gel.png"
     done = run("solve", case, "-o", nc, "--csv", csv, "--plot", png)
     assert done.exit_code == 0, done.output
-    xr.testing.assert_identical(load(nc), load(csv))
+    xr.testing.assert_identical(load(nc).drop_dims("phi"), load(csv))
     direct = fp.indent(
         fp.Medium([fp.Layer(5e3, 0.5, 1.2e-6)], base=fp.RigidBase()),
         fp.Pyramid(sides=4, inclination=np.radians(55)),
@@ -77,7 +77,9 @@ def test_round_contacts_are_exact_and_have_no_such_column(case):
 def test_large_errors_have_a_note(case):
     case.write_text('method = "first-order"\n' + case.read_text(encoding="utf-8"), encoding="utf-8")
     done = run("solve", case)
-    assert re.search(r"Note: From a depth of .* m on: the\s+force is expected to be off by up to [\d.]+ %", done.output)
+    assert re.search(
+        r"Note: From a depth of [\d.]+ nm on: the\s+force is expected to be off by up to [\d.]+ %", done.output
+    )
     assert re.search(r"outline is expected to be off by up to \d+ % of the mean radius", " ".join(done.output.split()))
 
 
@@ -100,6 +102,49 @@ def test_notes_of_a_result_are_printed(case):
     assert done.exit_code == 0, done.output
     assert "Note: " in done.output
     assert re.search(r"theory", done.output)
+
+
+def test_outlines_in_a_table_on_request(case, tmp_path):
+    assert run("solve", case, "--csv", tmp_path / "out.csv", "--outlines").exit_code == 0
+    assert load(tmp_path / "out.csv").sizes["phi"] == 24
+
+
+@pytest.mark.parametrize(
+    ("tip", "method", "expected"),
+    [
+        ('kind = "cone"', "exact (round tip)", "force and outline exact up to rounding"),
+        ('kind = "pyramid", sides = 4', "refined (its corrections for this tip on one layer", "force to about 0.05 %"),
+    ],
+)
+def test_check_says_method_error_time_and_memory(case, tip, method, expected):
+    case.write_text(CASE.replace('kind = "pyramid", sides = 4', tip), encoding="utf-8")
+    lines = {line.split()[0]: line for line in run("check", case).output.splitlines() if line.strip()}
+    assert method in lines["Method"]
+    assert expected in lines["Expected"]
+    assert re.search(r"at most \d+ MB of memory, about a second", lines["Takes"])
+
+
+def test_expected_error_of_a_series_is_that_of_the_result(case):
+    case.write_text('method = "second-order"\n' + CASE, encoding="utf-8")
+    checked = run("check", case).output
+    (force, outline) = re.search(r"Expected +force to ([\d.]+) %, outline to ([\d.]+) %", checked).groups()
+    result = fp.indent(
+        fp.Medium([fp.Layer(5e3, 0.5, 1.2e-6)], base=fp.RigidBase()),
+        fp.Pyramid(sides=4, inclination=np.radians(55)),
+        depth=4e-7,
+        method="second-order",
+    )
+    # two digits are printed
+    np.testing.assert_allclose(float(force), 100 * result["force_error"], rtol=0.05)
+    np.testing.assert_allclose(float(outline), 100 * result["contour_error"], rtol=0.05)
+
+
+@pytest.mark.parametrize(("name", "command"), [("thin_gel", "fit"), ("hard_film", "fit-film")])
+def test_solving_a_case_of_a_fit_names_the_command(name, command):
+    path = shipped_cases()[0].parent / "fit" / f"{name}.toml"
+    done = run("solve", path)
+    assert done.exit_code == 2
+    assert f"fit it to a measured curve with `flatpunch {command} CURVE {path}`" in " ".join(done.output.split())
 
 
 def test_check_says_what_would_be_solved(case, tmp_path):
@@ -247,7 +292,6 @@ def test_mistakes_of_the_package_show_their_traceback_on_request(case, monkeypat
 
 def test_help_teaches():
     assert "flatpunch demo" in run("--help").output
-    assert "flatpunch solve gel.toml -o gel.nc" in run("solve", "--help").output
     assert "CASE.toml" in run("check", "--help").output
     assert run("--version").output.strip() == f"flatpunch {fp.__version__}"
     # without arguments the help is shown; older typer ends that with status 0, newer with 2

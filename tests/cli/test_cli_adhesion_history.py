@@ -29,7 +29,7 @@ def test_adhesive_case(shipped, tmp_path):
     assert f"Pull-off under prescribed force: {lost.force * 1e12:.4g} pN" in done.output
     assert f"Pull-off under prescribed depth: {lost.depth_minimum.force * 1e12:.4g} pN" in done.output
     assert "(JKR)" in done.output
-    xr.testing.assert_identical(load(nc), load(csv))
+    xr.testing.assert_identical(load(nc).drop_dims("phi"), load(csv))
     assert load(nc).attrs["work_of_adhesion"] == case.work_of_adhesion
     assert png.stat().st_size > 10_000
     assert "Adhesion  work 20 µJ/m², range of action 1 nm" in run("check", path).output
@@ -54,7 +54,7 @@ def test_history(shipped, tmp_path):
     assert "time" in done.output
     # the column would hold infinities only
     assert "N/m" not in done.output
-    xr.testing.assert_identical(load(nc), load(csv))
+    xr.testing.assert_identical(load(nc).drop_dims("phi"), load(csv))
     result = load(nc)
     # the cell is left behind: no force, and no contact, long before the tip is back at the surface
     gone = result["time"].values[(result["force"].values == 0) & (result["time"].values > 1)]

@@ -19,7 +19,7 @@ def result():
 
 @KINDS
 def test_round_trip_is_identical(result, tmp_path, ending):
-    path = save(result, tmp_path / f"gel{ending}")
+    path = save(result, tmp_path / f"gel{ending}", outlines=True)
     back = load(path)
     xr.testing.assert_identical(back, result)
     assert {name: back[name].dtype for name in back.variables} == {
@@ -40,9 +40,19 @@ def test_round_trip_of_awkward_content(tmp_path, ending):
         {"step": ("step", [0]), "phi": ("phi", np.linspace(0, 1, 6))},
         {"flatpunch_version": "0", "notes": "first\nsecond, with a comma # and a hash", "title": "Ünïcode"},
     )
-    back = load(save(awkward, tmp_path / f"awkward{ending}"))
+    back = load(save(awkward, tmp_path / f"awkward{ending}", outlines=True))
     xr.testing.assert_identical(back, awkward)
     assert np.signbit(back["contour"].values[0, 2])
+
+
+def test_csv_holds_the_curve_and_outlines_on_request(result, tmp_path):
+    path = save(result, tmp_path / "gel.csv")
+    back = load(path)
+    xr.testing.assert_identical(back, result.drop_dims("phi"))
+    assert back.attrs == result.attrs
+    rows = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    assert max(len(row.split(",")) for row in rows) == len(back.data_vars) + 1 < 12
+    assert load(save(result, path, outlines=True)).sizes["phi"] == 24
 
 
 def test_csv_is_for_people_too(result, tmp_path):
@@ -93,7 +103,7 @@ def test_refusals_when_writing(result, tmp_path):
         .transpose("x", ...)
     )
     with pytest.raises(ResultError, match=r"has no place in a table of steps; save it as \.nc"):
-        save(field, tmp_path / "field.csv")
+        save(field, tmp_path / "field.csv", outlines=True)
     assert not list(tmp_path.iterdir())
 
 

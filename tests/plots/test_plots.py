@@ -1,5 +1,7 @@
 """Pictures: what is drawn is what the result says, in readable units, for every kind of indenter."""
 
+import re
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -7,6 +9,7 @@ from matplotlib.figure import Figure
 import flatpunch as fp
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.plots import result as plots
+from flatpunch.plots.style import STYLES
 
 GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1.2e-6)], base=fp.RigidBase())
 TIP = fp.Pyramid(sides=4, inclination=0.9)
@@ -31,48 +34,68 @@ def axes():
     return Figure().subplots()
 
 
-def test_force_depth_draws_the_numbers(result, axes):
-    plots.force_depth(result, axes)
+def drawn_at(line, x):
+    """Values of a drawn line at some of its points."""
+    along, values = line.get_data()
+    at = np.searchsorted(along, np.asarray(x) * (1 - 1e-12))
+    np.testing.assert_allclose(along[at], x)
+    return values[at]
+
+
+def test_curve_goes_through_the_numbers(result, axes):
+    assert fp.plot_curve(result, axes) is axes
     right = next(other for other in axes.figure.axes if other is not axes)
-    depth, force = axes.lines[0].get_data()
-    np.testing.assert_allclose(depth, result["depth"] * 1e9)  # nm
-    np.testing.assert_allclose(force, result["force"] * 1e12)  # pN: the largest is below 1 nN
-    np.testing.assert_allclose(right.lines[0].get_ydata(), result["stiffness"] * 1e3)  # mN/m
-    assert "nm" in axes.get_xlabel()
-    assert "pN" in axes.get_ylabel()
+    depth = result["depth"] * 1e9  # nm
+    # pN: the largest is below 1 nN
+    np.testing.assert_allclose(drawn_at(axes.lines[0], depth), result["force"] * 1e12)
+    np.testing.assert_allclose(drawn_at(right.lines[0], depth), result["stiffness"] * 1e3)  # mN/m
+    assert axes.get_xlabel() == "indentation depth $d$ (nm)"
+    assert axes.get_ylabel() == "normal force $F$ (pN)"
     assert "mN/m" in right.get_ylabel()
+
+
+@pytest.mark.parametrize("indenter", [fp.Sphere(2e-6), fp.Cone(0.5), fp.Cylinder(5e-7)], ids=str)
+def test_curve_between_few_steps_is_that_of_many(indenter):
+    """It starts at zero with its power law, and no chord shows: a hundredth of the force at eight steps."""
+    few = fp.indent(GEL, indenter, depth=np.linspace(5e-8, 4e-7, 8))
+    x, y = fp.plot_curve(few).lines[0].get_data()
+    assert (x[0], y[0]) == (0, 0)
+    factor = y[-1] / float(few["force"][-1])
+    many = fp.indent(GEL, indenter, depth=x[1:] * 1e-9)
+    np.testing.assert_allclose(y[1:], many["force"] * factor, atol=0.002 * y[-1])
 
 
 def test_error_of_the_force_is_drawn_and_said(result, axes):
     rough = fp.indent(GEL, TIP, depth=result["depth"], angles=48, method="first-order")
-    plots.force_depth(rough, axes)
+    fp.plot_curve(rough, axes)
     error = float(rough["force_error"].max())
-    assert f"force to {100 * error:.2g} %" in axes.texts[0].get_text()
+    assert axes.get_title() == f"Method first-order, force to {100 * error:.2g} %"
     (band,) = axes.collections
     top = band.get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(float(rough["force"][-1]) * 1e12 * (1 + float(rough["force_error"][-1])), rel=1e-9)
-    plots.outline(rough, TIP, axes)
+    fp.plot_outline(rough, axes, indenter=TIP)
     assert f"{100 * float(rough['contour_error'][-1]):.0f} %" in axes.get_title()
 
 
 def test_round_contacts_are_drawn_as_exact(axes):
-    plots.force_depth(fp.indent(GEL, fp.Paraboloid(2e-6), depth=1e-7), axes)
-    assert axes.texts[0].get_text() == "exact (round tip)"
+    fp.plot_curve(fp.indent(GEL, fp.Paraboloid(2e-6), depth=1e-7), axes)
+    assert axes.get_title() == "Exact (round tip)"
 
 
 def test_steps_where_the_theory_fails_are_drawn_apart(result, axes):
     broken = result.copy(deep=True)
     broken["valid"][15:] = False
-    plots.force_depth(broken, axes)
-    sound, grey = (line.get_ydata() for line in axes.lines)
-    assert np.isfinite(sound).sum() == 15
-    assert np.isfinite(grey).sum() == 5
+    fp.plot_curve(broken, axes)
+    sound, grey = axes.lines[:2]
+    depth = result["depth"] * 1e9
+    assert np.isfinite(drawn_at(sound, depth)).sum() == 15
+    assert np.isfinite(drawn_at(grey, depth)).sum() == 5
 
 
 def test_outline_is_closed_and_of_the_last_valid_step(result, axes):
     broken = result.copy(deep=True)
     broken["valid"][15:] = False
-    plots.outline(broken, TIP, axes)
+    fp.plot_outline(broken, axes, indenter=TIP)
     x, y = axes.lines[-1].get_data()
     assert (x[0], y[0]) == pytest.approx((x[-1], y[-1]))
     # polar radii of the drawn curve are the contour of step 14, in nm
@@ -84,34 +107,58 @@ def test_contacts_without_an_outline(result, axes):
     """The last that has one is drawn; if none has, what the indenter would overlap bounds the picture."""
     apart = result.copy(deep=True)
     apart["contour"][15:] = np.nan
-    plots.outline(apart, TIP, axes)
+    fp.plot_outline(apart, axes, indenter=TIP)
     x, y = axes.lines[-1].get_data()
     np.testing.assert_allclose(np.hypot(x, y)[:-1], result["contour"][14] * 1e9, rtol=1e-12)
     apart["contour"][:] = np.nan
     axes.clear()
-    plots.outline(apart, TIP, axes)
+    fp.plot_outline(apart, axes, indenter=TIP)
     assert axes.get_title().startswith("Several parts, no outline")
     depth = float(result["depth"][-1])
     across = max(overlap_half_widths(TIP, depth))
     factor = 1e9 if "nm" in axes.get_xlabel() else 1e6
     assert axes.get_xlim() == pytest.approx((-across * factor, across * factor))
     axes.clear()
-    plots.pressure_map(apart, GEL, TIP, axes, points=21)
+    fp.plot_pressure(apart, GEL, TIP, axes)
     assert np.isfinite(axes.get_xlim()).all()
 
 
+def total(mesh):
+    """Integral of a coloured mesh, by two triangles a cell."""
+    corners = mesh.get_coordinates()
+    values = np.asarray(mesh.get_array()).reshape(corners.shape[:2])
+    sum_of = 0.0
+    for first, second in (((1, 0), (1, 1)), ((1, 1), (0, 1))):
+        a = corners[:-1, :-1]
+        b, c = (corners[i : i - 1 or None, j : j - 1 or None] for i, j in (first, second))
+        height = values[:-1, :-1]
+        for i, j in (first, second):
+            height = height + values[i : i - 1 or None, j : j - 1 or None]
+        u, v = b - a, c - a
+        sum_of += (np.abs(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]) / 2 * height / 3).sum()
+    return sum_of
+
+
 def test_pressure_map_integrates_to_the_force(result, axes):
-    plots.pressure_map(result, GEL, TIP, axes, points=161)
-    mesh = axes.collections[0]
-    x = np.linspace(*axes.get_xlim(), 161) * 1e-9
-    phi = np.mod(np.arctan2(x[:, None], x), 2 * np.pi)
-    outline = np.interp(phi, result["phi"], result["contour"][-1], period=2 * np.pi)
-    # the map is cut off at the outline
-    assert mesh.get_clip_path() is not None
-    field = np.where(np.hypot(x[:, None], x) < outline, np.asarray(mesh.get_array().filled(np.nan)), 0.0)
-    cell = (np.diff(axes.get_xlim())[0] / 160 * 1e-9) ** 2
-    # kPa on a grid of 160 cells a side: the edge of the contact and the apex leave about a per cent
-    assert field.sum() * 1e3 * cell == pytest.approx(float(result["force"][-1]), rel=0.02)
+    assert fp.plot_pressure(result, GEL, TIP, axes) is axes
+    # kPa over nm^2 down to the outline; colours are linear between rays, which adds a per cent along edges
+    assert total(axes.collections[0]) * 1e3 * 1e-18 == pytest.approx(float(result["force"][-1]), rel=0.02)
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_styles_have_the_width_of_their_columns(result, style, tmp_path):
+    drawn = plots.figure(result, GEL, TIP, title="A title", style=style)
+    width = STYLES[style].width
+    assert width is None or drawn.get_size_inches()[0] == width
+    assert plots.save_figure(drawn, tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
+    # nothing is cut off at the sides
+    box = drawn.get_tightbbox()
+    assert box.x0 > -0.02
+    assert box.x1 < drawn.get_size_inches()[0] + 0.02
+    with pytest.raises(
+        ValueError, match=r"style = 'poster' is unknown; choose one of 'screen', 'one-column', 'two-columns'\."
+    ):
+        plots.figure(result, GEL, TIP, style="poster")
 
 
 @pytest.mark.parametrize("indenter", INDENTERS, ids=lambda indenter: type(indenter).__name__)
@@ -159,11 +206,21 @@ def test_refusals(result, tmp_path):
 
 
 @pytest.mark.parametrize("indenter", [TIP, fp.EllipticParaboloid(2e5, 4e5), fp.Tilted(TIP, 0.05, 0.02)], ids=str)
-def test_labels_of_level_lines_are_clear_of_the_frame(indenter, axes):
-    result = fp.indent(GEL, indenter, depth=[4e-7], method="second-order", angles=48)
-    plots.outline(result, indenter, axes)
-    frame = axes.get_xlim()[1]
-    labels = [text for text in axes.texts if text.get_text().endswith("m")]
-    assert len(labels) > 2
-    # without, those of a tilted pyramid's lines lay on it
-    assert all(np.abs(text.get_position()).max() < 0.9 * frame for text in labels)
+def test_level_lines_are_named_in_the_legend(indenter, axes):
+    """Where no label can cross a line or the frame; they are a round height apart."""
+    result = fp.indent(GEL, indenter, depth=[1e-7, 2e-7, 4e-7], method="second-order", angles=48)
+    fp.plot_outline(result, axes, indenter=indenter)
+    assert not axes.texts
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names[0] == "contact"
+    assert "earlier" in names
+    (spacing,) = (re.fullmatch(r"tip, every (\d+) nm", name)[1] for name in names if name.startswith("tip"))
+    assert spacing.rstrip("0") in ("1", "2", "5")
+    assert len(axes.collections[0].get_paths()) >= 4
+
+
+@pytest.mark.parametrize("view", ["sections", "levels", "surface"])
+def test_public_pictures_make_axes_of_their_own(result, view):
+    tip = fp.plot_tip(TIP, extent=1e-6, view=view)
+    others = fp.plot_curve(result), fp.plot_outline(result), fp.plot_pressure(result, GEL, TIP), fp.plot_medium(GEL)
+    assert len({id(axes.figure) for axes in (tip, *others)}) == 5

@@ -32,8 +32,8 @@ def test_every_tip_is_drawn(tip, tmp_path):
 def test_level_lines_lie_at_their_heights():
     tip = fp.EllipticParaboloid(2e5, 5e5)
     axes = plots_indenter.level_lines(tip, Figure().subplots(), 1e-6)
-    # the lowest height on the border is 2e5 (1e-6)^2 = 200 nm, nine steps of 22.2 nm
-    assert axes.get_title() == "level lines every 22.2 nm"
+    # the lowest height on the border is 2e5 (1e-6)^2 = 200 nm
+    assert axes.get_title() == "level lines every 20 nm"
     line = axes.patches[-1].get_xy() * 1e-6  # drawn in um
     np.testing.assert_allclose(2e5 * line[:, 0] ** 2 + 5e5 * line[:, 1] ** 2, 2e-7, rtol=1e-12)
 

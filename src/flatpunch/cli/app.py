@@ -15,12 +15,14 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.atlas import atlas_app
+from flatpunch.cli.examples import examples
 from flatpunch.cli.fit import add_commands
 from flatpunch.cli.paper import paper
+from flatpunch.cli.show import add_commands as add_show
 from flatpunch.cli.streams import finish, prepare
 from flatpunch.cli.stress import add_commands as add_stress
 from flatpunch.cli.sweep import add_commands as add_sweep
-from flatpunch.cli.terminal import friendly, progress, say, say_written
+from flatpunch.cli.terminal import PICTURES, CaseFile, StyleOption, friendly, progress, say, say_written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +41,6 @@ app = typer.Typer(
     "for you to change.",
 )
 
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
 _ROWS = 10
 _NOBODY_READS = 141
 """Status of a process whose output nobody reads, as the shell gives it."""
@@ -62,47 +63,59 @@ def flatpunch(
     """Take the options that come before a command."""
 
 
-@app.command()
+@app.command(epilog=examples("solve"))
 def solve(
     case: CaseFile,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Result as CSV, besides the output.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Curve as CSV, besides the output.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+    style: StyleOption = "screen",
+    outlines: Annotated[bool, typer.Option("--outlines", help="Contact outlines in the CSV too.")] = False,
 ) -> None:
     """Solve a case: print the curve, and write it if asked to.
 
-    [bold]flatpunch solve gel.toml -o gel.nc --csv gel.csv --plot gel.png[/bold]
-
-    Read the result with [bold]flatpunch.load("gel.nc")[/bold] or any NetCDF reader; the CSV opens in a spreadsheet.
+    Read the result with [bold]flatpunch.load("gel.nc")[/bold] or any NetCDF reader; the CSV opens in a spreadsheet. NetCDF
+    holds the contact outlines as well.
     """
     with friendly():
         _check_targets(output, csv, plot)
         from flatpunch.files import read_case
+        from flatpunch.files.cases import command_for
 
-        loaded = read_case(case)
-        _solve(loaded, [path for path in (output, csv) if path], plot)
+        _refuse_fits(case, command_for(case))
+        _solve(read_case(case), [path for path in (output, csv) if path], plot, style=style, outlines=outlines)
 
 
-@app.command()
+def _refuse_fits(case: Path, command: str | None) -> None:
+    """Say which command a case with values to be found belongs to."""
+    if command is not None:
+        raise ValueError(
+            f"{case} looks for values, so there is nothing to solve: fit it to a measured curve with "
+            f"`flatpunch {command} CURVE {case}`."
+        )
+
+
+@app.command(epilog=examples("check"))
 def check(case: CaseFile) -> None:
-    """Read a case file and say what would be solved or fitted, without doing it.
+    """Read a case file and say what would be solved or fitted: method, expected error, time and memory.
 
     Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
     write instead.
     """
     with friendly():
         from flatpunch.files import describe, read_case
-        from flatpunch.fit.case import describe_fit, is_fit_case, read_fit_case
+        from flatpunch.files.cases import is_fit_case
+        from flatpunch.fit.case import describe_fit, read_fit_case
 
         lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
         for line in lines:
             say(line)
 
 
-app.command()(paper)
+app.command(epilog=examples("paper"))(paper)
 
 
-@app.command()
+@app.command(epilog=examples("demo"))
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results and pictures.")] = Path(
         "demo-results"
@@ -110,15 +123,18 @@ def demo(
 ) -> None:
     """Solve the cases that come with the package.
 
-    Writes, for each of them, the case file itself, the result as NetCDF and CSV, and a picture. Case files that are
-    there already are kept, and solved as you changed them.
+    Writes, for each of them, the case file itself, the result as NetCDF and CSV, and a picture; measured curves with the case
+    files of their fits are in the folder `fit`. Case files that are there already are kept, and solved as you changed them.
     """
     with friendly():
         from flatpunch._support.whole_file import check_folder
         from flatpunch.files import read_case, shipped_cases
+        from flatpunch.files.describe import shipped_fits
 
-        output.mkdir(parents=True, exist_ok=True)
+        (output / "fit").mkdir(parents=True, exist_ok=True)
         check_folder("--output", output)
+        for source in shipped_fits():
+            _copy(source, output / "fit" / source.name)
         for source in shipped_cases():
             case = output / source.name
             _copy(source, case)
@@ -137,7 +153,9 @@ def _copy(source: Path, target: Path) -> None:
         typer.echo(f"{target} differs from the shipped case; it is kept and solved as it is.", err=True)
 
 
-def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
+def _solve(
+    case: Case, outputs: list[Path], plot: Path | None, *, style: str = "screen", outlines: bool = False
+) -> None:
     """Solve one case, write what was asked for, print the curve."""
     import flatpunch as fp
     from flatpunch._support.progress import listening
@@ -155,12 +173,13 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         leaving = [] if case.work_of_adhesion is None else _pull_off(case, case.work_of_adhesion)
         for path in outputs:
             step(f"writing {path.name}")
-            written.append(save(result, path))
+            written.append(save(result, path, outlines=outlines))
         if plot is not None:
             from flatpunch.plots import result as plots
 
             step(f"drawing {plot.name}")
-            written.append(plots.save_figure(plots.figure(result, case.medium, case.indenter, title=case.title), plot))
+            drawn = plots.figure(result, case.medium, case.indenter, title=case.title, style=style)
+            written.append(plots.save_figure(drawn, plot))
     _print_curve(case, result)
     out = Console()
     for line in leaving:
@@ -236,9 +255,10 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 
     check_target("--output", output, (".nc", ".csv"))
     check_target("--csv", csv, (".csv",))
-    check_target("--plot", plot, (".png", ".pdf", ".svg"))
+    check_target("--plot", plot, PICTURES)
 
 
+add_show(app)
 add_commands(app)
 add_sweep(app)
 add_stress(app)

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from flatpunch._support.ceilings import POINTS
 from flatpunch._support.checks import real, shown
+from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import Step, friendly, progress, say
 
 if TYPE_CHECKING:
@@ -45,28 +46,25 @@ def atlas_app() -> typer.Typer:
     """Return the commands."""
     app = typer.Typer(no_args_is_help=True, help="The library of flat-punch solutions: read it, check it, extend it.")
 
-    @app.command("list")
+    @app.command("list", epilog=examples("atlas list"))
     def list_tables() -> None:
         """List the tables that come with the package."""
         with friendly():
             _list()
 
-    @app.command()
+    @app.command(epilog=examples("atlas show"))
     def show(family: Name) -> None:
         """Say what a table holds: parameters, ranges, measured errors, where it comes from."""
         with friendly():
             _show(_table(family), family)
 
-    @app.command()
+    @app.command(epilog=examples("atlas query"))
     def query(family: Name, beta: Beta = "1", set_: Set = None, moments: Moments = "1,2") -> None:
-        """Print stiffness, edge coefficient and moments.
-
-        [bold]flatpunch atlas query bonded-layer --beta 0.1:10:5:log --set poisson=0.45[/bold]
-        """
+        """Print stiffness, edge coefficient and moments."""
         with friendly():
             _query(_table(family), beta, set_ or [], moments)
 
-    @app.command()
+    @app.command(epilog=examples("atlas export"))
     def export(
         family: Name,
         csv: Annotated[Path, typer.Option(help="File to write.")],
@@ -79,7 +77,7 @@ def atlas_app() -> typer.Typer:
         with friendly():
             _export(_table(family), csv, beta, set_ or [], moments, terms)
 
-    @app.command()
+    @app.command(epilog=examples("atlas build"))
     def build(
         families: Annotated[
             list[str],
@@ -105,7 +103,7 @@ def atlas_app() -> typer.Typer:
                 step("reading")
                 _build(families, output, store, check, workers, scheduler, step)
 
-    @app.command()
+    @app.command(epilog=examples("atlas verify"))
     def verify(
         family: Name,
         points: Annotated[int, typer.Option(help="How many random points.", min=1)] = 200,

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from flatpunch._support.whole_file import check_target
-from flatpunch.cli.terminal import friendly, progress, say, say_written
+from flatpunch.cli.examples import examples
+from flatpunch.cli.terminal import PICTURES, StyleOption, friendly, progress, say, say_written
 
 if TYPE_CHECKING:
     from flatpunch.fit.case import FitCase
@@ -25,7 +26,7 @@ FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case fil
 def add_commands(app: typer.Typer) -> None:
     """Register the commands on the command line."""
 
-    @app.command()
+    @app.command(epilog=examples("fit"))
     def fit(
         curve: CurveFile,
         case: FitCaseFile,
@@ -38,49 +39,47 @@ def add_commands(app: typer.Typer) -> None:
             bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
         ] = False,
         workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
+        style: StyleOption = "screen",
     ) -> None:
         """Fit a case to a measured curve, or to every curve in a folder.
 
         In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
         start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
         [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
-
-        [bold]flatpunch fit curve.csv gel.toml --plot fit.png[/bold]
         """
         with friendly():
             check_target("--output", output, (".csv", ".nc"))
-            check_target("--plot", plot, (".png", ".pdf", ".svg"))
-            check_target("--drift", drift, (".png", ".pdf", ".svg"))
+            check_target("--plot", plot, PICTURES)
+            check_target("--drift", drift, PICTURES)
             from flatpunch.fit.case import read_fit_case
 
             loaded = read_fit_case(case)
             if curve.is_dir() or _many(curve, loaded):
                 if drift is not None or profile:
                     raise ValueError("--drift and --profile go with a single curve.")
-                _fit_folder(curve, loaded, output, plot, workers)
+                _fit_folder(curve, loaded, output, plot, workers, style)
             else:
-                _fit_one(curve, loaded, output, plot, drift, profile)
+                _fit_one(curve, loaded, output, plot, drift, profile, style)
 
-    @app.command("fit-film")
+    @app.command("fit-film", epilog=examples("fit-film"))
     def fit_film(
         curve: CurveFile,
         case: FitCaseFile,
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the points (.csv).")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        style: StyleOption = "screen",
     ) -> None:
         """Fit a hard film to contact stiffness: continuous stiffness (CSM), or the unloading of load cycles.
 
         The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
         tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
-
-        [bold]flatpunch fit-film test.xls film.toml --plot film.png[/bold]
         """
         with friendly():
             check_target("--output", output, (".csv",))
-            check_target("--plot", plot, (".png", ".pdf", ".svg"))
-            _fit_film(curve, case, output, plot)
+            check_target("--plot", plot, PICTURES)
+            _fit_film(curve, case, output, plot, style)
 
-    @app.command()
+    @app.command(epilog=examples("correct"))
     def correct(
         case: FitCaseFile,
         reported: Annotated[str, typer.Option(help="Young's modulus that was reported, '8 kPa'.")],
@@ -96,13 +95,11 @@ def add_commands(app: typer.Typer) -> None:
 
         The case file describes layers, base and indenter; the modulus of its top layer does not matter. Beside the answer stand
         those of published corrections.
-
-        [bold]flatpunch correct gel.toml --reported "8 kPa" --depth "300 nm"[/bold]
         """
         with friendly():
             _correct(case, reported, depth, model, poisson, over)
 
-    @app.command("nanite-model")
+    @app.command("nanite-model", epilog=examples("nanite-model"))
     def nanite_model(
         case: FitCaseFile,
         output: Annotated[Path, typer.Option("--output", "-o", help="Python module to write, model_thin_gel.py.")],
@@ -110,8 +107,6 @@ def add_commands(app: typer.Typer) -> None:
         """Write a case as a model file for nanite and PyJibe.
 
         Load it there as a user-defined model; flatpunch must be installed in that environment.
-
-        [bold]flatpunch nanite-model gel.toml -o model_thin_gel.py[/bold]
         """
         with friendly():
             check_target("--output", output, (".py",))
@@ -131,7 +126,7 @@ def _many(path: Path, case: FitCase) -> bool:
 
 
 def _fit_one(
-    path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool
+    path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool, style: str
 ) -> None:
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
@@ -158,13 +153,13 @@ def _fit_one(
         from flatpunch.fit.pictures import fit_figure
         from flatpunch.plots.result import save_figure
 
-        written.append(save_figure(fit_figure(result), plot))
+        written.append(save_figure(fit_figure(result, style=style), plot))
     if drift is not None:
-        written.append(_drift(curve, case, drift))
+        written.append(_drift(curve, case, drift, style))
     say_written(written)
 
 
-def _drift(curve: Any, case: FitCase, path: Path) -> Path:
+def _drift(curve: Any, case: FitCase, path: Path, style: str) -> Path:
     """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio."""
     from flatpunch.fit.fitting import fit_ranges
     from flatpunch.fit.pictures import drift_figure
@@ -178,10 +173,12 @@ def _drift(curve: Any, case: FitCase, path: Path) -> Path:
     settings = case.arguments
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **settings)
     bulk = fit_ranges(curve, HalfSpace(top.young, top.poisson), case.indenter, ["base.young"], **settings)
-    return save_figure(drift_figure(layered, name, bulk, "base.young"), path)
+    return save_figure(drift_figure(layered, name, bulk, "base.young", style=style), path)
 
 
-def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None) -> None:
+def _fit_folder(
+    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, style: str
+) -> None:
     from dataclasses import replace
 
     import numpy as np
@@ -219,13 +216,13 @@ def _fit_folder(folder: Path, case: FitCase, output: Path | None, plot: Path | N
         from flatpunch.fit.pictures import map_figure
         from flatpunch.plots.result import save_figure
 
-        written.append(save_figure(map_figure(batch, next(iter(case.free))), plot))
+        written.append(save_figure(map_figure(batch, next(iter(case.free)), style=style), plot))
     say_written(written)
     if not good:
         raise ValueError("no curve could be fitted.")
 
 
-def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None) -> None:
+def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     import csv
     import io
 
@@ -257,7 +254,7 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None) ->
             from flatpunch.fit.pictures import film_figure
             from flatpunch.plots.result import save_figure
 
-            written.append(save_figure(film_figure(result), plot.with_stem(plot.stem + stem)))
+            written.append(save_figure(film_figure(result, style=style), plot.with_stem(plot.stem + stem)))
         if output is not None:
             text = io.StringIO()
             table = csv.writer(text)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import friendly, progress, say, say_written
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 def add_commands(app: typer.Typer) -> None:
     """Register the command on the command line."""
 
-    @app.command()
+    @app.command(epilog=examples("stress"))
     def stress(
         case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
@@ -28,8 +29,6 @@ def add_commands(app: typer.Typer) -> None:
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
     ) -> None:
         """Compute the stresses inside the body at the last step of a case, and the load of its first failure.
-
-        [bold]flatpunch stress coating.toml --plot coating.png[/bold]
 
         A table [bold][[stress]][/bold] of the case file names points, friction, residual stresses and strengths; without it
         the section y = 0 is shown.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import friendly, progress, say_written
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ _ROWS, _COLUMNS, _REASONS = 12, 6, 5
 def add_commands(app: typer.Typer) -> None:
     """Register the command on the command line."""
 
-    @app.command()
+    @app.command(epilog=examples("sweep"))
     def sweep(
         case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
         vary: Annotated[
@@ -53,8 +54,6 @@ def add_commands(app: typer.Typer) -> None:
         contours: Annotated[bool, typer.Option("--contours", help="Keep the contact outlines too.")] = False,
     ) -> None:
         """Solve a case for ranges of any of its values: one data set over all of them.
-
-        [bold]flatpunch sweep gel.toml --vary layers.0.thickness=0.2um:5um:40:log -o study.nc --plot study.png[/bold]
 
         With an output, finished points are kept beside it (study.points): after an interruption the same command goes on from
         there, and with more values it solves only the new ones. Delete that folder when the study is done.

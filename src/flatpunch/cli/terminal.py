@@ -8,12 +8,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, Literal, Protocol
 
 import typer
 from rich.console import Console
 
 from flatpunch.cli.told import message, wants_traceback
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
+StyleOption = Annotated[
+    Literal["screen", "one-column", "two-columns"],
+    typer.Option("--style", help="Sizes of the picture: for the screen, or one or two columns of a journal."),
+]
+PICTURES = (".png", ".pdf", ".svg")
+"""Endings of pictures."""
 
 
 class Step(Protocol):

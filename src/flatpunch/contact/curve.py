@@ -127,5 +127,5 @@ def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
         return ("At every step: " + sentence,) if bad.any() else ()
     first, last = depth[bad & known].min(), depth[bad & known].max()
     if (~bad & known & (depth > last)).any():
-        return (f"Between depths of {first:.4g} m and {last:.4g} m: {sentence}",)
-    return (f"From a depth of {first:.4g} m on: {sentence}",)
+        return (f"Between depths of {text(float(first), 'm')} and {text(float(last), 'm')}: {sentence}",)
+    return (f"From a depth of {text(float(first), 'm')} on: {sentence}",)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
 from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
@@ -69,7 +70,7 @@ def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tup
     return first_failure(
         np.asarray(at_end),
         depth,
-        f"the contact reaches the end of the indenter's shape ({indenter.reach:.4g} m from the first touch) and is cut off "
+        f"the contact reaches the end of the indenter's shape ({text(indenter.reach, 'm')} from the first touch) and is cut off "
         "there as by the edge of a punch. Ask for less depth, or describe the tip farther out.",
     )
 

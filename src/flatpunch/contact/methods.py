@@ -15,6 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
+from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, PressureField
 from flatpunch.indenters import Cylinder
@@ -31,6 +32,7 @@ _NOTABLE = 0.02
 """Median error over the mean pressure above which a superposed pressure is returned with a warning."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class FirstOrder:
     """The method of Forsbach and Willert (2023): force and depth of the angular mean profile, outline to first order.
@@ -68,6 +70,7 @@ class FirstOrder:
         return _judged(field, _cell_pressure(self, kernel, indenter, control, r, phi))
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class SecondOrder:
     """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters."""
@@ -85,6 +88,7 @@ class SecondOrder:
         return _cell_pressure(self, kernel, indenter, control, r, phi)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class FourthOrder:
     """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters."""
@@ -106,6 +110,7 @@ class FourthOrder:
         return _cell_pressure(self, kernel, indenter, control, r, phi)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Refined:
     """Round contacts corrected by a few boundary element solutions along the curve; exact for round indenters.
@@ -160,6 +165,7 @@ class Refined:
         return _cell_pressure(self, kernel, indenter, control, r, phi, self.cells)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class BoundaryElements:
     """Boundary elements on a grid: the rigorous reference for every medium and indenter.

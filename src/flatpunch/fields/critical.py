@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import interfaces
@@ -54,6 +55,7 @@ _FOUND, _SOLVED = 1e-3, 1e-7
 """Deviations of stress over strength from one at which the load is found on the grid, and at the refined place."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Event:
     """The largest stress over strength of one kind in one layer: its value and its place (x, y, z) [m]."""
@@ -64,6 +66,7 @@ class Event:
     place: tuple[float, float, float]
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class CriticalLoad:
     """The first failure under a growing contact.

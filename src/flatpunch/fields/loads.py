@@ -9,8 +9,10 @@ import numpy as np
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import LARGEST, Array, numbers, point, positive, real
+from flatpunch._support.readable import readable
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class DiscLoad:
     """Uniform pressure, and traction along the surface, on a disc: a tyre, a plate under an actuator.
@@ -49,6 +51,7 @@ class DiscLoad:
         object.__setattr__(self, "center", point("DiscLoad.center", self.center, "m"))
 
 
+@readable
 @dataclass(frozen=True, slots=True, eq=False)
 class PatchLoad:
     """Pressure on a grid of square cells, constant in each: a measured footprint, a computed contact.

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, positive, shown
+from flatpunch._support.readable import readable
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.media import HalfSpace, Medium
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Strength:
     """Strengths of a layer and of the interface below it; criteria left as None are not checked.

@@ -205,6 +205,29 @@ def read_case(path: str | Path) -> Case:
     return replace(case_from(parsed(text, path), path), source=(path, text))
 
 
+def is_fit_case(path: str | Path) -> bool:
+    """Whether a case file looks for something: a value { fit = ... }, or a table [fit] or [curve]."""
+    try:
+        data = parsed(case_text(path), Path(path))
+    except CaseError:
+        # unreadable files are told by whoever reads them
+        return False
+    return "fit" in data or "curve" in data or _looks_for(data)
+
+
+def command_for(path: str | Path) -> str | None:
+    """Command that a case file with values to be found belongs to, "fit" or "fit-film"; None if it looks for nothing."""
+    if not is_fit_case(path):
+        return None
+    return "fit-film" if "film" in parsed(case_text(path), Path(path)) else "fit"
+
+
+def _looks_for(value: Any) -> bool:
+    if isinstance(value, dict):
+        return "fit" in value or any(_looks_for(v) for v in value.values())
+    return isinstance(value, list) and any(_looks_for(v) for v in value)
+
+
 def case_text(path: str | Path) -> str:
     """Return the text of a case file."""
     try:

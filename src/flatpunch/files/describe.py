@@ -8,10 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flatpunch._support.checks import Array
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
-from flatpunch.contact import default_choice, method_of
+from flatpunch.contact import BoundaryElements, Choice, Refined, SecondOrder, default_choice, indent, method_of
+from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
 from flatpunch.fields import Strength
 from flatpunch.files.cases import Case
@@ -28,6 +31,9 @@ _UNITS = {
 
 _PROGRAM = 200e6
 """Memory of the program itself with its libraries [bytes]."""
+
+_CELLS_LEAVE = "0.1 %"
+"""Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
 
 _TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
 """Words for durations below limits [s]."""
@@ -47,6 +53,12 @@ def shipped_cases() -> list[Path]:
     raise ValueError("the shipped cases are missing from this installation; reinstall the package.")
 
 
+def shipped_fits() -> list[Path]:
+    """Return the measured curves that come with the package, and the case files of their fits."""
+    folder = shipped_cases()[0].parent / "fit"
+    return sorted([*folder.glob("*.toml"), *folder.glob("*.csv")])
+
+
 def describe(case: Case) -> Iterator[str]:
     """Yield lines that say what a case would solve."""
     yield from describe_sample(
@@ -56,42 +68,65 @@ def describe(case: Case) -> Iterator[str]:
         yield f"Control   {_control(case)}"
     else:
         yield f"History   {_history(case, case.time)}"
-    method, said = _method(case)
-    yield f"Method    {said}, outline at {case.angles} polar angles"
-    yield f"Takes     {_cost(case, method)}"
+    choice = _choice(case)
+    exact = choice.reason == EXACT
+    named = EXACT if exact else choice.method.name + ("" if case.method else f" ({choice.reason})")
+    yield f"Method    {named}, outline at {case.angles} polar angles"
+    yield f"Expected  {_expected(case, choice)}"
+    yield f"Takes     {_cost(case, choice)}"
     if case.stress is not None:
         asked = sum(strength != Strength() for strength in case.stress.strengths)
         yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
 
 
-def _method(case: Case) -> tuple[str, str]:
-    """Name of the method and how it is called here; where the choice is left to `indent`, what it would choose."""
+def _choice(case: Case) -> Choice:
+    """The method that is named, or the one that `indent` would choose."""
+    if case.work_of_adhesion is not None:
+        chosen = SecondOrder() if case.method is None else method_of(case.method)
+        return Choice(chosen, EXACT if case.indenter.round else "adhesive contacts of other tips", quick=True)
     if case.method is not None:
-        method = method_of(case.method).name
-        return method, EXACT if case.indenter.round and method != "bem" else method
-    if case.time is not None:
-        return "refined", "chosen at the largest " + case.control
-    choice = default_choice(case.indenter, case.medium, **{case.control: case.values})
-    name = choice.method.name
-    return (
-        name if not choice.quick else "first-order"
-    ), EXACT if choice.reason == EXACT else f"{name} ({choice.reason})"
+        method = method_of(case.method)
+        cells = isinstance(method, (BoundaryElements, Refined))
+        exact = case.indenter.round and not isinstance(method, BoundaryElements)
+        return Choice(method, EXACT if exact else "asked for", quick=exact or not cells)
+    # histories are judged at their largest depth or force
+    steps = case.values if case.time is None else [max(0.0, float(case.values.max()))]
+    return default_choice(case.indenter, case.medium, **{case.control: steps})
 
 
-def _cost(case: Case, method: str) -> str:
+def _expected(case: Case, choice: Choice) -> str:
+    """The error that is expected of force and outline."""
+    if choice.reason == EXACT:
+        return "force and outline exact up to rounding, within the theory"
+    method = choice.method
+    if isinstance(method, Refined):
+        return f"force to about {percent(method.rtol)}; the result has the estimate of every step"
+    if isinstance(method, BoundaryElements):
+        return f"force to about {_CELLS_LEAVE}; the result has the estimate of every step"
+    if case.work_of_adhesion is not None:
+        return "force and outline to second order of the asymmetry"
+    largest = case.values[np.argmax(case.values)]
+    solved = indent(case.medium, case.indenter, method=method, angles=24, **{case.control: largest})
+    force, outline = (float(solved[name].values[0]) for name in ("force_error", "contour_error"))
+    return f"force to {percent(force)}, outline to {percent(outline)} of the mean radius at the largest {case.control}"
+
+
+def _cost(case: Case, choice: Choice) -> str:
     """Memory that solving takes at most, and its time to an order of magnitude."""
     steps = case.values.size
     layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
     # some arrays over the steps, and the outlines while they are made
     memory = _PROGRAM + 8 * steps * (40 + 4 * case.angles)
     seconds = 0.1 + 0.03 * layers + 1e-4 * steps
-    if method == "bem":
+    if not choice.quick:
         memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
-        seconds += 2.0 * steps
-    elif method == "refined":
-        memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
-        seconds += 15.0
-    time = next((words for limit, words in _TIMES if seconds < limit), "hours")
+        seconds += 2.0 * steps if isinstance(choice.method, BoundaryElements) else 15.0
+    return takes(memory, seconds)
+
+
+def takes(memory: float, seconds: float) -> str:
+    """Memory [bytes] and time [s] in words; the memory beside that of the program itself for a small case."""
+    time = next((said for limit, said in _TIMES if seconds < limit), "hours")
     return f"at most {memory / 1e6:.0f} MB of memory, {time}"
 
 
@@ -105,29 +140,34 @@ def describe_sample(
 ) -> Iterator[str]:
     """Yield the lines about bodies, indenter, relaxation and adhesion."""
     yield f"Case      {title or '(no title)'}"
-    bodies = [("Upper", medium.upper), ("Lower", medium.lower)] if isinstance(medium, TwoBodies) else [("Body", medium)]
-    for name, body in bodies:
-        yield from _body(name, body)
-    yield f"Indenter  {_words(indenter)}"
+    yield from describe_bodies(medium)
+    yield f"Indenter  {words(indenter)}"
     if relaxation is not None:
-        yield f"Relaxes   {_words(relaxation)}"
+        yield f"Relaxes   {words(relaxation)}"
     if work is not None:
         within = f", range of action {text(range_of_action, 'm')}" if range_of_action is not None else ""
         yield f"Adhesion  work {text(work, 'J/m^2').replace('^2', '²')}{within}"
 
 
+def describe_bodies(medium: Any) -> Iterator[str]:
+    """Yield the lines about what the indenter is pressed into."""
+    bodies = [("Upper", medium.upper), ("Lower", medium.lower)] if isinstance(medium, TwoBodies) else [("Body", medium)]
+    for name, body in bodies:
+        yield from _body(name, body)
+
+
 def _body(name: str, body: Any) -> Iterator[str]:
     if not isinstance(body, Medium):
-        yield f"{name:<9} {_words(body)}"
+        yield f"{name:<9} {words(body)}"
         return
     for i, layer in enumerate(body.layers):
         below = "bonded to" if layer.bonded else "sliding without friction on"
-        words = _words(layer, skip=("bonded",))
-        yield f"{name if i == 0 else '':<9} {words}, {below} {'the next layer' if i + 1 < len(body.layers) else 'the base'}"
-    yield f"{'Base':<9} {_words(body.base)}"
+        layer_words = words(layer, skip=("bonded",))
+        yield f"{name if i == 0 else '':<9} {layer_words}, {below} {'the next layer' if i + 1 < len(body.layers) else 'the base'}"
+    yield f"{'Base':<9} {words(body.base)}"
 
 
-def _words(thing: Any, skip: tuple[str, ...] = ()) -> str:
+def words(thing: Any, skip: tuple[str, ...] = ()) -> str:
     """Name a dataclass and its fields, with units where they have one: "Layer young 5 kPa, poisson 0.5"."""
     parts = []
     for field in dataclasses.fields(thing):
@@ -140,7 +180,7 @@ def _words(thing: Any, skip: tuple[str, ...] = ()) -> str:
 
 def _value(name: str, value: Any) -> str:
     if dataclasses.is_dataclass(value):
-        return f"({_words(value)})"
+        return f"({words(value)})"
     if isinstance(value, tuple):
         if len(value) <= _LISTED and all(isinstance(entry, float) for entry in value):
             return f"({', '.join(_value(name, entry) for entry in value)})"

@@ -38,7 +38,7 @@ class ResultError(ValueError):
     """A result file that cannot be read, or a result that cannot be written where it was asked for."""
 
 
-def save(result: xr.Dataset, path: str | Path) -> Path:
+def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Path:
     """Write a result.
 
     Parameters
@@ -47,6 +47,8 @@ def save(result: xr.Dataset, path: str | Path) -> Path:
         What `indent` returned.
     path : path
         Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top).
+    outlines : bool
+        Whether a CSV holds the contact outlines too, one column for each polar angle; NetCDF always does.
 
     Returns
     -------
@@ -60,7 +62,10 @@ def save(result: xr.Dataset, path: str | Path) -> Path:
     """
     path = Path(path)
     _format(path)
-    write(path, sealed(netcdf(result)) if path.suffix.lower() == ".nc" else to_csv(result).encode("utf-8"))
+    write(
+        path,
+        sealed(netcdf(result)) if path.suffix.lower() == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"),
+    )
     return path
 
 
@@ -97,7 +102,7 @@ def write(path: Path, content: bytes) -> None:
 
 
 def load(path: str | Path) -> xr.Dataset:
-    """Read a result back; the dataset is identical to the one that was saved, to the last bit.
+    """Read a result back; what was saved is identical to the last bit.
 
     Parameters
     ----------
@@ -167,12 +172,14 @@ def _format(path: Path) -> str:
     return kind
 
 
-def to_csv(result: xr.Dataset) -> str:
+def to_csv(result: xr.Dataset, *, outlines: bool = True) -> str:
     """Return a dataset as CSV text: comments, one line of column names, one line a step.
 
-    Variables over `step` are one column, variables over `step` and one more dimension are one column for each of its
-    entries. Everything else (coordinates, attributes, types) stands in the line "structure", as JSON.
+    Variables over `step` are one column, variables over `step` and one more dimension, the outlines, are one column for each of
+    its entries, or left out. Everything else (coordinates, attributes, types) is in the line "structure", as JSON.
     """
+    if not outlines and "step" in result.dims:
+        result = result.drop_dims([name for name in result.dims if name != "step"])
     out = io.StringIO()
     for line in _preamble(result):
         out.write(" ".join(line.splitlines()) + "\n")

@@ -12,6 +12,7 @@ from .measured.readers import read_curve
 from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
+from .pictures import plot_fit
 from .report.estimate import Estimate
 from .report.likelihood import Profile
 from .report.result import FitResult
@@ -39,6 +40,7 @@ __all__ = [
     "fit_ranges",
     "oliver_pharr",
     "parameter_names",
+    "plot_fit",
     "read_curve",
     "read_fit_case",
     "read_nanoindentation",

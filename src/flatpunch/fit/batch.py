@@ -12,6 +12,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.readable import Table, readable
 from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
 from flatpunch._version import __version__
@@ -22,13 +23,16 @@ from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_cur
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.findings import doubts
-from flatpunch.fit.report.quantities import unit_of
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
+_SHOWN = 20
+"""Curves that a batch shows as a table."""
 _TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
+@readable
 @dataclass(frozen=True)
 class Batch:
     """Results of many fits.
@@ -41,6 +45,26 @@ class Batch:
     """
 
     rows: tuple[Mapping[str, Any], ...]
+
+    def _line_(self) -> str:
+        """How many curves, and how many of them can be trusted."""
+        return f"Batch({len(self.rows)} curves, {len(self.failed)} left out)"
+
+    def _table_(self) -> Table:
+        """A row for each of the first curves: name, fitted values, why it was left out."""
+        names = [name.removesuffix(" low") for name in self.columns if name.endswith(" low")]
+        rows = [
+            (
+                str(row["curve"]),
+                *(quantity(float(row.get(name, np.nan)), unit_of(name)) for name in names),
+                str(row["reason"]),
+            )
+            for row in self.rows[:_SHOWN]
+        ]
+        title = f"{len(self.rows)} curves, {len(self.failed)} left out" + (
+            f"; the first {_SHOWN}" if len(self.rows) > _SHOWN else ""
+        )
+        return Table(title, ("curve", *map(label, names), "left out"), tuple(rows))
 
     @property
     def columns(self) -> list[str]:

@@ -15,9 +15,11 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from flatpunch.contact.default import EXACT
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files import units as si
 from flatpunch.files.cases import case_text, parsed
+from flatpunch.files.describe import takes
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
@@ -28,7 +30,9 @@ from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import check_free
 from flatpunch.fit.measured.columns import STIFFNESS
 from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import scaling
 from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 _DIMENSIONS = {
@@ -45,6 +49,10 @@ _DIMENSIONS = {
     "exponent": None,
     "weights": None,
 }
+
+
+_MEMORY = 300e6
+"""Memory of the program with the libraries of a fit [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -317,22 +325,6 @@ def _check_segment(case: FitCase) -> None:
         )
 
 
-def is_fit_case(path: str | Path) -> bool:
-    """Whether a case file looks for something: a value { fit = ... }, or a table [fit] or [curve]."""
-    try:
-        data = parsed(case_text(path), Path(path))
-    except CaseError:
-        # unreadable files are told by whoever reads them
-        return False
-    return "fit" in data or "curve" in data or _looks_for(data)
-
-
-def _looks_for(value: Any) -> bool:
-    if isinstance(value, dict):
-        return "fit" in value or any(_looks_for(v) for v in value.values())
-    return isinstance(value, list) and any(_looks_for(v) for v in value)
-
-
 def describe_fit(case: FitCase) -> Iterator[str]:
     """Yield lines that say what a case would fit."""
     settings = case.settings
@@ -350,7 +342,27 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
     method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
     chosen = method or method_for(case.indenter, settings.method)
-    yield f"Method    {chosen if isinstance(chosen, str) else chosen.name}"
+    name = chosen if isinstance(chosen, str) else chosen.name
+    exact = case.indenter.round and name != "bem"
+    series = name in ("second-order", "fourth-order")
+    if case.film:
+        yield "Method    stiffness of a flat punch of the contact area, for `flatpunch fit-film`"
+    else:
+        yield f"Method    {EXACT if exact else name}"
+    forces = (
+        "exact" if exact or case.film else "known to some tenths of a per cent" if series else "as good as the method"
+    )
+    yield f"Expected  forces of the model {forces}; the result has intervals of its values"
+    yield f"Takes     {takes(_MEMORY, _seconds(case))}"
+
+
+def _seconds(case: FitCase) -> float:
+    """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
+    if case.work_of_adhesion is not None or case.relaxation is not None:
+        return 1.0
+    free = [name for name in case.free if name not in NUISANCE]
+    shapes = len(scaling(case.medium, case.indenter, free).coordinates)
+    return 0.3 * 6.0**shapes
 
 
 def _segment(case: FitCase) -> str:

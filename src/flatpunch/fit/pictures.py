@@ -1,4 +1,4 @@
-"""Pictures of fits: the curve with its fit, the ridge between two parameters, a map of values."""
+"""Pictures of fits: the curve with its fit, the ridge between two parameters, values of many curves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from flatpunch.files.units import readable
+from flatpunch._support.checks import Array, Flags
 from flatpunch.fit.parameters.scaling import plain_limits
+from flatpunch.fit.report.quantities import label as label_of
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
+from flatpunch.plots.style import BLUE, GREY, ORANGE, StyleName, axes_or_new, legend_below, scale_of, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,15 +24,71 @@ if TYPE_CHECKING:
     from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.report.result import FitResult
 
-_DATA, _FIT, _GREY = "#8fa9bf", "#b8541a", "#8c8c8c"
-_SOLVED = "#1f4e79"
+_DATA = "#a9b4bd"
 _LONGEST = 32
 """Letters of a curve's name in a title."""
 _JOINT = (2.30, 5.99, 11.83)
 """Growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters."""
 
 
-def fit_figure(result: FitResult, *, ridge: bool | None = None) -> Figure:
+def plot_fit(
+    result: FitResult | FilmResult | Batch,
+    axes: Axes | None = None,
+    *,
+    residuals: bool = False,
+    name: str | None = None,
+) -> Axes:
+    """Draw what was measured and what was fitted to it.
+
+    Of a curve its force over depth, or over time where that was fitted; of a film the apparent modulus over the contact depth;
+    of a batch one parameter of all its curves.
+
+    Parameters
+    ----------
+    result : FitResult, FilmResult or Batch
+        What `fit`, `flatpunch.fit.fit_film` or `fit_batch` returned.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    residuals : bool
+        Of a curve: the measured minus the fitted force instead.
+    name : str, optional
+        Of a batch: the parameter; its first by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    plot_curve : A computed curve.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> depth = np.linspace(-2e-7, 4e-7, 300)
+    >>> force = np.zeros(300)
+    >>> force[depth > 0] = fp.indent(gel, tip, depth=depth[depth > 0]).force
+    >>> force += 1e-11 * np.random.default_rng(0).normal(size=300)
+    >>> fitted = fp.fit(fp.Curve(depth=depth, force=force), gel, tip, ["base.young"])
+    >>> axes = fp.plot_fit(fitted)
+    >>> axes.get_ylabel()
+    'normal force $F$ (nN)'
+    """
+    # what is drawn depends on what it is; the batch is loaded with its readers
+    from flatpunch.fit.films.film import FilmResult
+    from flatpunch.fit.report.result import FitResult
+
+    drawn = axes_or_new(axes, (5.6, 4.0))
+    if isinstance(result, FitResult):
+        (_residuals if residuals else _measured_and_fitted)(result, drawn)
+    elif isinstance(result, FilmResult):
+        _film(result, drawn)
+    else:
+        _bars(result, name or _first_parameter(result), drawn)
+    return drawn
+
+
+def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName | str = "screen") -> Figure:
     """Curve with fit, residuals, and, where two parameters are hard to tell apart, their ridge.
 
     Parameters
@@ -38,15 +97,24 @@ def fit_figure(result: FitResult, *, ridge: bool | None = None) -> Figure:
         The fit.
     ridge : bool, optional
         Whether to draw the ridge of the two most correlated free parameters; where the notes complain if left out.
+    style : "screen", "one-column" or "two-columns"
+        Sizes and fonts.
     """
     pair = most_tangled(result)
     wanted = pair is not None and (ridge if ridge is not None else _complains(result))
-    figure = Figure(figsize=(9.6 if wanted else 5.6, 4.6), layout="constrained")
-    grid = figure.add_gridspec(2, 2 if wanted else 1, height_ratios=[3, 1])
-    top = figure.add_subplot(grid[0, 0])
-    _curve(result, top, figure.add_subplot(grid[1, 0], sharex=top))
-    if wanted and pair is not None:
-        _ridge(result, *pair, figure.add_subplot(grid[:, 1]))
+    with styled(style) as chosen:
+        width = chosen.width if chosen.width is not None else 9.6 if wanted else 5.6
+        beside = wanted and chosen.width != chosen.panel[0]
+        figure = Figure(figsize=(width, 4.6 if beside or not wanted else 7.2), layout="constrained")
+        shape = (2, 2 if beside else 1) if beside or not wanted else (3, 1)
+        grid = figure.add_gridspec(*shape, height_ratios=[3, 1, 3][: shape[0]])
+        top = figure.add_subplot(grid[0, 0])
+        _measured_and_fitted(result, top)
+        bottom = figure.add_subplot(grid[1, 0], sharex=top)
+        _residuals(result, bottom)
+        top.set_xlabel("")
+        if wanted and pair is not None:
+            _ridge(result, *pair, figure.add_subplot(grid[:, 1] if beside else grid[2, 0]))
     return figure
 
 
@@ -70,35 +138,43 @@ def _complains(result: FitResult) -> bool:
     return any("apart" in note or "combination" in note for note in result.notes)
 
 
-def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
-    """Curve, fit and residuals over depth, or over time where that is what was fitted."""
+def _along(result: FitResult) -> tuple[Array, str]:
+    """Depth, or time where that is what was fitted, in a readable unit, and its label."""
     over_time = isinstance(result.objective.model, HistoryModel)
-    along = result.curve.time if over_time and result.curve.time is not None else result.depth
-    x_factor, x_unit = readable(float(np.abs(along).max()), "s" if over_time else "m")
-    y_factor, y_unit = readable(float(np.abs(result.curve.force).max()), "N")
-    x, order = along * x_factor, np.argsort(along, kind="stable")
-    fitted, residual = result.force, result.residual
-    left = ~result.used
-    top.plot(x, result.curve.force * y_factor, ".", ms=2, color=_DATA, label="measured", rasterized=True)
+    if over_time and result.curve.time is not None:
+        factor, unit = scale_of(result.curve.time, "s")
+        return result.curve.time * factor, f"time $t$ ({unit})"
+    factor, unit = scale_of(result.depth, "m")
+    return result.depth * factor, f"indentation depth $d$ ({unit})"
+
+
+def _measured_and_fitted(result: FitResult, axes: Axes) -> None:
+    """Points pale, the fitted line dark and on top, over depth or time."""
+    x, label = _along(result)
+    factor, unit = scale_of(result.curve.force, "N")
+    order, left = np.argsort(x, kind="stable"), ~result.used
+    measured = result.curve.force * factor
+    axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=_DATA, label="measured", rasterized=True)
     if left.any():
-        top.plot(
-            x[left], result.curve.force[left] * y_factor, "x", ms=4, color=_GREY, label="left out", rasterized=True
-        )
-    top.plot(x[order], fitted[order] * y_factor, color=_FIT, lw=1.4, label="fitted")
-    if not over_time:
-        top.axvline(0, color=_GREY, lw=0.6, ls=":")
-    top.set_ylabel(f"force / {y_unit}")
-    top.legend(frameon=False, fontsize=8, loc="best")
-    free = result.objective.model.free
-    words = [f"{name} = {quantity(result[name], unit_of(name))}" for name in free]
-    top.set_title(_lines(result.curve.name, words), fontsize=9)
-    # what was left out would only stretch the axis
-    bottom.plot(x[~left], residual[~left] * y_factor, ".", ms=2, color=_DATA, rasterized=True)
-    bottom.axhline(0, color=_FIT, lw=0.8)
-    bottom.set_xlabel(f"time / {x_unit}" if over_time else f"depth / {x_unit}")
-    bottom.set_ylabel(f"residual / {y_unit}")
-    for axes in (top, bottom):
-        axes.grid(alpha=0.25, lw=0.6)
+        axes.plot(x[left], measured[left], "x", ms=3.5, mew=0.7, color=GREY, label="left out", rasterized=True)
+    axes.plot(x[order], result.force[order] * factor, color=BLUE, lw=1.2, label="fitted")
+    if label.startswith("indentation"):
+        axes.axvline(0, color=GREY, lw=0.6, ls=":")
+    axes.set_xlabel(label)
+    axes.set_ylabel(f"normal force $F$ ({unit})")
+    axes.legend(loc="best", markerscale=1.3)
+    words = [f"{label_of(name)} = {quantity(result[name], unit_of(name))}" for name in result.objective.model.free]
+    axes.set_title(_lines(result.curve.name, words))
+
+
+def _residuals(result: FitResult, axes: Axes) -> None:
+    """Measured minus fitted; what was left out would only stretch the axis."""
+    x, label = _along(result)
+    factor, unit = scale_of(result.residual[result.used], "N")
+    axes.plot(x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, color=_DATA, rasterized=True)
+    axes.axhline(0, color=BLUE, lw=1.0)
+    axes.set_xlabel(label)
+    axes.set_ylabel(f"residual ({unit})")
 
 
 def _lines(name: str, words: Sequence[str]) -> str:
@@ -110,33 +186,40 @@ def _lines(name: str, words: Sequence[str]) -> str:
 
 def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     found = result.ridge(first, second)
-    scales = [
-        readable(float(np.abs(found[name]).max()), unit_of(label))
-        for name, label in (("first", first), ("second", second))
-    ]
+    scales = [scale_of(found[name].values, unit_of(label)) for name, label in (("first", first), ("second", second))]
     x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
     axes.contourf(
         np.broadcast_to(x[:, None], y.shape),
         y,
         found["growth"].values,
         levels=[0, *_JOINT],
-        colors=["#1f4e79", "#6f95b8", "#c4d5e4"],
+        colors=["#0b4f86", "#6f95b8", "#c4d5e4"],
     )
-    axes.plot(x, found["line"].values * scales[1][0], color="#b8541a", lw=1.2, label="best for each value")
+    axes.plot(x, found["line"].values * scales[1][0], color=ORANGE, label="best for each value")
     axes.plot(
-        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=0.8
+        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=5, color="white", mec="black", mew=0.8
     )
     for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
         if plain_limits(name) is None and values.max() > 5 * values.min():
             scale("log")
-    axes.set_xlabel(f"{first} / {scales[0][1] or '1'}")
-    axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")
-    axes.set_title("68, 95, 99.7 % regions", fontsize=9)
-    axes.legend(frameon=False, fontsize=8)
+    axes.set_xlabel(_axis(first, scales[0][1]))
+    axes.set_ylabel(_axis(second, scales[1][1]))
+    axes.set_title("68, 95, 99.7 % regions")
+    axes.legend(loc="best")
+
+
+def _axis(name: str, unit: str) -> str:
+    """Label of an axis of a parameter."""
+    return f"{label_of(name)} ({unit})" if unit else label_of(name)
 
 
 def drift_figure(
-    results: Sequence[FitResult], name: str, beside: Sequence[FitResult] = (), beside_name: str = ""
+    results: Sequence[FitResult],
+    name: str,
+    beside: Sequence[FitResult] = (),
+    beside_name: str = "",
+    *,
+    style: StyleName | str = "screen",
 ) -> Figure:
     """One parameter over the depth up to which was fitted, with intervals; another model's beside it.
 
@@ -146,68 +229,104 @@ def drift_figure(
         Fits of the same curve up to several depths, of the layered model and of another one (a half-space, usually).
     name, beside_name : str
         The parameter in either.
+    style : "screen", "one-column" or "two-columns"
+        Sizes and fonts.
     """
-    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
-    axes = figure.add_subplot()
-    x_factor, x_unit = readable(max(float(r.depth.max()) for r in (*results, *beside)), "m")
-    y_factor, y_unit = readable(
-        max(abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs), unit_of(name)
-    )
-    for fits, label, colour, words in (
-        (results, name, _FIT, "layered model"),
-        (beside, beside_name, "#b8541a", "half-space"),
-    ):
-        if not fits:
-            continue
-        x = [float(r.depth.max()) * x_factor for r in fits]
-        values = np.array([r[label] for r in fits]) * y_factor
-        ends = np.array([(r.estimates[label].low, r.estimates[label].high) for r in fits]) * y_factor
-        spread = np.abs(ends - values[:, None]).T
-        axes.errorbar(x, values, spread, fmt="o-", ms=4, lw=1.2, capsize=3, color=colour, label=words)
-    axes.set_xlabel(f"fitted up to a depth of / {x_unit}")
-    axes.set_ylabel(f"{name} / {y_unit or '1'}")
-    axes.set_ylim(bottom=0)
-    axes.grid(alpha=0.25, lw=0.6)
-    axes.legend(frameon=False, fontsize=8)
+    with styled(style) as chosen:
+        figure = Figure(figsize=(chosen.width or 5.6, 0.75 * (chosen.width or 5.6)), layout="constrained")
+        axes = figure.add_subplot()
+        x_factor, x_unit = scale_of([float(r.depth.max()) for r in (*results, *beside)], "m")
+        found = [abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs]
+        y_factor, y_unit = scale_of(found, unit_of(name))
+        for fits, label, how, words in (
+            (results, name, {"fmt": "o-", "color": BLUE}, "layered model"),
+            (beside, beside_name, {"fmt": "s--", "color": ORANGE, "markerfacecolor": "white"}, "half-space"),
+        ):
+            if not fits:
+                continue
+            x = [float(r.depth.max()) * x_factor for r in fits]
+            values = np.array([r[label] for r in fits]) * y_factor
+            ends = np.array([(r.estimates[label].low, r.estimates[label].high) for r in fits]) * y_factor
+            spread: Any = np.abs(ends - values[:, None]).T
+            options: Any = {**how, "ms": 5, "capsize": 3, "label": words}
+            axes.errorbar(x, values, spread, **options)
+        axes.set_xlabel(f"largest fitted depth ({x_unit})")
+        axes.set_ylabel(_axis(name, y_unit))
+        axes.set_ylim(0, 1.2 * axes.get_ylim()[1])
+        axes.legend(loc="upper left", ncols=2)
     return figure
 
 
-def film_figure(result: FilmResult) -> Figure:
+def film_figure(result: FilmResult, *, style: StyleName | str = "screen") -> Figure:
     """Apparent modulus over contact depth: measured, fitted, film, substrate, and what published formulas give for the film.
 
     Parameters
     ----------
     result : FilmResult
         The fit.
+    style : "screen", "one-column" or "two-columns"
+        Sizes and fonts.
     """
-    points = result.points
-    x_factor, x_unit = readable(float(points.contact_depth.max()), "m")
-    y_factor, y_unit = readable(float(np.median(points.apparent)), "Pa")
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    axes = figure.add_subplot()
-    x = points.contact_depth * x_factor
-    order = np.argsort(x)
-    axes.plot(x, points.apparent * y_factor, ".", ms=3, color=_DATA, label="measured", rasterized=True)
-    axes.plot(x[order], (result.model * y_factor)[order], color=_SOLVED, lw=1.4, label="film and substrate, fitted")
-    axes.axhline(result.case.surface_modulus * y_factor, color=_SOLVED, lw=1, ls="--", label="film")
-    base = getattr(result.case, "base", None)
-    if base is not None and hasattr(base, "surface_modulus"):
-        axes.axhline(base.surface_modulus * y_factor, color=_GREY, lw=1, ls="--", label="substrate")
-    for (name, (young, _)), style in zip(
-        result.others.items(), (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1))), strict=False
-    ):
-        poisson = float(result.case.layers[0].poisson)
-        axes.axhline(young / (1 - poisson**2) * y_factor, color=_GREY, lw=0.8, ls=style, label=f"film, {name}")
-    axes.set_xlabel(f"contact depth / {x_unit}")
-    axes.set_ylabel(f"plane-strain modulus / {y_unit}")
-    axes.set_xlim(left=0)
-    axes.grid(alpha=0.25, lw=0.6)
-    axes.legend(frameon=False, fontsize=7)
+    with styled(style) as chosen:
+        figure = Figure(figsize=(chosen.width or 6.4, 0.75 * (chosen.width or 6.4)), layout="constrained")
+        _film(result, figure.add_subplot())
     return figure
 
 
-def map_figure(batch: Batch, name: str) -> Figure:
-    """Values of one parameter over the positions of a force map; over the order of the curves if there are no positions.
+def _film(result: FilmResult, axes: Axes) -> None:
+    points = result.points
+    x_factor, x_unit = scale_of(points.contact_depth, "m")
+    y_factor, y_unit = scale_of([float(np.median(points.apparent))], "Pa")
+    x = points.contact_depth * x_factor
+    order = np.argsort(x)
+    axes.plot(x, points.apparent * y_factor, "o", ms=3, mew=0, color=_DATA, label="measured", rasterized=True)
+    axes.plot(x[order], (result.model * y_factor)[order], color=BLUE, label="fitted")
+    axes.axhline(result.case.surface_modulus * y_factor, color=BLUE, lw=1, ls="--", label="film")
+    base = getattr(result.case, "base", None)
+    if base is not None and hasattr(base, "surface_modulus"):
+        axes.axhline(base.surface_modulus * y_factor, color="black", lw=1, ls=":", label="substrate")
+    styles = (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1)))
+    for (name, (young, _)), style in zip(result.others.items(), styles, strict=False):
+        poisson = float(result.case.layers[0].poisson)
+        axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=0.9, ls=style, label=f"film, {name}")
+    axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
+    axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
+    axes.set_xlim(left=0)
+    legend_below(axes, ncols=3)
+
+
+def _first_parameter(batch: Batch) -> str:
+    """First column with an interval."""
+    return next(name.removesuffix(" low") for name in batch.columns if name.endswith(" low"))
+
+
+def _trusted(batch: Batch, name: str) -> Array:
+    """Values of a parameter; NaN where they cannot be trusted."""
+    values = np.asarray(batch.column(name), dtype=float)
+    return np.where([bool(row["ok"]) for row in batch.rows], values, np.nan)
+
+
+def _bars(batch: Batch, name: str, axes: Axes) -> None:
+    """Values with their intervals, one a curve, in the order of the curves."""
+    values = _trusted(batch, name)
+    factor, unit = scale_of(values, unit_of(name))
+    low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
+    spread: Any = np.abs(np.stack([values - low, high - values])) * factor
+    number = np.arange(1, values.size + 1)
+    known = np.isfinite(values)
+    options: Any = {"fmt": "o", "ms": 4, "color": BLUE, "ecolor": GREY, "elinewidth": 1, "capsize": 2}
+    axes.errorbar(number[known], values[known] * factor, np.nan_to_num(spread[:, known], posinf=0.0), **options)
+    for i in number[~known]:
+        axes.axvline(i, color=_DATA, lw=0.8, ls=":")
+    axes.set_xlabel("curve")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylabel(_axis(name, unit))
+    lost = int((~known).sum())
+    axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (dotted)" if lost else ""))
+
+
+def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") -> Figure:
+    """Values of one parameter over a force map, or with their intervals in the order of the curves, beside their histogram.
 
     Parameters
     ----------
@@ -215,46 +334,57 @@ def map_figure(batch: Batch, name: str) -> Figure:
         The fits.
     name : str
         Column of the table.
+    style : "screen", "one-column" or "two-columns"
+        Sizes and fonts.
     """
-    values = np.asarray(batch.column(name), dtype=float)
-    # values that cannot be trusted are crossed out, not shown
-    values = np.where([bool(row["ok"]) for row in batch.rows], values, np.nan)
-    finite = np.abs(values[np.isfinite(values)])
-    factor, unit = readable(float(finite.max()) if finite.size else 0.0, unit_of(name))
-    figure = Figure(figsize=(5.6, 4.6), layout="constrained")
-    axes = figure.add_subplot()
     x, y = (np.asarray(batch.column(f"position {axis}"), dtype=float) for axis in ("x", "y"))
     placed = np.isfinite(x) & np.isfinite(y)
-    if placed.sum() > 1:
-        span = max(np.ptp(x[placed]), np.ptp(y[placed]))
-        scale, length = readable(float(span), "m")
-        drawn: Any = axes.scatter(
-            (x - x[placed].min()) * scale,
-            (y - y[placed].min()) * scale,
-            c=values * factor,
-            # squares of about a map's spacing
-            s=(
-                250
-                / max(np.unique(np.round(x[placed] / span, 4)).size, np.unique(np.round(y[placed] / span, 4)).size, 4)
-            )
-            ** 2,
-            marker="s",
-            cmap="viridis",
-        )
-        bad = placed & ~np.isfinite(values)
-        axes.plot((x[bad] - x[placed].min()) * scale, (y[bad] - y[placed].min()) * scale, "x", color=_GREY)
-        figure.colorbar(drawn, label=f"{name} / {unit or '1'}")
-        axes.set_aspect("equal")
-        axes.set_xlabel(f"x / {length}")
-        axes.set_ylabel(f"y / {length}")
-    else:
-        low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
-        order = np.arange(values.size)
-        axes.vlines(order, low * factor, high * factor, color=_DATA, lw=1)
-        axes.plot(order, values * factor, ".", ms=4, color=_FIT)
-        axes.set_xlabel("curve")
-        axes.set_ylabel(f"{name} / {unit or '1'}")
-        axes.grid(alpha=0.25, lw=0.6)
-    failed = len(batch.failed)
-    axes.set_title(f"{values.size - failed} curves" + (f", {failed} left out" if failed else ""), fontsize=9)
+    with styled(style) as chosen:
+        one = chosen.width is not None and chosen.width == chosen.panel[0]
+        size = (3.5, 5.2) if one else (chosen.width or 8.8, 0.45 * (chosen.width or 8.8))
+        figure = Figure(figsize=size, layout="constrained")
+        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(1.7, 1))
+        if placed.sum() > 1:
+            _map(batch, name, left, x, y, placed)
+        else:
+            _bars(batch, name, left)
+        _histogram(batch, name, right)
     return figure
+
+
+def _histogram(batch: Batch, name: str, axes: Axes) -> None:
+    """Histogram of the values, with their median and middle two thirds."""
+    values = _trusted(batch, name)
+    factor, unit = scale_of(values, unit_of(name))
+    known = values[np.isfinite(values)] * factor
+    if known.size:
+        axes.hist(known, bins="auto", color=_DATA, edgecolor="white", linewidth=0.8)
+        low, middle, high = np.percentile(known, [16, 50, 84])
+        axes.axvline(middle, color=BLUE)
+        for end in (low, high):
+            axes.axvline(end, color=BLUE, lw=1, ls="--")
+        axes.set_title(f"median {middle:.3g}, middle two thirds\n{low:.3g} to {high:.3g} {unit}".rstrip())
+    axes.set_xlabel(_axis(name, unit))
+    axes.set_ylabel("curves")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags) -> None:
+    """Values over the positions of a force map, as squares of about the map's spacing."""
+    values = _trusted(batch, name)
+    factor, unit = scale_of(values, unit_of(name))
+    span = float(max(np.ptp(x[placed]), np.ptp(y[placed])))
+    scale, length = scale_of([span], "m")
+    across = max(*(np.unique(np.round(along[placed] / span, 4)).size for along in (x, y)), 4)
+    x, y = ((along - along[placed].min()) * scale for along in (x, y))
+    points: Any = axes.scatter(x, y, c=values * factor, s=(250 / across) ** 2, marker="s", cmap="viridis")
+    bad = placed & ~np.isfinite(values)
+    axes.plot(x[bad], y[bad], "x", color=GREY)
+    drawn = axes.get_figure()
+    assert drawn is not None
+    drawn.colorbar(points, ax=axes, label=_axis(name, unit))
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"$x$ ({length})")
+    axes.set_ylabel(f"$y$ ({length})")
+    lost = int(bad.sum())
+    axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (crosses)" if lost else ""))

@@ -13,6 +13,7 @@ from typing import Any
 
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import poisson_ratio, positive, shown, switch
+from flatpunch._support.readable import Table, quantity_of, readable
 from flatpunch.media.graded import BONDED, CONTRAST, GradedLayer
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
@@ -23,6 +24,7 @@ def plane_strain_modulus(young: float, poisson: float) -> float:
     return young / (1 - poisson**2)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Layer:
     """Homogeneous isotropic elastic layer.
@@ -61,6 +63,7 @@ class Layer:
         return plane_strain_modulus(self.young, self.poisson)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class HalfSpace:
     """Homogeneous isotropic elastic half-space; a body by itself or the base under layers.
@@ -91,11 +94,13 @@ class HalfSpace:
         return float("inf")
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class RigidBase:
     """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Medium:
     """Stack of layers on a base.
@@ -142,6 +147,31 @@ class Medium:
     def thickness(self) -> float:
         """Thickness of all layers together [m]."""
         return sum(layer.thickness for layer in self.layers)
+
+    def _table_(self) -> Table:
+        """A row for each layer, from the surface down."""
+        below = {True: "bonded", False: "slides"}
+        cells = [
+            (layer, layer.poisson, quantity_of("thickness", layer.thickness), below[layer.bonded])
+            for layer in self.layers
+        ]
+        rows = [
+            (f"layer {i + 1}", quantity_of("young", layer.young), quantity_of("poisson", poisson), thickness, face)
+            for i, (layer, poisson, thickness, face) in enumerate(cells)
+        ]
+        if isinstance(self.base, HalfSpace):
+            rows.append(
+                (
+                    "base",
+                    quantity_of("young", self.base.young),
+                    quantity_of("poisson", self.base.poisson),
+                    "half-space",
+                    "",
+                )
+            )
+        else:
+            rows.append(("base", "rigid", "", "", ""))
+        return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 
 def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | RigidBase) -> None:

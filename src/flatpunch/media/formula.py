@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 
 LONGEST = 500
 """Largest number of characters in a formula."""
@@ -50,6 +51,7 @@ _TOKEN = re.compile(
 Tree = tuple[Any, ...]
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Formula:
     """Function of depth given by a formula in z, safe to read from a stranger's file.

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, positive, real, shown, switch, values
+from flatpunch._support.readable import readable
 from flatpunch.media.laws import Constant, DepthTable, Law
 
 BONDED = "True sticks to what lies below, False slides on it without friction."
@@ -23,6 +24,7 @@ _SAMPLES = 2049
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class GradedLayer:
     """Isotropic elastic layer whose constants vary with depth.

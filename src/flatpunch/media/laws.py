@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, positive, real, values
+from flatpunch._support.readable import readable
 
 Law = Callable[[Array], Array]
 """Depths z [m], shape (n,) -> values, shape (n,)."""
@@ -34,6 +35,7 @@ class _Transition:
             object.__setattr__(self, parameter.name, value)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class LinearModulus(_Transition):
     """E(z) = top + (bottom - top) z/thickness.
@@ -51,6 +53,7 @@ class LinearModulus(_Transition):
         return self.top + (self.bottom - self.top) * (np.asarray(z) / self.thickness)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class ExponentialModulus(_Transition):
     """E(z) = top (bottom/top)^(z/thickness).
@@ -68,6 +71,7 @@ class ExponentialModulus(_Transition):
         return np.asarray(self.top * np.exp(np.log(self.bottom / self.top) * (np.asarray(z) / self.thickness)))
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class PowerModulus(_Transition):
     """E(z) = top + (bottom - top) (z/thickness)^exponent, the usual law of metal-ceramic coatings.
@@ -89,6 +93,7 @@ class PowerModulus(_Transition):
         return self.top + (self.bottom - self.top) * (np.asarray(z) / self.thickness) ** self.exponent
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class DepthTable:
     """Values at depths, joined by the monotone cubic of Fritsch and Butland (PCHIP): no overshoot.
@@ -131,6 +136,7 @@ class DepthTable:
         return self.depths[1:-1]
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Constant:
     """The same value at every depth.

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatpunch._support.checks import poisson_ratio, positive, real
+from flatpunch._support.readable import readable
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class PowerLawHalfSpace:
     """Half-space with Young's modulus E(z) = modulus (z/depth)^exponent.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, non_negative, positive, real, values
+from flatpunch._support.readable import readable
 
 ComplexArray = NDArray[np.complex128]
 
@@ -33,6 +34,7 @@ class Relaxation(Protocol):
         """psi*(omega) at angular frequencies [rad/s]: storage + i loss, over the modulus of the medium."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Prony:
     """psi(t) = equilibrium + sum_j weights_j exp(-t/times_j).
@@ -85,6 +87,7 @@ class Prony:
         return np.asarray(self.equilibrium + (turn / (1 + turn)) @ g)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class StandardLinearSolid:
     """psi(t) = equilibrium + (1 - equilibrium) exp(-t/time): one spring beside a spring and a dashpot in series.
@@ -128,6 +131,7 @@ class StandardLinearSolid:
         return self.prony.dynamic(omega)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class PowerLawRelaxation:
     """psi(t) = (t/time)^-exponent: no instantaneous modulus, that of the medium is reached at t = time.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.readable import readable
 from flatpunch.media.bodies import HalfSpace, Medium
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.two_bodies import TwoBodies
@@ -44,6 +45,7 @@ class PunchSolution(Protocol):
         ...
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class TabulatedMedium:
     """A medium and the table that knows its flat punches; made by `flatpunch.atlas.tabulated`.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatpunch._support.checks import shown
+from flatpunch._support.readable import Table, readable, table_of
 from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
 from flatpunch.media.graded import CONTRAST
 from flatpunch.media.power_law import PowerLawHalfSpace
@@ -13,6 +14,7 @@ Body = HalfSpace | Medium | PowerLawHalfSpace | RigidBase
 Elastic = HalfSpace | Medium | PowerLawHalfSpace
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class TwoBodies:
     """Two elastic bodies in contact; the gap between them is the indenter's, whichever of them is curved.
@@ -50,6 +52,16 @@ class TwoBodies:
                 f"TwoBodies has moduli of {moduli[0]:.3g} and {moduli[-1]:.3g} Pa; they may differ by a factor of "
                 f"{CONTRAST:.0e}. Check the units; the far stiffer one is a RigidBase()."
             )
+
+    def _table_(self) -> Table:
+        """The rows of both bodies."""
+        tables = [(name, table_of(body)) for name, body in (("upper", self.upper), ("lower", self.lower))]
+        width = max(len(row) for _, table in tables for row in (table.header, *table.rows))
+        rows: list[tuple[str, ...]] = []
+        for name, table in tables:
+            inside = [row for row in (table.header, *table.rows) if row] or [(table.title,)]
+            rows += [(name if i == 0 else "", *row, *[""] * (width - len(row))) for i, row in enumerate(inside)]
+        return Table("TwoBodies", (), tuple(rows))
 
     @property
     def elastic(self) -> tuple[Elastic, ...]:

@@ -16,12 +16,11 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
 from flatpunch.contact import adhesion_loop
-from flatpunch.files.units import readable, text
-from flatpunch.plots.panels import outline, pressure_map
+from flatpunch.plots.outline import plot_outline
+from flatpunch.plots.pressure import plot_pressure
+from flatpunch.plots.style import BLUE, GREY, ORANGE, Style, panels, plain, scale_of, scaled
 
-_APPROACH, _WITHDRAWAL, _EQUILIBRIA = "#1f4e79", "#b8541a", "#8c8c8c"
-_MAP_POINTS = 241
-"""Points along either side of the pressure map: the tension is greatest where the contact ends."""
+_APPROACH, _WITHDRAWAL, _EQUILIBRIA = BLUE, ORANGE, GREY
 
 
 def loop_of(result: xr.Dataset, medium: Any, indenter: Any) -> xr.Dataset | None:
@@ -57,9 +56,7 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
         Curve of `indent` along radii, drawn beneath: the unstable equilibria too.
     """
     depth, force = cycle["depth"].values, cycle["force"].values
-    (by_depth, depth_unit), (by_force, force_unit) = (
-        readable(float(np.abs(values).max()), unit) for values, unit in ((depth, "m"), (force, "N"))
-    )
+    (by_depth, depth_unit), (by_force, force_unit) = scale_of(depth, "m"), scale_of(force, "N")
     back = cycle["branch"].values == 1
     if equilibria is not None:
         shown = equilibria["depth"].values * by_depth, equilibria["force"].values * by_force
@@ -67,39 +64,48 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     # from the jump-in on, and after the loss at the last depth back to the first touch
     held = cycle["radius"].values > 0
     within = np.append(depth[held], [depth[-1], 0.0]), np.append(force[held], [0.0, 0.0])
-    axes.fill(within[0] * by_depth, within[1] * by_force, color=_WITHDRAWAL, alpha=0.1, linewidth=0)
-    axes.plot(depth[~back] * by_depth, force[~back] * by_force, color=_APPROACH, label="approach")
+    axes.fill(within[0] * by_depth, within[1] * by_force, color=_WITHDRAWAL, alpha=0.12, linewidth=0)
     # the tip leaves: down to no force at the same depth, and away
     left = np.append(depth[back], [depth[-1], 1.2 * min(depth.min(), 0.0)]), np.append(force[back], [0.0, 0.0])
-    axes.plot(left[0] * by_depth, left[1] * by_force, "--", color=_WITHDRAWAL, label="withdrawal")
-    for jump in json.loads(cycle.attrs["jumps"]):
-        _mark(jump, axes, by_depth, by_force, below=cycle.attrs["control"] == "force")
     axes.axhline(0, color="black", linewidth=0.6)
-    axes.margins(y=0.17)  # room for labels below
+    # both lines are unbroken; the wide one shows on both sides where they coincide
+    axes.plot(left[0] * by_depth, left[1] * by_force, color=_WITHDRAWAL, linewidth=3.2, label="withdrawal")
+    axes.plot(depth[~back] * by_depth, force[~back] * by_force, color=_APPROACH, linewidth=1.3, label="approach")
+    for jump in json.loads(cycle.attrs["jumps"]):
+        _mark(jump, axes, (by_depth, depth_unit), (by_force, force_unit))
+    low, high = float(force.min()) * by_force, float(force.max()) * by_force
+    # room for the legend above the curve
+    axes.set_ylim(low - 0.1 * (high - low), high + 0.5 * (high - low))
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})")
-    axes.set_title(f"Prescribed {cycle.attrs['control']}: {text(cycle.attrs['energy_lost'], 'J')} lost in a loop")
-    axes.legend(frameon=False)
+    axes.set_title(f"Prescribed {cycle.attrs['control']}: {plain(cycle.attrs['energy_lost'], 'J')} lost in a loop")
+    axes.legend(loc="upper left")
     return axes
 
 
 _NAMES = {"jump_in": "jump-in", "pull_off": "pull-off", "outwards": "jump outwards", "inwards": "jump inwards"}
+_MARKS = {"jump_in": "o", "pull_off": "s", "outwards": "^", "inwards": "v"}
 
 
-def _mark(jump: dict[str, Any], axes: Axes, by_depth: float, by_force: float, *, below: bool) -> None:
-    """Draw a point and its label at one jump."""
-    at = jump["depth"] * by_depth, jump["force"] * by_force
+def _mark(jump: dict[str, Any], axes: Axes, of_depth: tuple[float, str], of_force: tuple[float, str]) -> None:
+    """Draw a point at one jump; the legend names it with its values, where no label can cross a line."""
     colour = _APPROACH if jump["kind"] in ("jump_in", "outwards") else _WITHDRAWAL
-    axes.plot(*at, "o", color=colour, markersize=5)
-    force, depth = (text(float(f"{jump[name]:.3g}"), unit) for name, unit in (("force", "N"), ("depth", "m")))
-    label = f"{_NAMES[jump['kind']]}\n{force} at {depth}"
-    # beside the lines: below the approach, and on the way back within the loop, or below it where pull-off is its lowest point
-    offset, side = ((9, -5), "top") if below or colour == _APPROACH else ((8, 4), "bottom")
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-    axes.annotate(label, at, xytext=offset, textcoords="offset points", color=colour, fontsize=8, va=side, bbox=box)
+    at = [jump[name] * by for name, (by, _) in (("depth", of_depth), ("force", of_force))]
+    depth, force = (
+        f"{value:.3g} {unit}".replace("-", "−") for value, unit in zip(at, (of_depth[1], of_force[1]), strict=True)
+    )
+    axes.plot(
+        *at,
+        _MARKS[jump["kind"]],
+        color=colour,
+        markeredgecolor="black",
+        markersize=6,
+        label=f"{_NAMES[jump['kind']]}: {force} at {depth}",
+        zorder=4,
+    )
 
 
-def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
+def figure(result: xr.Dataset, medium: Any, indenter: Any, style: Style, *, title: str = "") -> Figure:
     """Return loop, outline and (of round tips) pressure map side by side; the last two at the largest contact.
 
     Parameters
@@ -108,12 +114,13 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
         What `indent` returned, with adhesion.
     medium, indenter : object
         What it was solved for.
+    style : Style
+        Sizes.
     title : str
         Heading over all three.
     """
-    shown = 3 if indenter.round else 2  # adhesive pressure is known under round tips only
-    drawn = Figure(figsize=(4.4 * shown, 4.2), layout="constrained")
-    left, middle, *right = drawn.subplots(1, shown, width_ratios=(1.25, 1, 1.15)[:shown])
+    # adhesive pressure is known under round tips only
+    drawn, (left, middle, *right) = panels(style, 3 if indenter.round else 2, title=title)
     cycle = loop_of(result, medium, indenter)
     by_radius = result.attrs["control"] == "radius"
     if cycle is not None:
@@ -121,11 +128,9 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
     else:
         _curve_alone(result, left)
     step = _largest(result)
-    outline(result, indenter, middle, step=step)
+    plot_outline(result, middle, indenter=indenter, step=step)
     for axes in right:
-        pressure_map(result, medium, indenter, axes, step=step, points=_MAP_POINTS)
-    if title:
-        drawn.suptitle(title, fontsize=12)
+        plot_pressure(result, medium, indenter, axes, step=step)
     return drawn
 
 
@@ -140,10 +145,9 @@ def _largest(result: xr.Dataset) -> int:
 
 def _curve_alone(result: xr.Dataset, axes: Axes) -> None:
     """Draw a curve that nowhere presses, so that no loop begins on it."""
-    (by_depth, depth_unit), (by_force, force_unit) = (
-        readable(float(np.nanmax(np.abs(result[name].values))), unit) for name, unit in (("depth", "m"), ("force", "N"))
-    )
-    axes.plot(result["depth"].values * by_depth, result["force"].values * by_force, "--", color=_WITHDRAWAL)
+    depth, depth_unit = scaled(result["depth"].values, "m")
+    force, force_unit = scaled(result["force"].values, "N")
+    axes.plot(depth, force, color=_WITHDRAWAL)
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})")
     axes.set_title("Withdrawal")

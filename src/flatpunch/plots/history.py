@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
-from flatpunch.files.units import readable
-from flatpunch.plots.panels import outline
+from flatpunch.plots.outline import plot_outline
+from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, Style, panels, scaled
 
-_FORCE, _DEPTH, _RADIUS, _INVALID = "#1f4e79", "#b8541a", "#2f6f4f", "#8c8c8c"
+_FORCE, _DEPTH, _RADIUS, _INVALID = BLUE, ORANGE, GREEN, GREY
 
 
 def over_time(result: xr.Dataset, axes: Axes) -> Axes:
@@ -70,38 +70,35 @@ def radius_over_time(result: xr.Dataset, axes: Axes) -> Axes:
     return axes
 
 
-def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
+def figure(result: xr.Dataset, indenter: Any, style: Style, *, title: str = "") -> Figure:
     """Return the three pictures side by side; of tips that are not round the largest outline instead of the radius.
 
     Parameters
     ----------
     result : xarray.Dataset
         What `indent` returned for a history.
-    medium, indenter : object
+    indenter : object
         What it was solved for.
+    style : Style
+        Sizes.
     title : str
         Heading over all three.
     """
-    drawn = Figure(figsize=(13.2, 4.2), layout="constrained")
-    left, middle, right = drawn.subplots(1, 3, width_ratios=(1.15, 1, 1))
+    drawn, (left, middle, right) = panels(style, 3, title=title)
     over_time(result, left)
     force_over_depth(result, middle)
     largest = np.where(result["valid"].values, result["radius"].values, 0.0)
     if indenter.round or not largest.max() > 0:
         radius_over_time(result, right)
     else:
-        outline(result, indenter, right, step=int(np.argmax(largest)))
-    if title:
-        drawn.suptitle(title, fontsize=12)
+        plot_outline(result, right, indenter=indenter, step=int(np.argmax(largest)))
     return drawn
 
 
 def _quantity(result: xr.Dataset, name: str, words: str, unit: str) -> tuple[Array, str]:
     """Values in a readable unit, and the label of their axis."""
-    values = result[name].values
-    finite = np.abs(values[np.isfinite(values)])
-    factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
-    return values * factor, f"{words} ({prefixed})"
+    values, prefixed = scaled(result[name].values, unit)
+    return values, f"{words} ({prefixed})"
 
 
 def _line(axes: Axes, x: Array, y: Array, colour: str, style: str, result: xr.Dataset) -> None:

@@ -6,28 +6,81 @@ the surface is drawn at its own scale, which the title states.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import MaxNLocator
 
 from flatpunch._support.checks import Array, positive
 from flatpunch.files.units import readable
-from flatpunch.indenters.profile import split_angles
+from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
 
 _POINTS = 181
 """Points along either side of the surface of a tip."""
 
-_SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", "#1f4e79", "#b8541a"
-_STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "axes.grid": False, "axes.linewidth": 0.8}
-_LEVELS = 9
-"""Level lines on a tip."""
+_SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", BLUE, ORANGE
+_LEVELS = 12
+"""Level lines on a tip at most, about."""
 
 
-def indenter_figure(indenter: Any, *, extent: float | None = None, title: str = "") -> Figure:
+def plot_tip(
+    indenter: Indenter,
+    axes: Axes | None = None,
+    *,
+    extent: float | None = None,
+    view: Literal["sections", "levels", "surface"] = "sections",
+) -> Axes:
+    """Draw a tip: its steepest and flattest section, its level lines, or its surface.
+
+    Parameters
+    ----------
+    indenter : Indenter
+        Any indenter.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure. The surface needs three-dimensional axes.
+    extent : float, optional
+        Half the width of the picture [m]. Without it the reach of the indenter, or a few of its own lengths, or 1 where the
+        shape has none.
+    view : "sections", "levels" or "surface"
+        What is drawn.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If the tip is flat up to the extent, or the view is unknown.
+
+    See Also
+    --------
+    plot_medium : What the tip is pressed into.
+
+    Examples
+    --------
+    >>> axes = fp.plot_tip(fp.Berkovich(tip_radius=50e-9), extent=200e-9)
+    >>> axes.get_ylabel()
+    'height $f$ (nm)'
+    """
+    half = _half(indenter, extent)
+    if view == "surface":
+        # a surface has a box of its own
+        solid: Axes = surface(indenter, axes_or_new(axes, (5.0, 4.4), projection="3d"), half)
+        return solid
+    if view not in ("sections", "levels"):
+        raise ValueError(f"view = {view!r} is unknown; choose 'sections', 'levels' or 'surface'.")
+    drawn = axes_or_new(axes, (5.0, 3.6) if view == "sections" else (4.4, 4.4))
+    return sections(indenter, drawn, half) if view == "sections" else level_lines(indenter, drawn, half)
+
+
+def indenter_figure(
+    indenter: Indenter, *, extent: float | None = None, title: str = "", style: StyleName | str = "screen"
+) -> Figure:
     """Draw an indenter: surface, level lines, and sections.
 
     Parameters
@@ -35,31 +88,32 @@ def indenter_figure(indenter: Any, *, extent: float | None = None, title: str = 
     indenter : Indenter
         Any indenter.
     extent : float, optional
-        Half the width of the pictures [m]. Without it the reach of the indenter, or a few of its own lengths, or 1 where the
-        shape has none.
+        Half the width of the pictures [m]; as for `plot_tip`.
     title : str
         Title of the figure; the name of the shape by default.
+    style : "screen", "one-column" or "two-columns"
+        Side by side, or sizes and fonts for one or two columns of a journal.
 
     Returns
     -------
     matplotlib.figure.Figure
         Save it with `flatpunch.plots.result.save_figure`.
     """
-    import matplotlib as mpl
+    half = _half(indenter, extent)
+    with styled(style) as chosen:
+        drawn, (first, second, third) = panels(chosen, 3, title=title or _name(indenter))
+        place = first.get_subplotspec()
+        first.remove()
+        surface(indenter, drawn.add_subplot(place, projection="3d"), half)
+        level_lines(indenter, second, half)
+        sections(indenter, third, half)
+    return drawn
 
-    half = (
-        _extent(indenter)
-        if extent is None
-        else positive("extent", extent, "It is half the width of the picture.", unit="m")
-    )
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(11.4, 3.9), layout=ConstrainedLayoutEngine(wspace=0.06))
-        grid = figure.add_gridspec(1, 3, width_ratios=(1.3, 1, 1))
-        surface(indenter, figure.add_subplot(grid[0], projection="3d"), half)
-        level_lines(indenter, figure.add_subplot(grid[1]), half)
-        sections(indenter, figure.add_subplot(grid[2]), half)
-        figure.suptitle(title or _name(indenter), fontsize=12)
-    return figure
+
+def _half(indenter: Indenter, extent: float | None) -> float:
+    if extent is None:
+        return _extent(indenter)
+    return positive("extent", extent, "It is half the width of the picture.", unit="m")
 
 
 def surface(indenter: Any, axes: Any, extent: float) -> Any:
@@ -85,7 +139,7 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
     axes.plot_surface(
         x, y, z, color=_SURFACE, rstride=1, cstride=1, linewidth=0, antialiased=False, shade=True, lightsource=light
     )
-    for level in np.linspace(0, top, _LEVELS + 1)[1:]:
+    for level in _levels(top, rise)[1:]:
         radius = _level_radius(indenter, level, phi, indenter.reach)
         axes.plot(
             radius * np.cos(phi) * scale, radius * np.sin(phi) * scale, level * rise, color=_LINES, lw=0.5, alpha=0.7
@@ -121,7 +175,7 @@ def level_lines(indenter: Any, axes: Axes, extent: float) -> Axes:
     phi = np.unique(np.concatenate([2 * np.pi * np.arange(720) / 720, split_angles(indenter)]))
     scale, unit = readable(extent, "m")
     rise, height_unit = readable(top, "m")
-    levels = np.linspace(0, top, _LEVELS + 1)
+    levels = _levels(top, rise)
     for i, level in enumerate(levels):
         radius = _level_radius(indenter, float(level), phi, indenter.reach)
         x, y = radius * np.cos(phi) * scale, radius * np.sin(phi) * scale
@@ -129,7 +183,7 @@ def level_lines(indenter: Any, axes: Axes, extent: float) -> Axes:
             axes.plot(0, 0, "+", color=_LINES, ms=5)
             continue
         axes.fill(x, y, fill=False, edgecolor=_LINES, lw=1.4 if i == 0 else 0.9, ls="--" if i == 0 else "-")
-    step = levels[1] * rise
+    step = float(levels[1] * rise)
     flat = _level_radius(indenter, 0.0, phi, indenter.reach).max() > 1e-6 * extent
     axes.set_title(f"level lines every {step:.3g} {height_unit}" + (", flat dashed" if flat else ""))
     axes.set_aspect("equal")
@@ -169,7 +223,7 @@ def sections(indenter: Any, axes: Axes, extent: float) -> Axes:
     axes.set_xlim(-extent * scale, extent * scale)
     axes.set_ylim(bottom=0)
     axes.set_xlabel(f"distance from the apex ({unit})")
-    axes.set_ylabel(f"$f$ ({height_unit})")
+    axes.set_ylabel(f"height $f$ ({height_unit})")
     axes.set_title("sections")
     if not indenter.round:
         axes.legend(frameon=False)
@@ -188,6 +242,12 @@ def _extent(indenter: Any) -> float:
 def _name(indenter: Any) -> str:
     tip = getattr(indenter, "tip", None)
     return type(indenter).__name__ + (f" {_name(tip)}" if tip is not None else "")
+
+
+def _levels(top: float, rise: float) -> Array:
+    """Heights of level lines [m] from zero up to `top`, a round number apart in the printed unit."""
+    step = float(np.diff(MaxNLocator(_LEVELS, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
+    return np.asarray(step * np.arange(int(top / step * (1 + 1e-9)) + 1))
 
 
 def _rim(indenter: Any, extent: float) -> float:

@@ -13,9 +13,10 @@ from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array
 from flatpunch.files.units import readable
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies
+from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below
 
-_MODULUS, _FACE, _CONTACT = "#1f4e79", "#8c8c8c", "#c1121f"
+_MODULUS, _FACE, _CONTACT = BLUE, GREY, ORANGE
 _SAMPLES = 201
 """Depths at which the modulus of a layer is drawn."""
 
@@ -50,6 +51,7 @@ class Profile:
 
 def is_graded(medium: Any) -> bool:
     """Whether the modulus varies with depth other than by jumps."""
+    medium = underlying(medium)
     if isinstance(medium, TwoBodies):
         return any(is_graded(body) for body in medium.elastic)
     if isinstance(medium, Medium):
@@ -82,23 +84,38 @@ def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: flo
     return Profile(tuple(pieces), tuple(faces), end, isinstance(base, RigidBase))
 
 
-def modulus_depth(
-    medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies, axes: Axes, *, contact_radius: float = 0.0
-) -> Axes:
-    """Draw Young's modulus over depth.
+def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
+    """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide.
 
     Parameters
     ----------
-    medium : HalfSpace, Medium, PowerLawHalfSpace or TwoBodies
+    medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
         The body, or two of them: the upper one then lies above zero.
-    axes : matplotlib.axes.Axes
-        Where to draw.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
     contact_radius : float
         Mean contact radius [m]: a contact feels the body down to about this depth, which is marked; 0 marks nothing.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    plot_tip : The tip.
+
+    Examples
+    --------
+    >>> coated = fp.Medium([fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)], base=fp.HalfSpace(young=2e9, poisson=0.3))
+    >>> axes = fp.plot_medium(coated)
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ("Young's modulus $E$ (GPa)", 'depth $z$ (µm)')
     """
-    pair = isinstance(medium, TwoBodies)
-    bodies = [(medium.upper, -1.0), (medium.lower, 1.0)] if isinstance(medium, TwoBodies) else [(medium, 1.0)]
-    reach = 1.5 * contact_radius or _own_length(medium)
+    axes = axes_or_new(axes, (3.6, 4.0))
+    body = underlying(medium)
+    pair = isinstance(body, TwoBodies)
+    bodies = [(body.upper, -1.0), (body.lower, 1.0)] if isinstance(body, TwoBodies) else [(body, 1.0)]
+    reach = 1.5 * contact_radius or _own_length(body)
     profiles = [(profile(body, reach), sign) for body, sign in bodies]
     moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])
     wide = moduli.max() > _LOGARITHMIC * moduli.min()
@@ -146,13 +163,5 @@ def _mark_contact(radius: float, pair: bool, axes: Axes) -> None:
     if radius <= 0:
         return
     for depth in (-radius, radius) if pair else (radius,):
-        axes.axhline(depth, color=_CONTACT, linewidth=1.1, linestyle=":")
-    place: dict[str, Any] = {
-        "transform": axes.get_yaxis_transform(),
-        "color": _CONTACT,
-        "fontsize": 8,
-        "ha": "right",
-        "va": "bottom",
-    }
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-    axes.text(0.98, radius, "contact radius", bbox=box, **place)
+        axes.axhline(depth, color=_CONTACT, linestyle=":", label="contact radius" if depth > 0 else None)
+    legend_below(axes)

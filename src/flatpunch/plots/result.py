@@ -1,7 +1,7 @@
-"""Pictures of a result: force and stiffness over depth, the contact outline on the indenter, the pressure map.
+"""The picture of a result: force and stiffness over depth, the contact outline on the indenter, the pressure.
 
-Each function draws into axes it is given and returns them; `figure` puts all three side by side. Figures are made without
-pyplot, so nothing depends on a display or on a global state. Units get the prefix that keeps numbers readable.
+`figure` puts the three side by side, or as the style of a journal has it. Figures are made without pyplot, so nothing depends on
+a display or on a global state. Units get the prefix that keeps numbers readable.
 """
 
 from __future__ import annotations
@@ -10,17 +10,22 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from flatpunch.files.results import whole_file
-from flatpunch.plots.panels import _last_valid, force_depth, outline, pressure_map
+from flatpunch.plots import adhesion, history
+from flatpunch.plots.curve import plot_curve
+from flatpunch.plots.medium import is_graded, plot_medium
+from flatpunch.plots.outline import last_valid, plot_outline
+from flatpunch.plots.pressure import plot_pressure
+from flatpunch.plots.style import StyleName, panels, styled
 
-_STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 10}
 
-
-def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -> Figure:
-    """Return force-depth curve, outline and pressure map side by side, and the modulus over depth of graded bodies.
+def figure(
+    result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "", style: StyleName | str = "screen"
+) -> Figure:
+    """Return force-depth curve, outline and pressure map, and the modulus over depth of graded bodies.
 
     Adhesive contacts get the loop of approach and withdrawal, histories force and depth over time instead.
 
@@ -31,43 +36,37 @@ def figure(result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "") -
     medium, indenter : object
         What it was solved for.
     title : str
-        Heading over all three.
+        Heading over all of them.
+    style : "screen", "one-column" or "two-columns"
+        Side by side, or sizes and fonts for one or two columns of a journal.
 
     Returns
     -------
     matplotlib.figure.Figure
         Save it with `save_figure`, or with its own `savefig`.
     """
-    import matplotlib
-
-    # these modules draw with what is here
-    from flatpunch.plots import adhesion as plots_adhesion
-    from flatpunch.plots import history as plots_history
-    from flatpunch.plots import medium as plots_medium
-
-    with matplotlib.rc_context(_STYLE):
+    with styled(style) as chosen:
         if "relaxation" in result.attrs:
-            return plots_history.figure(result, medium, indenter, title=title)
+            return history.figure(result, indenter, chosen, title=title)
         if "work_of_adhesion" in result.attrs:
-            return plots_adhesion.figure(result, medium, indenter, title=title)
-        graded = plots_medium.is_graded(medium)
-        layout = ConstrainedLayoutEngine(wspace=0.06 if graded else None)
-        drawn = Figure(figsize=(16.8 if graded else 13.2, 4.2), layout=layout)
-        left, middle, right, *more = drawn.subplots(
-            1, 4 if graded else 3, width_ratios=(1.15, 1, 1.15, 0.75)[: 3 + graded]
-        )
+            return adhesion.figure(result, medium, indenter, chosen, title=title)
+        graded = is_graded(medium)
+        drawn, (first, second, third, *more) = panels(chosen, 3 + graded, title=title)
+        plot_curve(result, first)
+        plot_outline(result, second, indenter=indenter)
+        _pressure_or_reason(result, medium, indenter, third)
         for axes in more:
-            plots_medium.modulus_depth(medium, axes, contact_radius=float(result["radius"].values[_last_valid(result)]))
-        force_depth(result, left)
-        outline(result, indenter, middle)
-        try:
-            pressure_map(result, medium, indenter, right)
-        except ValueError as error:  # some steps have a force and an outline, but a history that gives no pressure
-            right.set_axis_off()
-            right.text(0.5, 0.5, f"No pressure map:\n{error}", ha="center", va="center", wrap=True)
-        if title:
-            drawn.suptitle(title, fontsize=12)
+            plot_medium(medium, axes, contact_radius=float(result["radius"].values[last_valid(result)]))
     return drawn
+
+
+def _pressure_or_reason(result: xr.Dataset, medium: Any, indenter: Any, axes: Axes) -> None:
+    """Some steps have a force and an outline, but a history that gives no pressure."""
+    try:
+        plot_pressure(result, medium, indenter, axes)
+    except ValueError as error:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, f"No pressure map:\n{error}", ha="center", va="center", wrap=True)
 
 
 def save_figure(drawn: Figure, path: str | Path) -> Path:
@@ -77,5 +76,5 @@ def save_figure(drawn: Figure, path: str | Path) -> Path:
     if path.suffix.lower().removeprefix(".") not in known:
         raise ValueError(f"{path}: the ending must be one of {', '.join(known)}.")
     with whole_file(path) as temporary:
-        drawn.savefig(temporary, dpi=200)
+        drawn.savefig(temporary, dpi=300, format=path.suffix.lower().removeprefix("."))
     return path

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, values
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
@@ -205,7 +206,7 @@ def _separation(case: AdhesiveCase, control: Control, touching: Flags) -> tuple[
     if control.name == "depth":
         limit = float(control.values[~touching].max())
         return (
-            f"At depths up to {limit:.4g} m the surfaces have separated: pull-off under prescribed depth lies above.",
+            f"At depths up to {text(float(limit), 'm')} the surfaces have separated: pull-off under prescribed depth lies above.",
         )
     limit = float(control.values[~touching].max())
     return (f"Forces up to {limit:.4g} N are beyond the pull-off force: no contact can carry such a tension.",)

@@ -25,6 +25,7 @@ import scipy
 
 from flatpunch._support.checks import FlatpunchWarning, positive
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
@@ -41,6 +42,7 @@ DMT_UP_TO = 0.1
 _NECK = float(np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6))
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Instability:
     """State of the contact just before it is lost: force [N], depth [m], contact radius [m]."""
@@ -50,6 +52,7 @@ class Instability:
     radius: float
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Tabor:
     """Range of validity.
@@ -72,6 +75,7 @@ class Tabor:
     note: str
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class PullOff:
     """Where an adhesive contact is lost.

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import Table, readable
 from flatpunch.compliance import compliance
 from flatpunch.fit.films.formulas import by_formulas, differentiated
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
@@ -30,6 +31,12 @@ from flatpunch.punch.family import punch_family
 _FRAME = "frame"
 
 
+def _unit(name: str) -> str:
+    """SI unit of a fitted value of a film."""
+    return "m/N" if name == _FRAME else "Pa" if name.endswith("young") else "m" if name.endswith("thickness") else ""
+
+
+@readable
 @dataclass(frozen=True, eq=False)
 class FilmResult:
     """A fitted film.
@@ -66,19 +73,27 @@ class FilmResult:
         """Best value, SI."""
         return self.estimates[name].value
 
+    def _line_(self) -> str:
+        """The fitted values."""
+        found = ", ".join(f"{name}={quantity(e.value, _unit(name))}" for name, e in self.estimates.items())
+        return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
+
+    def _table_(self) -> Table:
+        """A row for each fitted value, and for what published formulas give from the same points."""
+        rows = [
+            (name, quantity(e.value, _unit(name)), f"{quantity(e.low, _unit(name))} .. {quantity(e.high, _unit(name))}")
+            for name, e in self.estimates.items()
+        ]
+        rows += [(f"by {name}", quantity(v, "Pa"), f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
+        notes = (*self.notes, *([str(self.rule)] if self.rule is not None else []))
+        title = f"Film: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
+        return Table(title, ("", "value", "95 % interval"), tuple(rows), notes)
+
     def summary(self) -> str:
         """The result in words."""
         lines = [f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"]
         for name, e in self.estimates.items():
-            unit = (
-                "m/N"
-                if name == _FRAME
-                else "Pa"
-                if name.endswith("young")
-                else "m"
-                if name.endswith("thickness")
-                else ""
-            )
+            unit = _unit(name)
             lines.append(
                 f"  {name:<20} {quantity(e.value, unit):>12}   95 % in {quantity(e.low, unit)} .. {quantity(e.high, unit)}"
             )

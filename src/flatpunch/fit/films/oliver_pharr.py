@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch._support.readable import readable
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.media import HalfSpace
 
@@ -16,6 +17,7 @@ DIAMOND = HalfSpace(young=1141e9, poisson=0.07)
 """Handbook values of the tip's material."""
 
 
+@readable
 @dataclass(frozen=True)
 class Tip:
     """Indenter of a nanoindentation test.

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import covariance, minimise
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Unloading:
     """One unloading.

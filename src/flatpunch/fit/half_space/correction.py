@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from flatpunch._support.checks import Array, poisson_ratio, positive
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.half_space import published
@@ -90,6 +91,7 @@ def half_space_model(indenter: Any, name: str | None = None) -> Reported:
     return found[name]
 
 
+@readable
 @dataclass(frozen=True)
 class Correction:
     """Corrected modulus.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flatpunch._support.readable import source_of
 from flatpunch.files.results import whole_file
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
@@ -127,8 +128,8 @@ def write_nanite_model(
         method=chosen if isinstance(chosen, str) else chosen.name,
         tips=", ".join(tips),
         media=", ".join(media),
-        medium=repr(medium),
-        indenter=repr(indenter),
+        medium=source_of(medium),
+        indenter=source_of(indenter),
         free=repr(tuple(entry.name for entry in entries)),
         defaults="\n".join(_default(entry) for entry in entries),
         arguments=", ".join(entry.key for entry in entries),

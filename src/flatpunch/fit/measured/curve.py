@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, numbers, positive, values
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import Table, readable
 
 _COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s", "segment": "1"}
 FEWEST = 12
@@ -24,6 +26,7 @@ class CurveError(ValueError):
     """A curve that cannot be evaluated; the message says why and what to do."""
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Force over tip position.
@@ -89,6 +92,25 @@ class Curve:
             object.__setattr__(self, "spring_constant", k)
         if self.depth.size < FEWEST:
             raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {FEWEST} or more.")
+
+    def _line_(self) -> str:
+        """Name, size and ranges."""
+        depth, force = (
+            f"{text(float(column.min()), unit)} to {text(float(column.max()), unit)}"
+            for column, unit in ((self.depth, "m"), (self.force, "N"))
+        )
+        return f"Curve({self.name!r}: {self.depth.size} points, depth {depth}, force {force})"
+
+    def _table_(self) -> Table:
+        """A row for each column that there is."""
+        rows = tuple(
+            (name, text(float(np.nanmin(column)), unit), text(float(np.nanmax(column)), unit))
+            for name, unit in _COLUMNS.items()
+            if (column := getattr(self, name)) is not None and name != "segment"
+        )
+        if self.spring_constant is not None:
+            rows += (("spring constant", text(self.spring_constant, "N/m"), ""),)
+        return Table(f"Curve {self.name}, {self.depth.size} points", ("", "from", "to"), rows)
 
     @classmethod
     def from_piezo(cls, piezo: Any, force: Any, spring_constant: float, **rest: Any) -> Curve:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import positive
+from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
 from flatpunch.indenters import Cylinder
@@ -17,6 +18,7 @@ from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
 WORK = "work_of_adhesion"
 
 
+@readable
 @dataclass(frozen=True)
 class Sample:
     """Known values, and starting values of the free ones.

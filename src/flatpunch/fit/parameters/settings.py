@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
 from flatpunch._support.checks import real
+from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
@@ -36,6 +37,7 @@ class SettingsOf(TypedDict, total=False):
     drag: Literal["free"] | float
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Free:
     """A parameter to be fitted.
@@ -60,6 +62,7 @@ class Free:
                 object.__setattr__(self, name, real(f"Free.{name}", given))
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Settings:
     """How a curve is fitted.

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatpunch._support.readable import readable
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """One fitted value, SI.

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, Flags
+from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class FitResult:
     """A fitted curve.
@@ -59,6 +61,21 @@ class FitResult:
     def __getitem__(self, name: str) -> float:
         """Best value of a parameter, SI."""
         return self.estimates[name].value
+
+    def _line_(self) -> str:
+        """The fitted values of the case."""
+        found = ", ".join(f"{name}={quantity(value, unit_of(name))}" for name, value in self.values.items())
+        return f"FitResult({self.curve.name!r}: {found or 'nothing fitted'}, {int(self.used.sum())} points)"
+
+    def _table_(self) -> Table:
+        """A row for each fitted value."""
+        rows = tuple(
+            (label(name), quantity(e.value, unit_of(name)), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            for name, e in self.estimates.items()
+        )
+        title = f"Fit of {self.curve.name}: {int(self.used.sum())} points, noise {quantity(self.noise, 'N')}"
+        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
+        return Table(title, header, rows, self.notes)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ import scipy
 
 from flatpunch._support.checks import Array, non_negative, positive, values
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
@@ -23,6 +24,7 @@ _DECADES = 12
 _POINTS = 600
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class AreaFunction(RoundShape):
     """Body of revolution with the area function A(h) = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...

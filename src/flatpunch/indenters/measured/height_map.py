@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, non_negative, point, positive, switch
+from flatpunch._support.readable import readable
 from flatpunch.indenters.measured.height_grid import (
     checked_grid,
     even_spacing,
@@ -30,6 +31,7 @@ from flatpunch.indenters.measured.rising import first_fall
 from flatpunch.indenters.shape import Shape
 
 
+@readable
 @dataclass(frozen=True, slots=True, eq=False)
 class HeightMap(Shape):
     """Tip given by heights on a rectangular grid; the spline rounds its edges over the distance of two points.

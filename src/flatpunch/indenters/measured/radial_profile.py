@@ -19,10 +19,12 @@ import scipy
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, numbers, values
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class RadialProfile(RoundShape):
     """Body of revolution through measured points.

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import inclination, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Cone(RoundShape):
     """Cone, f = r tan(inclination).

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Cylinder(RoundShape):
     """Flat-ended cylinder, f = 0 for r <= R and no surface beyond; its contact radius is R at every depth.

@@ -14,11 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, values
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, inclination, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.pyramid import Pyramid
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class FacetedPyramid(Shape):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.shape import RoundShape, Shape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Paraboloid(RoundShape):
     """Paraboloid of revolution, f = r^2/(2 R).
@@ -44,6 +46,7 @@ class Paraboloid(RoundShape):
         return spread(np.asarray(r) / self.radius, phi)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class EllipticParaboloid(Shape):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.

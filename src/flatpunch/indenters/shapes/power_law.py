@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, positive, values
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, check_exponent, corner_angles, power
 from flatpunch.indenters.shape import Shape
 
@@ -22,6 +23,7 @@ _SAMPLES = FULL_TURN * (np.arange(720) + 0.382) / 720
 """Angles at which psi is tried: twice a degree, off the multiples of common corners."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class AngularConstant:
     """psi(phi) = value: a body of revolution.
@@ -42,6 +44,7 @@ class AngularConstant:
         return np.full(np.shape(phi), self.value)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class AngularTable:
     """psi(phi) through the points of a table, as a cubic spline that closes after one turn.
@@ -109,6 +112,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
     return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class PowerLaw(Shape):
     """Indenter f = r^n psi(phi).

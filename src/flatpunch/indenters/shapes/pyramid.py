@@ -9,10 +9,12 @@ import numpy as np
 
 from flatpunch._support.ceilings import SIDES
 from flatpunch._support.checks import Array, whole
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, inclination, spread
 from flatpunch.indenters.shape import Shape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Pyramid(Shape):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).

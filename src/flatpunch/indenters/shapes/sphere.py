@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
@@ -14,6 +15,7 @@ USABLE = 0.95
 """Largest contact radius over R: beyond it slopes exceed 3, which the theory does not cover."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Sphere(RoundShape):
     """Ball, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.

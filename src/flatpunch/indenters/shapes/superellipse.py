@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_exponent, check_slender, power
 from flatpunch.indenters.shape import Shape
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Superellipse(Shape):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatpunch._support.checks import Array, positive, switch
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cone import Cone
@@ -27,6 +28,7 @@ from flatpunch.indenters.shapes.facets import FacetedPyramid, edge_directions, f
 from flatpunch.indenters.shapes.pyramid import Pyramid
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Rounded(Shape):
     """Pyramid or cone whose tip is rounded with a given radius, its faces tangent to the cap.

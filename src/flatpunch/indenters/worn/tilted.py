@@ -15,6 +15,7 @@ import scipy
 
 from flatpunch._support.checks import Array, real
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import Shape
@@ -28,6 +29,7 @@ _STEP = 5e-5
 """Step of five-point differences over the polar angle [rad]: rounding 1e-11 of f, truncation far below."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Tilted:
     """Indenter tilted by small angles: f + x tan(tilt_x) + y tan(tilt_y), from its new lowest point.

@@ -11,6 +11,7 @@ import scipy
 
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.shape import Shape
@@ -24,6 +25,7 @@ _ALIKE, _MOST_TURNS = 1e-9, 6
 """Difference between radii at which a border turns that are one, and the most of them that are told of rough borders."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Truncated(Shape):
     """Tip cut off flat: f = max(0, f_tip - height).

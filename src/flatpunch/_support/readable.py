@@ -1,0 +1,153 @@
+"""How objects show themselves: one line as `repr`, a table with units as `str` and in notebooks.
+
+`readable` gives a dataclass all three. A class whose table is not simply its fields defines `_table_`, which returns a `Table`;
+one whose line is not simply its constructor defines `_line_`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from html import escape
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from flatpunch._support.prefixes import text
+
+UNITS = {
+    **dict.fromkeys(
+        ("young", "modulus", "top", "bottom", "yield_stress", "tensile", "shear", "pressure", "traction"), "Pa"
+    ),
+    **dict.fromkeys(("interface_tension", "interface_shear"), "Pa"),
+    **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z", "spacing"), "m"),
+    **dict.fromkeys(
+        ("height_at_axes", "limit", "start", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"
+    ),
+    **dict.fromkeys(("A", "B"), "1/m"),
+    "force": "N",
+    **dict.fromkeys(("time", "times"), "s"),
+    **dict.fromkeys(("inclination", "inclinations", "tilt_x", "tilt_y", "directions"), "rad"),
+}
+"""SI units of fields by their names."""
+
+_LISTED = 4
+"""Entries up to which a sequence is spelt out."""
+
+T = TypeVar("T")
+
+
+class Table(NamedTuple):
+    """A table of texts.
+
+    Attributes
+    ----------
+    title : str
+        One line above it.
+    header : tuple of str
+        Titles of the columns; empty if there are none.
+    rows : tuple of tuple of str
+        Cells.
+    notes : tuple of str
+        Sentences below it.
+    """
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+
+
+def readable(cls: type[T]) -> type[T]:
+    """Give a dataclass a line, a table and an HTML table of itself."""
+    for name, method in (("__repr__", line_of), ("__str__", text_of), ("_repr_html_", html_of)):
+        setattr(cls, name, method)
+    return cls
+
+
+def line_of(thing: Any) -> str:
+    """An object in one line, numbers with six digits, long sequences shortened."""
+    own = getattr(thing, "_line_", None)
+    if own is not None:
+        return str(own())
+    shown = ", ".join(f"{field.name}={_short(getattr(thing, field.name))}" for field in _fields(thing))
+    return f"{type(thing).__name__}({shown})"
+
+
+def source_of(thing: Any) -> str:
+    """The call that makes an object again, every number to its last digit."""
+    if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+        made = ", ".join(
+            f"{field.name}={source_of(getattr(thing, field.name))}" for field in _fields(thing) if field.init
+        )
+        return f"{type(thing).__name__}({made})"
+    if isinstance(thing, tuple):
+        return f"({', '.join(map(source_of, thing))}{',' if len(thing) == 1 else ''})"
+    return repr(thing)
+
+
+def table_of(thing: Any) -> Table:
+    """The table of an object: its own, or its fields with their units."""
+    own = getattr(thing, "_table_", None)
+    if own is not None:
+        found: Table = own()
+        return found
+    rows = tuple((field.name, quantity_of(field.name, getattr(thing, field.name))) for field in _fields(thing))
+    return Table(type(thing).__name__, (), rows)
+
+
+def text_of(thing: Any) -> str:
+    """The table as text, columns below each other."""
+    table = table_of(thing)
+    rows = [table.header, *table.rows] if table.header else list(table.rows)
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))] if rows else []
+    lines = [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
+    return "\n".join([table.title, *lines, *(f"  Note: {note}" for note in table.notes)])
+
+
+def html_of(thing: Any) -> str:
+    """The table as HTML."""
+    table = table_of(thing)
+    head = f"<tr>{''.join(f'<th>{escape(cell)}</th>' for cell in table.header)}</tr>" if table.header else ""
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
+    notes = "".join(f"<p>Note: {escape(note)}</p>" for note in table.notes)
+    return f"<div><b>{escape(table.title)}</b><table>{head}{body}</table>{notes}</div>"
+
+
+def quantity_of(name: str, value: Any) -> str:
+    """A field of this name in words, with the unit that its name implies."""
+    unit = UNITS.get(name, "")
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (float, np.floating)):
+        if unit == "rad":
+            return f"{math.degrees(value):.4g} deg"
+        # 1/m takes no prefix: that of its denominator would be another one
+        return f"{value:.6g} {unit}".rstrip() if unit in ("", "1/m") or not value else text(float(value), unit)
+    if isinstance(value, (tuple, np.ndarray)) and len(value) <= _LISTED:
+        return ", ".join(quantity_of(name, entry) for entry in value) or "none"
+    return _short(value)
+
+
+def _fields(thing: Any) -> list[Any]:
+    return [field for field in dataclasses.fields(thing) if field.repr]
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, (float, np.floating)):
+        return f"{value:.6g}"
+    if isinstance(value, np.ndarray) and (value.ndim != 1 or value.dtype.kind not in "fiu"):
+        return f"<array of shape {value.shape}>"
+    if isinstance(value, (tuple, list, np.ndarray)):
+        entries = [_short(entry) for entry in (value if len(value) <= _LISTED else (*value[:2], *value[-1:]))]
+        if len(value) > _LISTED:
+            entries.insert(2, "...")
+        inside = ", ".join(entries)
+        if isinstance(value, tuple):
+            return f"({inside}{',' if len(value) == 1 else ''})"
+        return f"[{inside}]"
+    if callable(value) and not dataclasses.is_dataclass(value):
+        return f"<function {getattr(value, '__qualname__', type(value).__name__)}>"
+    return " ".join(repr(value).split())

@@ -1,0 +1,89 @@
+"""Two examples of every command, as its `--help` shows them; the tests run each.
+
+They work on the files that `flatpunch demo` leaves behind, so that everybody has them.
+"""
+
+from __future__ import annotations
+
+_CASE, _FIT = "demo-results/afm_pyramid_on_gel.toml", "demo-results/fit"
+
+EXAMPLES: dict[str, tuple[str, str]] = {
+    "solve": (
+        f"flatpunch solve {_CASE}",
+        f"flatpunch solve {_CASE} -o gel.nc --csv gel.csv --plot gel.pdf --style two-columns",
+    ),
+    "check": (
+        f"flatpunch check {_CASE}",
+        f"flatpunch check {_FIT}/thin_gel.toml",
+    ),
+    "demo": (
+        "flatpunch demo",
+        "flatpunch demo --output my-cases",
+    ),
+    "show-tip": (
+        f"flatpunch show-tip {_CASE} --output tip.png",
+        f'flatpunch show-tip {_FIT}/hard_film.toml --extent "200 nm" --output berkovich.svg',
+    ),
+    "show-medium": (
+        f"flatpunch show-medium {_CASE} --output gel.png",
+        "flatpunch show-medium demo-results/elliptic_tip_on_graded_nitride.toml --output nitride.pdf --style one-column",
+    ),
+    "fit": (
+        f"flatpunch fit {_FIT}/thin_gel.csv {_FIT}/thin_gel.toml --plot fit.png",
+        f"flatpunch fit {_FIT}/relaxing_cell.csv {_FIT}/relaxing_cell.toml -o cell.csv",
+    ),
+    "fit-film": (
+        f"flatpunch fit-film {_FIT}/hard_film.csv {_FIT}/hard_film.toml",
+        f"flatpunch fit-film {_FIT}/hard_film.csv {_FIT}/hard_film.toml -o points.csv --plot film.pdf",
+    ),
+    "correct": (
+        f'flatpunch correct {_FIT}/thin_gel.toml --reported "8 kPa" --depth "300 nm"',
+        f'flatpunch correct {_FIT}/thin_gel.toml --reported "8 kPa" --depth "300 nm" --model hertz --over depth',
+    ),
+    "nanite-model": (
+        f"flatpunch nanite-model {_FIT}/thin_gel.toml -o model_thin_gel.py",
+        "flatpunch nanite-model demo-results/afm_pyramid_on_gel.toml -o model_pyramid.py",
+    ),
+    "sweep": (
+        f"flatpunch sweep {_CASE} --vary layers.0.thickness=0.8um:5um:8:log --plot thickness.png",
+        f'flatpunch sweep {_CASE} --vary "indenter.half_opening_angle=15deg, 25deg, 35deg" --quantity stiffness --csv angles.csv',
+    ),
+    "stress": (
+        "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml --plot knee.png",
+        "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml -o knee.nc --csv knee.csv",
+    ),
+    "paper": (
+        "flatpunch paper --quick --figures 2",
+        "flatpunch paper --quick --figures 2,3 --output my-figures",
+    ),
+    "atlas list": (
+        "flatpunch atlas list",
+        "flatpunch atlas list | head -3",
+    ),
+    "atlas show": (
+        "flatpunch atlas show bonded-layer",
+        "flatpunch atlas show sliding-coating",
+    ),
+    "atlas query": (
+        "flatpunch atlas query bonded-layer --beta 0.1:10:5:log --set poisson=0.45",
+        "flatpunch atlas query sliding-layer --beta 1",
+    ),
+    "atlas export": (
+        "flatpunch atlas export sliding-layer --csv sliding.csv",
+        "flatpunch atlas export bonded-layer --csv bonded.csv --beta 0.1:10:20:log --set poisson=0.3,0.5 --terms 8",
+    ),
+    "atlas build": (
+        "flatpunch atlas build sliding-layer --check 10",
+        "flatpunch atlas build sliding-layer --check 10 --output tables",
+    ),
+    "atlas verify": (
+        "flatpunch atlas verify sliding-layer --points 10",
+        "flatpunch atlas verify bonded-layer --points 5 --seed 7",
+    ),
+}
+
+
+def examples(command: str) -> str:
+    """The end of a command's help."""
+    shown = "\n\n".join(f"[bold]{line}[/bold]" for line in EXAMPLES[command])
+    return f"Examples, with the files that [bold]flatpunch demo[/bold] leaves behind:\n\n{shown}"

@@ -1,0 +1,157 @@
+"""Contact outlines over the level lines of the tip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch.bem.height import overlap_half_widths
+from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
+from flatpunch.plots.style import BLUE, PALE, axes_or_new, legend_below, plain, scale_of, scaled
+
+_LEVELS = 7
+"""Level lines of a tip within a picture, about."""
+
+
+def plot_outline(
+    result: xr.Dataset, axes: Axes | None = None, *, indenter: Any = None, step: int | None = None
+) -> Axes:
+    """Draw contact outlines, over level lines of the indenter if it is given.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    indenter : Indenter, optional
+        The indenter it was solved for, whose level lines are drawn.
+    step : int, optional
+        Which step; by default the last at which the theory holds and the contact has an outline, with up to three earlier ones
+        as thin lines.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If no step has a contact at which the theory holds.
+
+    See Also
+    --------
+    plot_pressure : The pressure of the same contact.
+    plot_tip : The tip alone.
+
+    Examples
+    --------
+    >>> tip = fp.Pyramid(sides=4, inclination=np.radians(20))
+    >>> curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), tip, depth=np.linspace(1e-8, 1e-7, 10))
+    >>> axes = fp.plot_outline(curve, indenter=tip)
+    >>> axes.get_xlabel()
+    '$x$ (nm)'
+    """
+    axes = axes_or_new(axes, (4.4, 4.4))
+    last = last_valid(result) if step is None else step
+    phi, contour = result["phi"].values, result["contour"].values
+    half = half_width(result, indenter, last)
+    factor, unit = scale_of([half], "m")
+    handles = []
+    if indenter is not None:
+        handles += _level_lines(indenter, half, factor, axes)
+    for i in earlier(result, last) if step is None else []:
+        (thin,) = axes.plot(*closed(contour[i], phi, factor), "--", color=BLUE, linewidth=0.8)
+        thin.set_label("earlier")
+        handles = [*[h for h in handles if h.get_label() != "earlier"], thin]
+    (thick,) = axes.plot(*closed(contour[last], phi, factor), color=BLUE, linewidth=2.0, label="contact")
+    framed(axes, half * factor, unit)
+    depth = plain(float(result["depth"].values[last]), "m")
+    what = "Outline" if outlined(result)[last] else "Several parts, no outline"
+    axes.set_title(f"{what} at $d$ = {depth}{_doubt(result, last)}")
+    # below the picture, where nothing is drawn
+    legend_below(axes, handles=[thick, *handles], ncols=3, handlelength=1.6, columnspacing=1.2)
+    return axes
+
+
+def _doubt(result: xr.Dataset, step: int) -> str:
+    """Estimated error of an outline over its mean radius, where it is worth a word."""
+    error = float(result["contour_error"].values[step]) if "contour_error" in result else 0.0
+    return f", ± {percent(error)}" if NOTABLE_OUTLINE < error < np.inf else ""
+
+
+def last_valid(result: xr.Dataset) -> int:
+    """Last step with an outline before the theory first fails; if it fails from the start, the last step at which it holds.
+
+    A pressure field belongs to the whole history of the contact, so steps beyond a gap are second choice, and those whose
+    contact has come apart the last.
+    """
+    valid = result["valid"].values.astype(bool)
+    usable = valid & (result["radius"].values > 0)
+    if not usable.any():
+        raise ValueError(
+            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
+        )
+    leading, drawn = usable & np.logical_and.accumulate(valid), outlined(result)
+    choices = (leading & drawn, usable & drawn, leading, usable)
+    return int(np.flatnonzero(next(choice for choice in choices if choice.any()))[-1])
+
+
+def outlined(result: xr.Dataset) -> Flags:
+    """Whether contacts have an outline, shape (steps,)."""
+    return np.asarray(np.isfinite(result["contour"].values).all(axis=1))
+
+
+def half_width(result: xr.Dataset, indenter: Any, step: int) -> float:
+    """Half of the width that a picture of one contact shows [m]; of one without an outline where the indenter would overlap."""
+    if outlined(result)[step] or indenter is None:
+        return 1.25 * float(np.nanmax(np.append(result["contour"].values[step], result["radius"].values[step])))
+    return max(overlap_half_widths(indenter, float(result["depth"].values[step])))
+
+
+def earlier(result: xr.Dataset, last: int) -> list[int]:
+    """Up to three steps before the last, at about a quarter, a half and three quarters of its radius."""
+    radius = result["radius"].values
+    wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in (0.25, 0.5, 0.75)]
+    drawn = result["valid"].values.astype(bool) & outlined(result) & (radius > 0)
+    return [i for i in sorted(set(wanted)) if i != last and drawn[i]]
+
+
+def closed(contour: Array, phi: Array, factor: float) -> tuple[Array, Array]:
+    """Closed curve of an outline, in the units of a picture."""
+    contour, phi = np.append(contour, contour[0]) * factor, np.append(phi, phi[0])
+    return contour * np.cos(phi), contour * np.sin(phi)
+
+
+def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> list[Line2D]:
+    """Draw level lines at round heights; their spacing is named in the legend, where no label can cross a line."""
+    from matplotlib.ticker import MaxNLocator
+
+    x = np.linspace(-half, half, 321)
+    r, phi = np.hypot(x[None, :], x[:, None]), np.arctan2(x[:, None], x[None, :])
+    inside = r <= indenter.reach
+    height = np.where(inside, indenter.height(np.minimum(r, indenter.reach), phi), np.nan)
+    if not np.nanmax(height) > 0:  # the flat end of a cylinder has no level lines
+        return []
+    values, unit = scaled(height, "m")
+    around = np.asarray(indenter.height(np.full(180, min(half, indenter.reach)), np.arange(180) * np.pi / 90))
+    top, usual = float(np.nanmax(values)), float(np.median(around)) * scale_of(height, "m")[0]
+    spacing = float(np.diff(MaxNLocator(_LEVELS, steps=[1, 2, 5, 10]).tick_values(0.0, usual if usual > 0 else top))[0])
+    levels = np.arange(1, int(top / spacing) + 1) * spacing
+    axes.contour(x * factor, x * factor, values, levels=levels, colors=PALE, linewidths=0.8)
+    return [Line2D([], [], color=PALE, linewidth=0.8, label=f"tip, every {spacing:g} {unit}")]
+
+
+def framed(axes: Axes, half: float, unit: str) -> None:
+    """Square picture of the surface about the point of first touch."""
+    axes.set_xlim(-half, half)
+    axes.set_ylim(-half, half)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"$x$ ({unit})")
+    axes.set_ylabel(f"$y$ ({unit})")
+    axes.locator_params(nbins=5)

@@ -1,0 +1,144 @@
+"""Map of the contact pressure on a mesh that ends at the outline and is finer near the apex and the edge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Normalize
+
+from flatpunch._support.checks import Array
+from flatpunch.contact import pressure
+from flatpunch.contact.curve import percent
+from flatpunch.indenters.profile import split_angles
+from flatpunch.plots.outline import closed, framed, half_width, last_valid
+from flatpunch.plots.style import axes_or_new, plain, printed, scale_of
+
+_RAYS, _ALONG = 241, 72
+"""Rays of the mesh, and points along each."""
+
+_SQUARE = 161
+"""Points along either side of the mesh of a contact without an outline."""
+
+_NOTABLE = 0.01
+"""Median error of a pressure over its mean above which a picture shows it."""
+
+
+def plot_pressure(
+    result: xr.Dataset, medium: Any, indenter: Any, axes: Axes | None = None, *, step: int | None = None
+) -> Axes:
+    """Draw the contact pressure of one step as a map, with a colour bar.
+
+    The outline stays a line in PDF and SVG; the map is an image of the figure's resolution.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    medium : Medium, HalfSpace, ...
+        The body it was solved for.
+    indenter : Indenter
+        The indenter it was solved for.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    step : int, optional
+        Which step; by default the last at which the theory holds and the contact has an outline.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    pressure : The numbers.
+    plot_outline : Outlines of several steps.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> curve = fp.indent(gel, tip, depth=1e-7)
+    >>> axes = fp.plot_pressure(curve, gel, tip)
+    >>> axes.get_title()
+    'Pressure at $F$ = 1.05 nN'
+    """
+    axes = axes_or_new(axes, (5.2, 4.4))
+    last = last_valid(result) if step is None else step
+    half = half_width(result, indenter, last)
+    factor, unit = scale_of([half], "m")
+    contour, phi = result["contour"].values[last], result["phi"].values
+    x, y = _mesh(contour, phi, indenter) if np.isfinite(contour).all() else _square(half)
+    # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
+    control: dict[str, Any] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    work = result.attrs.get("work_of_adhesion")
+    field, error = pressure(
+        medium,
+        indenter,
+        x,
+        y,
+        method=result.attrs["method"],
+        work_of_adhesion=work,
+        return_error=True,
+        **control,
+    )
+    _draw(axes, x * factor, y * factor, field, tension=work is not None)
+    axes.plot(*closed(contour, phi, factor), color="black", linewidth=0.8)
+    framed(axes, half * factor, unit)
+    force = plain(float(result["force"].values[last]), "N")
+    axes.set_title(f"Pressure at $F$ = {force}{_doubt(field, error)}")
+    return axes
+
+
+def _mesh(contour: Array, phi: Array, indenter: Any) -> tuple[Array, Array]:
+    """Points on rays from the apex to the outline, shape (along, rays): rays along the edges of a tip are among them."""
+    angles = np.unique(
+        np.concatenate([np.linspace(0, 2 * np.pi, _RAYS), split_angles(indenter), phi[:: 1 + phi.size // 360]])
+    )
+    edge = np.interp(angles, phi, contour, period=2 * np.pi)
+    # the pressure may be infinite at either end: it is taken just inside
+    share = np.clip((1 - np.cos(np.linspace(0, np.pi, _ALONG))) / 2, 1e-4, 1 - 1e-4)
+    r = share[:, None] * edge
+    return r * np.cos(angles), r * np.sin(angles)
+
+
+def _square(half: float) -> tuple[Array, Array]:
+    x, y = np.meshgrid(*2 * [np.linspace(-half, half, _SQUARE)])
+    return x, y
+
+
+def _draw(axes: Axes, x: Array, y: Array, field: Array, *, tension: bool) -> QuadMesh:
+    """Coloured mesh and its bar: pressure in one hue from dark to light; with adhesion tension red, pressure blue, none white.
+
+    Where the pressure is infinite, at the edge of a flat end or of an adhesive contact and at a sharp apex, colours must not
+    depend on how near a point comes to it: the largest colour is then that of a quantile.
+    """
+    inside = field[np.isfinite(field) & (field != 0)]
+    size = np.abs(inside) if inside.size else np.ones(1)
+    most = float(inside.max(initial=0.0)) or 1.0
+    usual = float(np.quantile(size, 0.95 if tension else 0.985))
+    singular = not most < 1.3 * usual or not np.isfinite(field).all()
+    top = usual if singular else most
+    factor, unit = scale_of([top], "Pa")
+    norm = (
+        Normalize(-top * factor, top * factor)
+        if tension
+        else Normalize(min(0.0, float(inside.min(initial=0.0))) * factor, top * factor)
+    )
+    shown = np.clip(np.nan_to_num(field, nan=0.0, posinf=top, neginf=-top), -top, top) * factor
+    mesh = axes.pcolormesh(
+        x, y, shown, cmap="RdBu" if tension else "viridis", norm=norm, shading="gouraud", rasterized=True
+    )
+    drawn = axes.get_figure()
+    assert drawn is not None
+    extend = "min" if tension else "max" if singular else "neither"
+    drawn.colorbar(mesh, ax=axes, label=f"pressure $p$ ({printed(unit)})", shrink=0.85, extend=extend)
+    return mesh
+
+
+def _doubt(field: Array, error: Array) -> str:
+    """Typical error of a pressure over its mean, where it is worth a word."""
+    inside = (field != 0) & np.isfinite(field)
+    share = float(np.median(error[inside]) / np.abs(field[inside]).mean()) if inside.any() else 0.0
+    return f", ± {percent(share)}" if share > _NOTABLE else ""

@@ -1,0 +1,76 @@
+"""Every command's help ends with two examples, and they run on the files that `flatpunch demo` leaves behind."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from flatpunch.cli.app import app
+from flatpunch.cli.examples import EXAMPLES
+
+ROOT = Path(__file__).resolve().parents[2]
+SLOW = {"paper", "atlas build"}
+"""Commands whose examples take some ten seconds each."""
+
+
+def commands():
+    """Names of all commands, "atlas show" among them."""
+    names = []
+    for name, command in get_command(app).commands.items():
+        inner = getattr(command, "commands", None)
+        names += [name] if inner is None else [f"{name} {each}" for each in inner]
+    return names
+
+
+def shown(command):
+    """Help as a wide terminal shows it."""
+    done = CliRunner().invoke(app, [*command.split(), "--help"], env={"COLUMNS": "250", "NO_COLOR": "1"})
+    assert done.exit_code == 0
+    return done.output
+
+
+@pytest.mark.parametrize("command", commands())
+def test_help_has_two_examples(command):
+    lines = [line.strip() for line in shown(command).splitlines()]
+    examples = [line for line in lines if line.startswith(f"flatpunch {command}")]
+    assert tuple(examples) == EXAMPLES[command]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(line, marks=pytest.mark.slow if command in SLOW else ())
+        for command, lines in EXAMPLES.items()
+        for line in lines
+    ],
+)
+def test_examples_run(line, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "examples", "demo-results")
+    from flatpunch.files import shipped_cases
+
+    # all cases are solved in the test of the demo itself
+    monkeypatch.setattr("flatpunch.files.shipped_cases", lambda: shipped_cases()[:1])
+    words = shlex.split(line.split("|")[0])
+    done = CliRunner().invoke(app, words[1:], env={"COLUMNS": "120", "NO_COLOR": "1"})
+    assert done.exit_code == 0, done.output
+    for name in re.findall(r"[\w/.-]+\.(?:nc|csv|png|pdf|svg|py)", line):
+        if not name.startswith("demo-results"):
+            assert Path(name).stat().st_size > 100, name
+
+
+def test_demo_leaves_all_files_of_the_examples(tmp_path, monkeypatch):
+    from flatpunch.files import shipped_cases
+
+    monkeypatch.setattr("flatpunch.files.shipped_cases", lambda: shipped_cases()[:1])
+    assert CliRunner().invoke(app, ["demo", "-o", str(tmp_path / "demo-results")]).exit_code == 0
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")}
+    named = set(
+        re.findall(r"demo-results/\S+\.(?:toml|csv)", " ".join(line for lines in EXAMPLES.values() for line in lines))
+    )
+    assert {name for name in named if "/fit/" in name} <= left
+    assert {Path(name).name for name in named if "/fit/" not in name} <= {path.name for path in shipped_cases()}
