@@ -32,7 +32,7 @@ from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
-from flatpunch.parallel.team import shared_out
+from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
 
