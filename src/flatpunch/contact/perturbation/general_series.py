@@ -135,7 +135,6 @@ class GeneralExpansion:
             area=np.pi * size**2 * np.exp(values.log_square),
             swing=values.swing,
             terms=np.column_stack([values.x2, values.skew, zero]),
-            sound=np.ones(radius.size, dtype=bool),
         )
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
