@@ -23,7 +23,7 @@ _SAME = 1e-12
 """Relative difference of the border's radii below which it is a circle; below rounding of the tip's heights no tip is round."""
 
 _ALIKE = 1e-9
-"""Relative difference of radii at which a border turns below which they are one; smaller, rounding gives several rings for one."""
+"""Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
 
 _MOST_TURNS = 6
 """Most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels."""
