@@ -1,7 +1,7 @@
 """Functions that are expensive to evaluate, as piecewise Chebyshev series that are made where they are first read.
 
-The axis is divided into spans. A span is sampled at Chebyshev nodes when a point in it is first asked for, halved where its series
-does not end, and kept. Beside kinks the polynomials are in another variable than x, in which the function is smooth.
+The axis is divided into spans. A span is sampled at Chebyshev nodes when a point in it is first read, halved where its series does
+not end, and kept. Beside kinks the polynomials are in another variable than x, in which the function is smooth.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.numerics.chebyshev import derivative, nodal_transform, polynomials, unit_nodes
@@ -115,7 +114,7 @@ class Piece:
     high: float
     series: Array
     error: float = 0.0
-    variable: Variable = Plain()
+    variable: Variable = field(default_factory=Plain)
 
     @property
     def nodes(self) -> int:
@@ -198,9 +197,7 @@ class PiecewiseChebyshev:
         span = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
         return {(float(edges[i]), float(edges[i + 1])): np.flatnonzero(span == i) for i in np.unique(span)}
 
-    def _parts(
-        self, x: Array, spans: dict[tuple[float, float], Indices], few: int = 0
-    ) -> list[tuple[Piece, Indices]]:
+    def _parts(self, x: Array, spans: dict[tuple[float, float], Indices], few: int = 0) -> list[tuple[Piece, Indices]]:
         wanted = {ends: at for ends, at in spans.items() if at.size > few or ends in self._pieces}
         self._make([ends for ends in wanted if ends not in self._pieces])
         found = []
@@ -252,26 +249,3 @@ def _gathered(size: int, parts: list[tuple[Indices, Array]]) -> Array:
     for at, values in parts:
         result[at] = values
     return result
-
-
-def log_table(
-    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = ()
-) -> PiecewiseChebyshev:
-    """A function of x = ln a on spans of a quarter of a decade, cut at the radii at which it has kinks.
-
-    Parameters
-    ----------
-    sample : callable
-        Radii a, shape (n,) [m] -> values, shape (n, outputs).
-    reach : float
-        Largest radius [m]; no larger one is sampled.
-    kinks : tuple of float
-        Radii [m] at which the function has kinks.
-    """
-    return PiecewiseChebyshev(
-        lambda x: sample(np.minimum(np.exp(x), reach)),
-        _LogEdges(float(np.log(reach)), tuple(np.log(kinks).tolist() if kinks else ())),
-        lambda low, high: DEGREE + 1,
-        lambda low, high: _beyond(low, kinks),
-        together=True,
-    )
