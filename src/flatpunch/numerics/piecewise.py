@@ -1,7 +1,7 @@
 """Functions that are expensive to evaluate, as piecewise Chebyshev series that are made where they are first read.
 
-The axis is divided into spans. A span is sampled at Chebyshev nodes when a point in it is first read, halved where its series does
-not end, and kept. Beside kinks the polynomials are in another variable than x, in which the function is smooth.
+The axis is divided into spans. A span is sampled at Chebyshev nodes when a point in it is first read, halved where its series
+does not end, and kept. Beside kinks the polynomials are in another variable than x, in which the function is smooth.
 """
 
 from __future__ import annotations
