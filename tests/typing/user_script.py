@@ -3,11 +3,8 @@
 A line with `type: ignore` is a mistake that a checker must find: strict checkers refuse ignores that nothing needs.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 import flatpunch as fp
 
@@ -38,7 +35,7 @@ with_error: tuple[np.ndarray, np.ndarray] = fp.pressure(
     gel, fp.Sphere(radius=5e-6), 0.0, 0.0, depth=1e-8, return_error=True
 )
 stiffness: float = fp.flat_punch(gel, 1e-6).stiffness
-#draw: Callable[..., Axes] = fp.plot_curve
+# draw: Callable[..., Axes] = fp.plot_curve
 
 depth = np.linspace(-1e-7, 1e-7, 200)
 force = np.where(depth > 0, np.interp(depth, curve.depth, curve.force, left=0.0), 0.0)
