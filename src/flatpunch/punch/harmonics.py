@@ -137,7 +137,7 @@ def _solve_parity(
     matrix[:, range(size), range(size)] += diagonal
     inverse = inverse_factors(matrix[:, ::-1, ::-1])
     # sums over all n, and over the first of them
-    every = (np.sin if parity else np.cos)(rule.table.x) / np.pi
+    every = rule.table.waves()[parity] / np.pi
     slow = edge_signs(size) / diagonal
     column, columns = rule.column(every), np.cumsum(block * slow, axis=2)
     waves = np.cumsum(rule.table.j * slow[:, None], axis=0)

@@ -18,7 +18,7 @@ from flatpunch.punch.basis import (
     half_space_diagonal,
 )
 from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
-from flatpunch.punch.wavenumbers import BesselTable, bessel_table
+from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
 LARGEST = 300.0
 """Largest effective beta, cutoff beta/25: beyond it tables take hundreds of megabytes and seconds."""
@@ -110,19 +110,24 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
     """The quadrature for `terms` orders of a parity at radii beta, shape (nb,)."""
     low, high = float(beta.min()), float(beta.max())
     first = min(0, int(np.floor(np.log(kernel.floor * low) / np.log(4))))
-    table = bessel_table(parity, terms, first, _x_high(kernel, high))
+    table = _table(parity, terms, first, kernel.cutoff * high)
     kappa = table.x / beta[:, None]
     remainder = np.zeros_like(kappa)
     live = kappa < kernel.cutoff
     remainder[live] = kernel.remainder(kappa[live])
-    return RemainderRule(table, 2 * remainder * table.w, np.searchsorted(table.x, kernel.cutoff * beta))
+    if table.split:
+        used = np.full(beta.size, table.x.size)
+    else:
+        used = np.searchsorted(table.x, kernel.cutoff * beta)
+    return RemainderRule(table, 2 * remainder * table.w, used)
 
 
-def _x_high(kernel: Kernel, beta: float) -> float:
-    """Upper end of the integral over x, on few levels so that tables are shared between radii."""
-    needed = kernel.cutoff * beta
-    levels = 4.0 * 2.0 ** np.arange(0, 60)
-    return float(levels[np.searchsorted(levels, needed)]) if needed > 4 else 4.0
+def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
+    """Quadrature over x up to `needed`; its end is on few levels so that tables are shared between radii."""
+    window_end = window_start(parity, terms) + WINDOW
+    if needed > 2 * window_end:
+        return split_table(parity, terms, first, int(np.ceil(np.log2(needed / window_end))))
+    return bessel_table(parity, terms, first, 4.0 * 2.0 ** max(0, int(np.ceil(np.log2(max(needed, 4.0) / 4.0)))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,8 +160,8 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
     # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at
     # beta = 100 under a film 1e4 times stiffer than its base.
-    x = rule.table.x
-    value, slope = rule.column(np.cos(x) / np.pi), rule.column(x * np.sin(x) / np.pi)
+    cos, sin = rule.table.waves()
+    value, slope = rule.column(cos / np.pi), rule.column(rule.table.x * sin / np.pi)
     first = np.zeros(terms)
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)

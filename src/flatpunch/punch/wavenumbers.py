@@ -3,6 +3,15 @@
 Everything is integrated over x = k a on panels that do not depend on the medium: geometric up to x = 4, uniform above
 (the products j_p j_q oscillate with period pi). Only the kernel changes with the punch radius, so the table of Bessel
 functions is computed once and one matrix product assembles each punch matrix (T3.2).
+
+Where the medium is felt far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
+of the second kind,
+
+    j_p j_q = (j_p j_q + y_p y_q)/2 + (j_p j_q - y_p y_q)/2:
+
+the first half is smooth and is integrated on panels that double in length; the second oscillates like cos 2x and, switched
+on by a smooth window, integrates to nothing against a smooth L - 1. Functions cos x and sin x in the place of j_p have the
+companions sin x and -cos x in the place of y_p.
 """
 
 from __future__ import annotations
@@ -11,6 +20,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.special import erfc
 
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
@@ -23,13 +33,41 @@ _FIRST_UNIFORM = 4.0
 _FINE_UNTIL = 64.0
 
 
+WINDOW = 80.0
+"""Length in x of the window that switches the oscillating half off."""
+
+_WINDOW_WIDTH = 7.0
+"""Width of the window's erfc: 1e-14 is left at its ends, and 1e-12 of what oscillates at x = 1.5 times the highest order."""
+
+
 @dataclass(frozen=True, slots=True)
 class BesselTable:
-    """Nodes x, weights w, shapes (n,), and j_p(x) for p = parity, parity + 2, ...; shape (terms, n)."""
+    """Nodes, weights and spherical Bessel functions of one parity.
+
+    Attributes
+    ----------
+    x, w : ndarray, shape (n,)
+        Nodes and weights.
+    j : ndarray, shape (terms, n)
+        j_p(x) for p = parity, parity + 2, ...; y_p(x) at the nodes from number `direct` on.
+    direct : int
+        Number of nodes with j_p.
+    """
 
     x: Array
     w: Array
     j: Array
+    direct: int
+
+    @property
+    def split(self) -> bool:
+        """Whether only the smooth half of the products is integrated far out."""
+        return self.direct < self.x.size
+
+    def waves(self) -> tuple[Array, Array]:
+        """cos x and sin x, or their companions where `j` holds y_p; shape (n,) each."""
+        cos, sin, second = np.cos(self.x), np.sin(self.x), np.arange(self.x.size) >= self.direct
+        return np.where(second, sin, cos), np.where(second, -cos, sin)
 
 
 def panel_edges(first: int, x_high: float) -> Array:
@@ -58,7 +96,62 @@ def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTa
         Upper end of the integral; rounded up to a panel edge.
     """
     x, w = composite_gauss(panel_edges(first, x_high))
-    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x)[parity::2][:terms].copy())
+    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x)[parity::2][:terms].copy(), x.size)
+
+
+def window_start(parity: int, terms: int) -> float:
+    """Where the window begins: an edge of a panel beyond the turning points of all orders."""
+    return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _FINE_UNTIL))[-1])
+
+
+@lru_cache(maxsize=64)
+def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
+    """Quadrature on (0, 2^doublings (start + WINDOW)) or a little further, start of the window as of `window_start`.
+
+    Parameters
+    ----------
+    parity, terms, first : int
+        As in `bessel_table`.
+    doublings : int
+        Reach beyond the window, as a power of 2.
+    """
+    start = window_start(parity, terms)
+    end = start + WINDOW
+    near, weight = composite_gauss(panel_edges(first, end))
+    far, far_weight = composite_gauss(far_edges(end, parity + 2 * terms, end * 2.0**doublings, 1.0))
+    x, w = np.concatenate([near, far]), np.concatenate([weight, far_weight])
+    whole = erfc((x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2
+    whole[x < start] = 1.0
+    whole[x > end] = 0.0
+    j = spherical_bessel(parity + 2 * terms, x)[parity::2][:terms]
+    smooth = x > start
+    y = _second_kind(parity + 2 * terms, x[smooth])[parity::2][:terms]
+    half = w * (1 - whole) / 2
+    return BesselTable(
+        np.concatenate([x, x[smooth]]), np.concatenate([w * whole + half, half[smooth]]), np.hstack([j, y]), x.size
+    )
+
+
+def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
+    """Panels from `start` on that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
+
+    Those part by p^2/(2 x^2) per x.
+    """
+    edges = [start]
+    while edges[-1] < end:
+        x = edges[-1]
+        edges.append(x + min(growth * x, 12 * x * x / max(highest, 1) ** 2))
+    return np.array(edges)
+
+
+def _second_kind(orders: int, x: Array) -> Array:
+    """y_0 ... y_(orders-1) at x above the orders, shape (orders, n): upward recurrence is stable."""
+    y = np.empty((max(orders, 2), x.size))
+    y[0] = -np.cos(x) / x
+    y[1] = (y[0] - np.sin(x)) / x
+    for n in range(2, orders):
+        y[n] = (2 * n - 1) / x * y[n - 1] - y[n - 2]
+    return y[:orders]
 
 
 def composite_gauss(edges: Array) -> tuple[Array, Array]:
