@@ -97,5 +97,5 @@ def test_reported_interpolation_error_is_honest(medium):
 def test_refuses_what_it_cannot_resolve_and_says_why():
     kernel = compliance(MEDIA["gel"])
     punch_family(kernel)
-    with pytest.raises(ValueError, match=r"301 times the shortest length of the medium; up to 300 is resolved"):
-        punch_family(kernel).at(np.array([0.1, 301.0]))
+    with pytest.raises(ValueError, match=r"3e\+05 times the shortest length of the medium; up to 200000 of them"):
+        punch_family(kernel).at(np.array([0.1, 3e5]))

@@ -20,8 +20,14 @@ from flatpunch.punch.basis import (
 from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
-LARGEST = 300.0
-"""Largest effective beta, cutoff beta/25: beyond it tables take hundreds of megabytes and seconds."""
+RESOLVED = 300.0
+"""Effective beta, cutoff beta/25, up to which the terms suffice for edge and pressure at 1e-10."""
+
+_SKIN_TERMS = 200
+"""Terms beyond `RESOLVED`: stiffness and round contacts to about 1e-7, while the rim of flat punches is not resolved."""
+
+LARGEST = 2e5
+"""Largest effective beta that is solved. Beyond it the shortest length of the medium is below 5e-6 of the contact radius."""
 
 
 def effective_beta(kernel: Kernel, beta: float) -> float:
@@ -35,10 +41,18 @@ def effective_beta(kernel: Kernel, beta: float) -> float:
     return beta * kernel.cutoff / 25.0
 
 
+def largest_beta(kernel: Kernel) -> float:
+    """Largest effective beta that is solved; under graded surfaces with their slow edge functionals the resolved one."""
+    return RESOLVED if kernel.graded else LARGEST
+
+
 def sufficient_terms(kernel: Kernel, beta: float) -> int:
     """Number of terms for edge and pressure at 1e-10 (theory page 3, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
     if kernel.graded:
         return graded_terms(kernel, beta)
+    if effective_beta(kernel, beta) > 1.06 * RESOLVED:
+        # panels that begin below end at 10^2.5 = 316
+        return _SKIN_TERMS
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))
     return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
 

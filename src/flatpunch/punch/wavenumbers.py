@@ -33,11 +33,11 @@ _FIRST_UNIFORM = 4.0
 _FINE_UNTIL = 64.0
 
 
-WINDOW = 80.0
+WINDOW = 104.0
 """Length in x of the window that switches the oscillating half off."""
 
-_WINDOW_WIDTH = 7.0
-"""Width of the window's erfc: 1e-14 is left at its ends, and 1e-12 of what oscillates at x = 1.5 times the highest order."""
+_WINDOW_WIDTH = 9.0
+"""Width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def window_start(parity: int, terms: int) -> float:
     return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _FINE_UNTIL))[-1])
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
     """Quadrature on (0, 2^doublings (start + WINDOW)) or a little further, start of the window as of `window_start`.
 
@@ -117,19 +117,18 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     """
     start = window_start(parity, terms)
     end = start + WINDOW
-    near, weight = composite_gauss(panel_edges(first, end))
-    far, far_weight = composite_gauss(far_edges(end, parity + 2 * terms, end * 2.0**doublings, 1.0))
-    x, w = np.concatenate([near, far]), np.concatenate([weight, far_weight])
-    whole = erfc((x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2
-    whole[x < start] = 1.0
-    whole[x > end] = 0.0
-    j = spherical_bessel(parity + 2 * terms, x)[parity::2][:terms]
-    smooth = x > start
-    y = _second_kind(parity + 2 * terms, x[smooth])[parity::2][:terms]
-    half = w * (1 - whole) / 2
-    return BesselTable(
-        np.concatenate([x, x[smooth]]), np.concatenate([w * whole + half, half[smooth]]), np.hstack([j, y]), x.size
-    )
+    highest = parity + 2 * terms
+    near = bessel_table(parity, terms, first, end)
+    far, far_weight = composite_gauss(far_edges(end, highest, end * 2.0**doublings, 1.0))
+    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
+    # nodes of the window and beyond: there both kinds are stable upwards
+    beyond = np.concatenate([near.x[near.x > start], far])
+    half = np.concatenate([(near.w * (1 - whole) / 2)[near.x > start], far_weight / 2])
+    weights = np.concatenate([near.w * (1 + whole) / 2, far_weight / 2])
+    j = np.hstack([near.j, _upward(np.sin(far) / far, -np.cos(far) / far, far, highest)[parity::2][:terms]])
+    y = _upward(-np.cos(beyond) / beyond, -np.sin(beyond) / beyond, beyond, highest)[parity::2][:terms]
+    x = np.concatenate([near.x, far])
+    return BesselTable(np.concatenate([x, beyond]), np.concatenate([weights, half]), np.hstack([j, y]), x.size)
 
 
 def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
@@ -144,14 +143,17 @@ def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
     return np.array(edges)
 
 
-def _second_kind(orders: int, x: Array) -> Array:
-    """y_0 ... y_(orders-1) at x above the orders, shape (orders, n): upward recurrence is stable."""
-    y = np.empty((max(orders, 2), x.size))
-    y[0] = -np.cos(x) / x
-    y[1] = (y[0] - np.sin(x)) / x
+def _upward(first: Array, side: Array, x: Array, orders: int) -> Array:
+    """Spherical Bessel functions of either kind at x above the orders, shape (orders, n), by upward recurrence.
+
+    f_0 is `first`, and f_1 = f_0/x + `side`.
+    """
+    f = np.empty((max(orders, 2), x.size))
+    f[0] = first
+    f[1] = first / x + side
     for n in range(2, orders):
-        y[n] = (2 * n - 1) / x * y[n - 1] - y[n - 2]
-    return y[:orders]
+        f[n] = (2 * n - 1) / x * f[n - 1] - f[n - 2]
+    return f[:orders]
 
 
 def composite_gauss(edges: Array) -> tuple[Array, Array]:
