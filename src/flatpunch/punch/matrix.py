@@ -82,7 +82,7 @@ def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> A
         )
     if kernel.graded:
         return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
-    return remainder_rule(kernel, beta, terms, parity).matrix()
+    return remainder_rule(kernel, beta, terms, parity).matrix() - np.diag(half_space_diagonal(parity, terms))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,22 +97,35 @@ class RemainderRule:
         2 (L - 1) dx.
     used : ndarray of int, shape (nb,)
         Number of nodes up to which L - 1 is felt.
+    diagonal : ndarray, shape (terms,)
+        D, the half-space's matrix.
+    whole : ndarray, shape (nb, nodes), or None
+        2 L dx, on tables that end at infinity.
     """
 
     table: BesselTable
     weights: Array
     used: Indices
+    diagonal: Array
+    whole: Array | None = None
 
     def matrix(self) -> Array:
-        """B_pq, shape (nb, terms, terms)."""
+        """A_pq, shape (nb, terms, terms).
+
+        On a table that ends at infinity it is 2 int L j_p j_q dx itself, a sum of positive terms: where L is small, under thin
+        incompressible layers, D + B would lose as many digits as Kbar has.
+        """
         terms = self.table.j.shape[0]
         blocks = np.empty((self.used.size, terms, terms))
+        weights = self.weights if self.whole is None else self.whole
 
         def fill(i: int) -> None:
             j = self.table.j[:, : self.used[i]]
-            np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
+            np.matmul(j * weights[i, : self.used[i]], j.T, out=blocks[i])
 
         in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
+        if self.whole is None:
+            blocks[:, range(terms), range(terms)] += self.diagonal
         return blocks
 
     def column(self, values: Array) -> Array:
@@ -126,14 +139,16 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
     first = min(0, int(np.floor(np.log(kernel.floor * low) / np.log(4))))
     table = _table(parity, terms, first, kernel.cutoff * high)
     kappa = table.x / beta[:, None]
-    remainder = np.zeros_like(kappa)
-    live = kappa < kernel.cutoff
-    remainder[live] = kernel.remainder(kappa[live])
+    remainder, live = np.zeros_like(kappa), kappa < kernel.cutoff
+    diagonal = half_space_diagonal(parity, terms)
     if table.split:
-        used = np.full(beta.size, table.x.size)
-    else:
-        used = np.searchsorted(table.x, kernel.cutoff * beta)
-    return RemainderRule(table, 2 * remainder * table.w, used)
+        whole = np.ones_like(kappa)
+        whole[live] = kernel.response(kappa[live])
+        remainder[live] = whole[live] - 1.0
+        weights, used = 2 * remainder * table.w, np.full(beta.size, table.x.size)
+        return RemainderRule(table, weights, used, diagonal, 2 * whole * table.w)
+    remainder[live] = kernel.remainder(kappa[live])
+    return RemainderRule(table, 2 * remainder * table.w, np.searchsorted(table.x, kernel.cutoff * beta), diagonal)
 
 
 def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
@@ -169,7 +184,6 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
         return Answers(*graded_round(kernel, beta, terms))
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
-    matrix[:, range(terms), range(terms)] += half_space_diagonal(0, terms)
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
     # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
     # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at

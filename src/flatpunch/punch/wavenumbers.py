@@ -106,20 +106,24 @@ def window_start(parity: int, terms: int) -> float:
 
 @lru_cache(maxsize=8)
 def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
-    """Quadrature on (0, 2^doublings (start + WINDOW)) or a little further, start of the window as of `window_start`.
+    """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows.
 
     Parameters
     ----------
     parity, terms, first : int
         As in `bessel_table`.
     doublings : int
-        Reach beyond the window, as a power of 2.
+        Reach of the panels in x beyond the window, as a power of 2.
     """
     start = window_start(parity, terms)
     end = start + WINDOW
     highest = parity + 2 * terms
     near = bessel_table(parity, terms, first, end)
-    far, far_weight = composite_gauss(far_edges(end, highest, end * 2.0**doublings, 1.0))
+    # from highest^2/12 on the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
+    edges = far_edges(end, highest, max(end * 2.0**doublings, highest**2 / 12), 1.0)
+    far, far_weight = composite_gauss(edges)
+    inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
+    far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
     whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
     beyond = np.concatenate([near.x[near.x > start], far])
