@@ -162,7 +162,9 @@ def test_targets_beyond_the_shape_or_the_resolution_are_refused_with_the_reason(
     with pytest.raises(ValueError, match=r"up to 200000 of them, .* are solved .* Check the units"):
         fp.indent(GEL, BALL, radius=3e5 * H)
     # the message names the contact that was asked for, not the radius at which the search stopped
-    with pytest.raises(ValueError, match="depth = 10 km needs a contact radius above 200 mm, the largest that is solved"):
+    with pytest.raises(
+        ValueError, match="depth = 10 km needs a contact radius above 200 mm, the largest that is solved"
+    ):
         fp.indent(GEL, BALL, depth=1e4)
     with pytest.raises(ValueError, match="up to 200000 of them"):
         fp.flat_punch(GEL, 3e5 * H)

@@ -1,5 +1,7 @@
 """Many layers and thin skins: interpolated recursion, smooth half of the far integrals, limits of what is resolved."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from flatpunch.compliance.layered import layered_response
 from flatpunch.punch import matrix
 from flatpunch.punch.harmonics import solve_edges
 from flatpunch.punch.wavenumbers import bessel_table
+from support import integral_equation
 
 
 def random_stack(rng, layers):
@@ -60,20 +63,93 @@ def test_a_stack_of_equal_layers_is_one_body():
     assert fp.flat_punch(medium, 1.0).normalized_stiffness == pytest.approx(1.0, rel=1e-10)
 
 
-def test_thin_skins_vanish_within_their_stated_error():
-    base = fp.HalfSpace(1.0, 0.3)
-    bare, shares = fp.flat_punch(base, 1.0).stiffness, []
-    for thickness in (1e-3, 1e-4, 1e-5):
-        punch = fp.flat_punch(fp.Medium([fp.Layer(0.2, 0.25, thickness)], base=base), 1.0)
-        shares.append((1 - punch.stiffness / bare) / thickness)
-        assert punch.error < 1e-5
-        # more terms change the stiffness by no more than the stated error
-        kernel, beta = compliance(fp.Medium([fp.Layer(0.2, 0.25, thickness)], base=base)), np.array([1 / thickness])
-        finer = matrix.solve_round(kernel, beta, 340).flat[0, 0] / np.pi**-1
-        assert abs(punch.normalized_stiffness / finer - 1) <= punch.error
-    # the share of a skin is its thickness, but for the logarithm that the singular rim adds
-    assert 1 < shares[1] / shares[0] < 1.5
-    assert 1 < shares[2] / shares[1] < 1.5
+def compared(medium, radius):
+    """Relative errors of Kbar, pi e and of the first moment, and stated ones of the first two, by the integral equation."""
+    exact = integral_equation.solve(medium, radius)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fp.FlatpunchWarning)
+        punch = fp.flat_punch(medium, radius)
+    depth, force = exact.cone
+    return (
+        abs(punch.normalized_stiffness / exact.kbar - 1),
+        abs(punch.edge_coefficient / exact.edge - 1),
+        abs(punch.moment(1.0) / (2 * (depth * exact.kbar - force)) - 1),
+        punch,
+    )
+
+
+# what the reference leaves
+REFERENCE = 2e-11
+
+
+def skin(rng):
+    """A film of 1e-5 to 1e-2 of the contact on an elastic half-space."""
+    young, poisson, thin = 10 ** rng.uniform(-2, 2), rng.uniform(0, 0.5), 10 ** rng.uniform(-5, -2)
+    return fp.Medium([fp.Layer(float(young), float(poisson), float(thin))], base=fp.HalfSpace(1.0, 0.3)), 1.0
+
+
+def many(rng):
+    """20 to 300 layers under a contact of a tenth to three times their thickness."""
+    medium = random_stack(rng, int(rng.integers(20, 301)))
+    return medium, medium.thickness * float(10 ** rng.uniform(-1, 0.5))
+
+
+def assert_as_stated(medium, radius):
+    stiffness, edge, moment, punch = compared(medium, radius)
+    floor = REFERENCE * max(1.0, punch.normalized_stiffness)
+    assert stiffness <= punch.error + floor
+    assert moment <= punch.error + floor
+    assert edge <= punch.edge_error + floor
+    return punch
+
+
+@pytest.mark.parametrize(("kind", "seed"), [(skin, 1), (skin, 2), (skin, 3), (many, 11), (many, 12)])
+def test_punches_are_those_of_the_integral_equation(kind, seed):
+    assert_as_stated(*kind(np.random.default_rng(seed)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [skin, many])
+def test_300_punches_are_those_of_the_integral_equation(kind):
+    rng = np.random.default_rng(42)
+    for _ in range(150):
+        assert_as_stated(*kind(rng))
+
+
+@pytest.mark.parametrize(("young", "radius"), [(5.0, 1e3), (5.0, 1e5), (0.2, 1e5)])
+def test_round_contacts_on_thin_skins_are_those_of_the_integral_equation(young, radius):
+    medium = fp.Medium([fp.Layer(young, 0.25, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    exact = integral_equation.solve(medium, radius)
+    scale = 2 * medium.surface_modulus * radius
+    for tip, (depth, force), height in (
+        (fp.Paraboloid(radius), exact.paraboloid, radius / 2),
+        (fp.Cone(np.pi / 4), exact.cone, radius),
+    ):
+        contact = fp.indent(medium, tip, depth=depth * height)
+        # the stiffness is good to 1e-6, and forces at given depth are stationary in the radius
+        assert abs(float(contact.force[0]) / (scale * force * height) - 1) <= float(contact.force_error[0]) < 1e-6
+        assert abs(float(contact.radius[0]) / radius - 1) <= float(contact.contour_error[0]) < 1e-3
+
+
+def test_the_rim_of_a_thin_skin_is_as_strong_as_its_base_asks():
+    # K = 2 E2* a and Krein's identity give (pi e)^2 = E2*/E1*, but for a part h/a ln(a/h) of the contrast
+    skinned = fp.Medium([fp.Layer(5.0, 0.25, 1e-5)], base=fp.HalfSpace(1.0, 0.3))
+    punch = fp.flat_punch(skinned, 1.0)
+    assert punch.edge_coefficient**2 == pytest.approx((1 / 0.91) / (5 / (1 - 0.25**2)), rel=3e-4)
+    assert punch.edge_error < 1e-6
+
+
+def test_thin_incompressible_layers_keep_the_digits_of_extended_precision():
+    # Kbar with 134 terms in 64-bit significands (numpy.longdouble), layer closed form, plain panels: the double-precision
+    # sum D + B has 1.4e-10 of it, a sum of positive terms 9e-13
+    gel = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase())
+    assert fp.flat_punch(gel, 100.0).normalized_stiffness == pytest.approx(156045.88411231598997, rel=4e-12)
+    # and as a thin layer it has Kbar = 3 pi beta^3/64 (1 + 5.84/beta + ...), the next term being 23/beta^2
+    for beta in (1e4, 1e5):
+        punch = fp.flat_punch(gel, beta)
+        ratio = punch.normalized_stiffness / (3 * np.pi / 64 * beta**3)
+        assert abs(ratio - 1 - 5.84 / beta) < punch.error + 30 / beta**2
+        assert punch.error < 2e-6
 
 
 @pytest.mark.parametrize("quantity", ["depth", "force"])

@@ -77,7 +77,7 @@ class PunchFamily:
             If a radius is too large for the resolution of the thinnest layer.
         """
         values = self._gather(beta, 3, nodes=nodes)
-        return Answers(values[:, 0], values[:, 1], values[:, 2])
+        return Answers(values[:, 0], values[:, 1], values[:, 2], np.full(beta.size, np.finfo(float).eps))
 
     def flat(self, beta: Array) -> Array:
         """Coefficients c* of the flat punch alone, shape (n, terms)."""
@@ -121,32 +121,40 @@ class PunchFamily:
         rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
         return rho, flat @ matrix
 
-    def error(self, beta: Array) -> float:
-        """Relative error of the answers at `beta`: the Chebyshev tail over the panels that hold them.
+    def error(self, beta: Array) -> tuple[float, float]:
+        """Relative errors of forces at given depth (or depths at given force), and of radii, at `beta`.
 
-        Under graded surfaces, and where layers are thin beyond `RESOLVED`, also what terms beyond the last leave, of cones too.
+        Those of the answers count: the Chebyshev tail over the panels that hold them. Under graded surfaces, and where layers are
+        thin beyond `RESOLVED`, also what terms beyond the last leave, of cones too. Forces at given depth are stationary in the
+        radius, and feel the error of the stiffness and the square of the radius' own.
         """
         beta = beta[self._live(beta)]
         if not beta.size:
-            return 0.0
-        interpolation = max(panel.error for panel, _ in self._parts(beta))
+            return 0.0, 0.0
+        panels = [panel for panel, _ in self._parts(beta)]
+        interpolation, largest = max(panel.error for panel in panels), float(beta.max())
         if self.kernel.solution is not None and self.kernel.solution.covers(beta):
-            return interpolation + self.kernel.solution.error
-        largest = float(beta.max())
+            return (interpolation + self.kernel.solution.error,) * 2
         if self.kernel.graded:
-            return interpolation + self._truncation(largest)
-        return interpolation + (self._skin(largest) if effective_beta(self.kernel, largest) > RESOLVED else 0.0)
+            return (interpolation + self._truncation(largest),) * 2
+        if effective_beta(self.kernel, largest) <= RESOLVED:
+            return interpolation, interpolation
+        force, radius = self._skin(largest)
+        return force + interpolation**2 + max(tail(p.series[:, : _terms(p)]) for p in panels), radius + interpolation
 
-    def _skin(self, beta: float) -> float:
-        """Change of stiffness, depth and force under a cone when a quarter of the terms is left out."""
-        terms = sufficient_terms(self.kernel, beta)
-        found = []
+    def _skin(self, beta: float) -> tuple[float, float]:
+        """Changes of stiffness and force at given depth, and of depth at given radius, under a cone.
+
+        A quarter of the terms is left out.
+        """
+        terms, found = sufficient_terms(self.kernel, beta), []
         for n in (3 * terms // 4, terms):
             answers, b = solve_round(self.kernel, np.array([beta]), n), power_moments(1.0, 0, n)
             depth = (power_edge(1.0, 0) + b @ answers.edge[0]) / edge_strength(answers)[0]
-            found.append([answers.flat[0, 0], depth, depth * answers.flat[0, 0] - b @ answers.flat[0]])
-        few, many = np.array(found)
-        return float(np.abs(few / many - 1).max())
+            found.append((answers.flat[0, 0], depth, depth * answers.flat[0, 0] - b @ answers.flat[0]))
+        (stiff, shallow, force), (stiffness, depth, whole) = found
+        at_depth = (force + stiff * (depth - shallow)) / whole - 1
+        return float(max(abs(stiff / stiffness - 1), abs(at_depth))), float(abs(shallow / depth - 1))
 
     def _truncation(self, beta: float) -> float:
         """Change of flat punch and edge strength when a quarter of the terms is left out; it grows with the radius."""
@@ -163,11 +171,11 @@ class PunchFamily:
     def lowest_pressure(self, beta: Array) -> float:
         """Smallest punch pressure times sqrt(1 - rho^2) over its mean, over `beta` and between; < 0 is tension.
 
-        It is taken on the panels that hold `beta`; far beyond the shortest length, where these are expensive, at `beta` alone.
+        It is taken on the panels that hold `beta`; far beyond the shortest length, where these are expensive, at some of `beta`.
         """
-        beta = beta[self._live(beta)]
-        if beta.size and effective_beta(self.kernel, float(beta.max())) > RESOLVED and not self.kernel.graded:
-            return min(self._lowest_at(float(b)) for b in beta)
+        beta = np.sort(beta[self._live(beta)])
+        if beta.size and effective_beta(self.kernel, float(beta[-1])) > RESOLVED and not self.kernel.graded:
+            return self._lowest_at(beta)
         return min((self._lowest_on(panel) for panel, _ in self._parts(beta[self._live(beta)])), default=1.0)
 
     def _live(self, beta: Array) -> Indices:
@@ -188,9 +196,19 @@ class PunchFamily:
         answers = solve_round(self.kernel, beta, sufficient_terms(self.kernel, float(beta.max())))
         return np.hstack([answers.flat, answers.edge, answers.slope])
 
-    def _lowest_at(self, beta: float) -> float:
-        flat = solve_round(self.kernel, np.array([beta]), sufficient_terms(self.kernel, beta)).flat[0]
-        return float((flat @ regular_part(0, flat.size, _RHO) / flat[0]).min())
+    def _lowest_at(self, beta: Array) -> float:
+        """The same at ascending radii alone, from the largest to the first that pulls.
+
+        Beyond the resolved lengths it is taken at every fourth: there the pressure at the rim only shrinks towards it.
+        """
+        far = np.searchsorted(beta, RESOLVED / effective_beta(self.kernel, 1.0))
+        lowest = np.inf
+        for group in (*np.split(beta[:far], np.arange(4, far, 4)), beta[::-1][: beta.size - far : 4][::-1])[::-1]:
+            if group.size and lowest >= 0:
+                terms = sufficient_terms(self.kernel, float(group[-1]))
+                flat = solve_round(self.kernel, group, terms).flat
+                lowest = min(lowest, float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min()))
+        return lowest
 
     def _lowest_on(self, panel: Panel) -> float:
         key = (panel.low, panel.high)

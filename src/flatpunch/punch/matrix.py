@@ -23,8 +23,8 @@ from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split
 RESOLVED = 300.0
 """Effective beta, cutoff beta/25, up to which the terms suffice for edge and pressure at 1e-10."""
 
-_SKIN_TERMS = 200
-"""Terms beyond `RESOLVED`: stiffness and round contacts to about 1e-7, while the rim of flat punches is not resolved."""
+_MOST_TERMS = 300
+"""Terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved."""
 
 LARGEST = 2e5
 """Largest effective beta that is solved. Beyond it the shortest length of the medium is below 5e-6 of the contact radius."""
@@ -50,11 +50,8 @@ def sufficient_terms(kernel: Kernel, beta: float) -> int:
     """Number of terms for edge and pressure at 1e-10 (theory page 3, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
     if kernel.graded:
         return graded_terms(kernel, beta)
-    if effective_beta(kernel, beta) > 1.06 * RESOLVED:
-        # panels that begin below end at 10^2.5 = 316
-        return _SKIN_TERMS
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))
-    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
+    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, _MOST_TERMS])))
 
 
 def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> Array:
@@ -117,11 +114,15 @@ class RemainderRule:
         """
         terms = self.table.j.shape[0]
         blocks = np.empty((self.used.size, terms, terms))
-        weights = self.weights if self.whole is None else self.whole
 
         def fill(i: int) -> None:
             j = self.table.j[:, : self.used[i]]
-            np.matmul(j * weights[i, : self.used[i]], j.T, out=blocks[i])
+            if self.whole is None:
+                np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
+                return
+            # a matrix times its own transpose costs half
+            scaled = j * np.sqrt(self.whole[i, : self.used[i]])
+            np.matmul(scaled, scaled.T, out=blocks[i])
 
         in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
         if self.whole is None:
@@ -171,17 +172,22 @@ class Answers:
         A_m^-1 s - D_m^-1 s: S[A_m^-1 b] = S0[b] + b.edge. (For m = 0 edge strength e of the punch: 1/pi + edge_0.)
     slope : ndarray
         A_0^-1 t - D_0^-1 t, the same for the functional t of d'(a); only for m = 0.
+    rounding : ndarray, shape (nb,)
+        Relative error of `flat` from rounding: eps times the largest entry that the matrix is a sum of and the largest of its
+        inverse.
     """
 
     flat: Array
     edge: Array
     slope: Array
+    rounding: Array
 
 
 def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
     if kernel.graded:
-        return Answers(*graded_round(kernel, beta, terms))
+        flat, edge, slope = graded_round(kernel, beta, terms)
+        return Answers(flat, edge, slope, _rounding(flat, np.pi))
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
@@ -194,7 +200,12 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
     solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    return Answers(solution[..., 0], solution[..., 1], solution[..., 2])
+    flat, edge, slope = np.moveaxis(solution, -1, 0)
+    return Answers(flat, edge, slope, _rounding(flat, np.pi if rule.whole is None else matrix[:, 0, 0]))
+
+
+def _rounding(flat: Array, size: float | Array) -> Array:
+    return np.asarray(16 * np.finfo(float).eps * np.maximum(1.0, flat[:, 0] * size))
 
 
 def edge_strength(answers: Answers) -> Array:

@@ -22,8 +22,8 @@ _TOLERANCE = 1e-10
 _GRADED_TOLERANCE = 1e-9
 """Responses of graded media are interpolated to 2e-12, so that their derivatives, which the edges need, know 1e-10 at best."""
 
-_SKIN_TOLERANCE = 1e-7
-"""Beyond the resolved lengths, where terms leave as much."""
+_SKIN_TOLERANCE = 1e-5
+"""Beyond the resolved lengths, where terms leave as much of radii; forces at given depth feel its square."""
 
 _NARROWEST = np.log(10) / 16
 _UNIT = np.log(10) / 8
