@@ -23,9 +23,10 @@ from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import interfaces, waves_at
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import layer_at
+from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.layered import wavenumbers
 from flatpunch.fields.ring_sources import RingSources
-from flatpunch.fields.sources import RoundSource, contact_sources
+from flatpunch.fields.sources import RoundSource
 from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
 
@@ -85,10 +86,11 @@ def energy_by_depth(
     if kernel.graded:
         raise ValueError("medium has a graded surface layer, for which the energy by depth is not computed.")
     given = {"depth": depth, "force": force, "radius": radius}
-    below = values("z", z, strict=True) if z is not None else np.zeros(0)
+    below = values("z", z, strict=True, unit="m") if z is not None else np.zeros(0)
     if not getattr(indenter, "round", False):
         raise ValueError("indenter must be round: the energy by depth of other tips is not computed.")
-    sources, solved = contact_sources(medium, indenter, given, None, 0.0, work_of_adhesion=work_of_adhesion)
+    contact = contact_of(medium, indenter, given, None, work_of_adhesion)
+    sources, solved = contact_sources(contact, 0.0)
     source = sources[0]
     faces = interfaces(body)
     if isinstance(source, RoundSource) and isinstance(source.load, RingSources):
