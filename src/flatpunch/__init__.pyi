@@ -66,6 +66,7 @@ from .media import (
 )
 from .plots.fields import plot_fields
 from .punch import flat_punch
+from .sensitivity import sensitivity
 from .sweeps import sweep
 
 __all__ = [
@@ -140,5 +141,6 @@ __all__ = [
     "read_curve",
     "read_height_map",
     "save",
+    "sensitivity",
     "sweep",
 ]

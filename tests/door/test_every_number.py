@@ -99,6 +99,8 @@ CALLS = {
     ),
     "BoundaryElements": (fp.BoundaryElements, {"grid": 16, "tolerance": 1e-3, "limit": 50}),
     "Refined": (fp.Refined, {"rtol": 1e-2, "cells": 32}),
+    "sensitivity": (fp.sensitivity, {"medium": GEL, "indenter": BALL, "depth": 1e-7, "z": [2e-7, 1e-6]}),
+    "sensitivity radius": (fp.sensitivity, {"medium": BODY, "indenter": BALL, "radius": 1e-7}),
     "pressure": (fp.pressure, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": [0.0, 1e-8], "depth": 1e-8}),
     "pressure adhesive": (
         fp.pressure,
