@@ -65,6 +65,7 @@ from .media import (
     TwoBodies,
 )
 from .plots.fields import plot_fields
+from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
 from .sensitivity import sensitivity
 from .sweeps import sweep
@@ -135,6 +136,7 @@ __all__ = [
     "indent",
     "load",
     "plot_fields",
+    "plot_sensitivity",
     "pressure",
     "pull_off",
     "read_case",

@@ -356,6 +356,8 @@ def test_every_public_constructor_and_function_is_here():
         *("load", "save", "read_case", "read_curve"),
         # points and loads inside a body, and their pictures; their own tests
         *("fields", "critical_load", "CriticalLoad", "energy_by_depth", "PatchLoad", "plot_fields"),
+        # takes a result
+        "plot_sensitivity",
         # take case files and curves; their own tests
         *("read_height_map", "sweep", "fit_batch"),
     }

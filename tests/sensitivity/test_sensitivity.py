@@ -234,3 +234,16 @@ def test_what_has_no_derivatives_is_refused():
         fp.sensitivity(POWER, fp.Paraboloid(1.0), depth=0.1, z=1.0)
     with pytest.raises(ValueError, match="inside the rigid base"):
         fp.sensitivity(GEL, fp.Paraboloid(1.0), depth=0.1, z=1.5)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "error", "share"),
+    [(0.01, 0.19, 0.002), (0.1, 0.16, 0.022), (0.5, 0.08, 0.085), (2.0, -0.11, 0.20), (10.0, -0.42, 0.34)],
+)
+def test_table_of_the_one_tenth_rule(ratio, error, share):
+    """As printed on the page about AFM and nanoindentation."""
+    body, tip = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], fp.HalfSpace(1.0, 0.3)), fp.Cone(np.radians(19.7))
+    found = fp.sensitivity(body, tip, depth=0.1)
+    alone = float(fp.indent(fp.HalfSpace(ratio, 0.3), tip, depth=0.1).force[0])
+    assert float(found.contact_force) / alone - 1 == pytest.approx(error, abs=0.006)
+    assert float(found.force.sel(parameter="base.young")) == pytest.approx(share, rel=0.03)

@@ -1,7 +1,7 @@
 """Depth sensitivity: how much of a force comes from which depth (T15.6).
 
 d ln F/d ln E(z) per length is the energy density that the contact pressure and the flat punch's have in common, in planes of
-constant depth, over F; its integral over the whole body is one. Shallow depths need large wavenumbers: depths are taken in groups.
+constant depth, over F; its integral over the whole body is one. Shallow depths need large wavenumbers; groups share them.
 """
 
 from __future__ import annotations

@@ -186,7 +186,7 @@ def _dataset(
         columns["layer"] = ("z", shares.layer, {"long_name": "layer from the surface inwards; the base comes last"})
         meaning = "relative change of the force at fixed depth per relative change of the modulus there and length"
         put("depth_sensitivity", ("z",), shares.values, {"units": "1/m", "long_name": meaning})
-    return dataset(
+    result = dataset(
         columns,
         coordinates,
         {
@@ -199,3 +199,4 @@ def _dataset(
             "notes": "\n".join(dict.fromkeys(each.notes for each in found if each.notes)),
         },
     )
+    return result.set_coords([name for name in ("value", "unit", "layer") if name in columns])
