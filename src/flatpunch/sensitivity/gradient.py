@@ -11,8 +11,8 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.contact import indent
 from flatpunch.contact.curve import Control
+from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile

@@ -15,7 +15,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method, check_indenter, method_of
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method, MethodName, check_indenter, method_of
 from flatpunch.fields.bodies import located
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import underlying
@@ -46,7 +46,7 @@ def sensitivity(
     depth: float | Array | None = None,
     force: float | Array | None = None,
     radius: float | Array | None = None,
-    method: str | Method | None = None,
+    method: Method | MethodName | None = None,
     z: Array | None = None,
 ) -> xr.Dataset:
     """Relative change of a contact per relative change of each number of medium and tip, and of the modulus at each depth.
@@ -114,7 +114,7 @@ def sensitivity(
     return _dataset(medium, indenter, control, chosen, wanted, found, shares, scalar=scalar)
 
 
-def _method(method: str | Method | None, indenter: Indenter) -> Method:
+def _method(method: Method | MethodName | None, indenter: Indenter) -> Method:
     if method is None:
         return FirstOrder() if indenter.round else BoundaryElements()
     chosen = method_of(method)
