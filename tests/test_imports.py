@@ -16,6 +16,7 @@ _FLOORS = [
     {"bem"},
     {"contact"},
     {"atlas", "fields"},
+    {"sensitivity"},
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},
