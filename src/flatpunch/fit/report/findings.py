@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch._support.checks import Array
 from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -19,7 +20,6 @@ _WIDE = 0.1
 """Relative standard error that counts as wide."""
 _MEMORY = 0.3
 """Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
-
 
 _TIMES = 10.0
 """Residuals so many times the noise of the detector are a fit that missed."""
@@ -45,13 +45,28 @@ def doubts(result: FitResult) -> tuple[str, ...]:
 
 
 def contact_outside(result: FitResult) -> str:
-    """Whether the data begin in contact, or end before it."""
-    if "contact" not in result.estimates:
-        return ""
+    """Whether the data begin in contact, or end before it.
+
+    Instruments that detect the contact themselves begin at it: a contact point within one reading of the first is inside.
+    """
     shown = result.depth[result.used]
-    if shown.min() >= 0:
+    if "contact" not in result.estimates or not shown.size:
+        return ""
+    if shown.max() <= 0:
+        return "the contact point is outside the data: nothing is in contact"
+    if shown.min() > _spacing(shown):
         return "the contact point is outside the data: they begin in contact, and no baseline is seen"
-    return "the contact point is outside the data: nothing is in contact" if shown.max() <= 0 else ""
+    return ""
+
+
+def _spacing(depth: Array) -> float:
+    """Usual distance of neighbouring readings, and a little for its rounding [m]."""
+    return 1.01 * float(np.median(np.abs(np.diff(depth))))
+
+
+def without_baseline(result: FitResult) -> bool:
+    """Whether no reading was taken before the contact."""
+    return "contact" in result.estimates and bool(result.depth[result.used].min() >= -_spacing(result.depth))
 
 
 def judged(result: FitResult) -> tuple[str, ...]:
@@ -89,7 +104,9 @@ def judged(result: FitResult) -> tuple[str, ...]:
     for name in sorted(wide - told):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
-    outside = contact_outside(result)
+    outside = contact_outside(result) or (
+        "the data begin at the contact, and no baseline is seen" if without_baseline(result) else ""
+    )
     if outside:
         notes.append(
             f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone."
