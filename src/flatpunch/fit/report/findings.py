@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 _TANGLED = 0.98
 """Correlation from which two parameters count as hard to tell apart, if their intervals are wide as well."""
-_WIDE = 0.1
+WIDE = 0.1
 """Relative standard error that counts as wide."""
 _MEMORY = 0.3
 """Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
 
-_TIMES = 10.0
+TIMES = 10.0
 """Residuals so many times the noise of the detector are a fit that missed."""
 
 
@@ -39,7 +39,7 @@ def doubts(result: FitResult) -> tuple[str, ...]:
     inside = result.residual[result.used & (result.depth >= 0)]
     if free.size > 30 and inside.size:
         noise = noise_of(np.diff(free), converter_step(result.curve.force)) / np.sqrt(2)
-        if np.sqrt(np.mean(inside**2)) > _TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
+        if np.sqrt(np.mean(inside**2)) > TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
             found.append(f"the residuals are {np.sqrt(np.mean(inside**2)) / noise:.0f} times the noise")
     return tuple(found)
 
@@ -83,7 +83,7 @@ def judged(result: FitResult) -> tuple[str, ...]:
         )
     error = np.sqrt(np.diag(result.covariance))
     table = result.correlation
-    wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > _WIDE}
+    wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > WIDE}
     told = set()
     for j in range(len(free)):
         for k in range(j):
@@ -116,10 +116,16 @@ def judged(result: FitResult) -> tuple[str, ...]:
         for name, e in result.estimates.items()
         if e.at_bound
     ]
-    if result.memory > _MEMORY and result.minimum.residual.size > 30:
-        factor = np.sqrt((1 + result.memory) / (1 - result.memory))
-        notes.append(
-            f"Neighbouring residuals are correlated ({result.memory:.2f}): drift, or a model that does not fit. The intervals "
-            f"are too small by a factor of about {factor:.1f}."
-        )
+    notes += correlated(result.memory, result.minimum.residual.size)
     return tuple(notes)
+
+
+def correlated(memory: float, size: int) -> tuple[str, ...]:
+    """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
+    if memory <= _MEMORY or size <= 30:
+        return ()
+    factor = np.sqrt((1 + memory) / (1 - memory))
+    return (
+        f"Neighbouring residuals are correlated ({memory:.2f}): drift, or a model that does not fit. The intervals are too small "
+        f"by a factor of about {factor:.1f}.",
+    )
