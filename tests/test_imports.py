@@ -59,6 +59,7 @@ _INSIDE = {
         {"adhesion", "viscoelastic"},
         {"report"},
         {"fitting", "half_space"},
+        {"many"},
         {"films", "batch", "case"},
         {"pictures"},
         {"__init__"},
