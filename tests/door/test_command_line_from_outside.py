@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
-from flatpunch.cli.told import message, toml
+from flatpunch._support.messages import message, toml
 from support import case_mutations
 
 CASE = """

@@ -40,7 +40,6 @@ app = typer.Typer(
 )
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
-_ROWS = 10
 _NOBODY_READS = 141
 """Status of a process whose output nobody reads, as the shell gives it."""
 
@@ -188,46 +187,17 @@ def _pull_off(case: Case, work: float) -> list[str]:
 
 def _print_curve(case: Case, result: xr.Dataset) -> None:
     """Print about ten evenly chosen steps as a table; every column in the unit that suits its largest value."""
-    import numpy as np
     from rich.table import Table
 
-    from flatpunch.contact.default import EXACT
-    from flatpunch.files.units import readable
+    from flatpunch.files.curve_table import curve_table
 
-    steps = result.sizes["step"]
-    chosen = np.unique(np.linspace(0, steps - 1, min(_ROWS, steps)).round().astype(int))
-    columns = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
-    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
-    columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
-    table = Table(
-        title=case.title,
-        caption=f"{len(chosen)} of {steps} steps, {_solved_by(result)}",
-        title_justify="left",
-    )
-    shown = []
-    for name, unit in columns.items():
-        values = result[name].values
-        finite = np.abs(values[np.isfinite(values)])
-        factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
-        table.add_column(f"{name}\n{prefixed}".replace("^2", "²"), justify="right")
-        shown.append([f"{values[i] * factor:.4g}" for i in chosen])
-    if "force_error" in result and result.attrs["method_reason"] != EXACT:
-        table.add_column("force error\n%", justify="right")
-        shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
-    valid = result["valid"].values
-    if not valid.all():
-        table.add_column("theory\nholds")
-        shown.append(["yes" if valid[i] else "no" for i in chosen])
-    for row in zip(*shown, strict=True):
+    shown = curve_table(result)
+    table = Table(title=case.title, caption=shown.caption, title_justify="left")
+    for name, unit in shown.columns:
+        table.add_column(f"{name}\n{unit}", justify="right")
+    for row in shown.rows:
         table.add_row(*row)
     Console().print(table)
-
-
-def _solved_by(result: xr.Dataset) -> str:
-    """The method, unless it is exact whatever its name."""
-    from flatpunch.contact.default import EXACT
-
-    return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
 
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
