@@ -16,6 +16,7 @@ from rich.console import Console
 
 from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.fit import add_commands
+from flatpunch.cli.page import add_commands as add_page
 from flatpunch.cli.paper import paper
 from flatpunch.cli.streams import finish, prepare
 from flatpunch.cli.stress import add_commands as add_stress
@@ -141,6 +142,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     import flatpunch as fp
     from flatpunch._support.progress import listening
     from flatpunch.files import save
+    from flatpunch.files.summary import pull_off_lines
 
     written = []
     with (
@@ -151,7 +153,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         step("solving")
         with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
             result = fp.indent(case.medium, case.indenter, **case.arguments)
-        leaving = [] if case.work_of_adhesion is None else _pull_off(case, case.work_of_adhesion)
+        leaving = pull_off_lines(case)
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))
@@ -170,26 +172,11 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     out.print()
 
 
-def _pull_off(case: Case, work: float) -> list[str]:
-    """Say where the contact is lost."""
-    import flatpunch as fp
-    from flatpunch.files.units import text
-
-    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.range_of_action)
-    lines = [
-        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
-        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
-    ]
-    if lost.tabor is not None:
-        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
-    return lines
-
-
 def _print_curve(case: Case, result: xr.Dataset) -> None:
     """Print about ten evenly chosen steps as a table; every column in the unit that suits its largest value."""
     from rich.table import Table
 
-    from flatpunch.files.curve_table import curve_table
+    from flatpunch.files.summary import curve_table
 
     shown = curve_table(result)
     table = Table(title=case.title, caption=shown.caption, title_justify="left")
@@ -212,6 +199,7 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 add_commands(app)
 add_sweep(app)
 add_stress(app)
+add_page(app)
 app.add_typer(atlas_app(), name="atlas")
 
 

@@ -1,4 +1,4 @@
-"""A curve as a short table for people: about ten of its steps, every column in the unit that keeps it readable."""
+"""Results in short for people: about ten steps of a curve with readable units, and where a sticking contact is lost."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from flatpunch.contact import pull_off
 from flatpunch.contact.default import EXACT
-from flatpunch.files.units import readable
+from flatpunch.files.cases import Case
+from flatpunch.files.units import readable, text
 
 _ROWS = 10
 
@@ -56,3 +58,19 @@ def curve_table(result: xr.Dataset) -> CurveTable:
 def _solved_by(result: xr.Dataset) -> str:
     """The method, unless it is exact whatever its name."""
     return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
+
+
+def pull_off_lines(case: Case) -> list[str]:
+    """Say where a sticking contact is lost; nothing without adhesion."""
+    if case.work_of_adhesion is None:
+        return []
+    lost = pull_off(
+        case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion, range_of_action=case.range_of_action
+    )
+    lines = [
+        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
+        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
+    ]
+    if lost.tabor is not None:
+        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
+    return lines
