@@ -171,7 +171,7 @@ class Page:
         if function is None:
             raise NotHere("this tab has no such detail.")
         step = int(options["step"]) if options.get("step", "").isdecimal() else 0
-        return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step, long=True), _SOON)
+        return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step), _SOON)
 
     def _file(self, tab_name: str, kind: str, fields: dict[str, str]) -> Answer:
         if tab_name not in TABS or kind not in TABS[tab_name].files:
@@ -183,7 +183,7 @@ class Page:
         elif kind == "py":
             content = script(tab, fields, stem).encode("utf-8")
         else:
-            job = self.workers.submit(tab.file, fields, self._kept(tab, fields), kind, long=True)
+            job = self.workers.submit(tab.file, fields, self._kept(tab, fields), kind)
             job.wait()
             if job.state != "done":
                 raise FormError(job.outcome or "it was stopped.")

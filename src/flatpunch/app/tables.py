@@ -61,9 +61,11 @@ _LEFT_OUT = {"kind", "file"}
 _LABELS = {
     "young": "Young's modulus",
     "poisson": "Poisson ratio",
-    "A": "curvature A",
-    "B": "curvature B",
-    "r": "radii r",
+    "bonded": "Lower face",
+    "A": "Curvature A",
+    "B": "Curvature B",
+    "r": "Radii r",
+    "f": "Heights f",
 }
 
 
@@ -125,7 +127,7 @@ def asked(table: type[Table], prefix: str) -> list[Asked]:
         value = _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, "")) if needed else ""
         if kind == "switch" and info.default is not PydanticUndefined and info.default is not None:
             value = "true" if info.default else "false"
-        found.append(Asked(name, _LABELS.get(name, name.replace("_", " ")), kind, value, example, choices))
+        found.append(Asked(name, _LABELS.get(name, name.replace("_", " ").capitalize()), kind, value, example, choices))
     return found
 
 

@@ -90,11 +90,11 @@ class Workers:
     Parameters
     ----------
     most : int, optional
-        Processes at most; one more than there are cores if left out, so that a long job leaves one for short ones.
+        Processes at most; two more than there are cores if left out. One of them is left to short jobs.
     """
 
     def __init__(self, most: int | None = None) -> None:
-        self.most = max(2, most or allowed_threads() + 1)
+        self.most = max(2, most or allowed_threads() + 2)
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._waiting: list[Job] = []
         self._idle: list[_Worker] = []
@@ -103,10 +103,13 @@ class Workers:
         self._closed = False
 
     def warm(self) -> None:
-        """Start one process, so that the first job finds it ready."""
+        """Start one process, so that the next job finds it ready."""
         worker = _Worker()
         with self._lock:
-            self._idle.append(worker)
+            if not self._closed and len(self._idle) + len(self._busy) < self.most:
+                self._idle.append(worker)
+                return
+        worker.end()
 
     def submit(
         self, function: str, *arguments: Any, long: bool = False, keep: Callable[[Any], None] = lambda outcome: None
@@ -182,24 +185,27 @@ class Workers:
     def _run(self, job: Job) -> None:
         with self._lock:
             worker = self._idle.pop() if self._idle else None
+            spare = job.long and not self._idle and len(self._busy) < self.most
+        if spare:
+            threading.Thread(target=self.warm, daemon=True).start()
+        end: tuple[str, Any]
         try:
             worker = worker or _Worker()
             with self._lock:
                 self._busy[job.key] = worker
-            if not job.ended.is_set():
-                job.state = "running"
-                worker.run(job)
+            end = ("stopped", None) if job.ended.is_set() else worker.run(job)
         except Exception as error:  # a process that cannot be started must not leave a job without an end
-            job.finish("failed", f"the calculation could not be started ({type(error).__name__}: {error}).")
-        finally:
-            with self._lock:
-                self._busy.pop(job.key, None)
-                usable = worker is not None and worker.usable and not self._closed
-                if usable and worker is not None:
-                    self._idle.append(worker)
-            if worker is not None and not usable:
-                worker.end()
-            self._next()
+            end = ("failed", f"the calculation could not be started ({type(error).__name__}: {error}).")
+        with self._lock:
+            # before anybody hears of the end: the next job may follow at once
+            self._busy.pop(job.key, None)
+            if worker is not None and worker.usable and not self._closed:
+                self._idle.append(worker)
+                worker = None
+        job.finish(*end)
+        if worker is not None:
+            worker.end()
+        self._next()
 
 
 class _Worker:
@@ -214,28 +220,25 @@ class _Worker:
         end.close()
         self.usable = True
 
-    def run(self, job: Job) -> None:
-        """Do a job and wait for its end."""
+    def run(self, job: Job) -> tuple[str, Any]:
+        """Do a job; return its last state and outcome."""
+        job.state = "running"
         try:
             self._pipe.send(job.call)
             while not job.ended.is_set():
                 if not self._pipe.poll(1.0):
                     if time.monotonic() - job.asked > _FORGOTTEN:
-                        self.end()
-                        job.finish("stopped")
+                        break
                     continue
                 kind, what = self._pipe.recv()
-                if kind == "progress":
-                    job.progress = what
-                else:
-                    job.finish(kind, what)
-                    return
+                if kind != "progress":
+                    return kind, what
+                job.progress = what
         except (EOFError, OSError):
-            self.end()
-            job.finish(
-                "failed", "the process that calculated ended unexpectedly; there may not have been enough memory."
-            )
+            self.usable = False
+            return "failed", "the process that calculated ended unexpectedly; there may not have been enough memory."
         self.usable = False
+        return "stopped", None
 
     def end(self) -> None:
         """End the process, whatever it does."""

@@ -178,7 +178,7 @@ function frame(svg, area, x, y, second, spec) {
   const middle = (area.top + area.bottom) / 2;
   if (second) {
     for (const value of second.ticks) node("text", { x: area.right + 7, y: second.at(value / second.factor) + 4 }, svg, word(value));
-    node("text", { transform: `translate(${area.right + 50} ${middle}) rotate(90)`, "text-anchor": "middle", style: "" }, svg, second.title).style.fill = spec.right.colour ?? "";
+    node("text", { transform: `translate(${area.right + 50} ${middle}) rotate(90)`, "text-anchor": "middle" }, svg, second.title).style.fill = spec.right.colour ?? "";
   }
   node("path", { class: "axis", d: `M${area.left} ${area.top}V${area.bottom}H${area.right}${second ? `V${area.top}` : ""}` }, svg);
   node("text", { x: (area.left + area.right) / 2, y: area.bottom + 35, "text-anchor": "middle" }, svg, x.title);
@@ -262,8 +262,9 @@ export function section(box, spec) {
     svg.setAttribute("height", height);
     const total = spec.layers.reduce((sum, layer) => sum + layer.thickness, 0);
     const above = 70;
-    const deep = total > 0 ? 1.3 * total : 3 * spec.radius;
-    const scale = (height - above - 4) / deep;
+    const wanted = Math.max(1.25 * total, total > 0 ? 0 : 3 * spec.radius);
+    const scale = Math.min((height - above) / wanted, width / (3.6 * spec.radius || wanted));
+    const deep = (height - above) / scale;
     const surface = above;
     let z = 0;
     spec.layers.forEach((layer, i) => {
@@ -290,7 +291,9 @@ export function section(box, spec) {
       last = py;
       node("text", { x: 8, y: py }, svg, layer.label);
     }
-    const length = ticks(0, width / scale / 3, 1).at(-1);
+    const third = width / scale / 3;
+    const power = 10 ** Math.floor(Math.log10(third));
+    const length = power * [5, 2, 1].find((each) => each * power <= third);
     const bar = length * scale;
     node("path", { d: `M${width - 12 - bar} 14V22H${width - 12}V14`, fill: "none", stroke: "var(--ink)", "stroke-width": 1.2 }, svg);
     node("text", { x: width - 12, y: 36, "text-anchor": "end" }, svg, quantity(length, "m", 3));
