@@ -295,8 +295,8 @@ export function section(box, spec) {
     const power = 10 ** Math.floor(Math.log10(third));
     const length = power * [5, 2, 1].find((each) => each * power <= third);
     const bar = length * scale;
-    node("path", { d: `M${width - 12 - bar} 14V22H${width - 12}V14`, fill: "none", stroke: "var(--ink)", "stroke-width": 1.2 }, svg);
-    node("text", { x: width - 12, y: 36, "text-anchor": "end" }, svg, quantity(length, "m", 3));
+    node("path", { d: `M${width - 12 - bar} ${height - 26}v-8m0 4H${width - 12}m0 -4v8`, fill: "none", stroke: "var(--ink)", "stroke-width": 1.2 }, svg);
+    node("text", { x: width - 12, y: height - 10, "text-anchor": "end" }, svg, quantity(length, "m", 3));
   }, spec.title);
 }
 
