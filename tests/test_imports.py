@@ -20,6 +20,7 @@ _FLOORS = [
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},
+    {"app"},
     {"cli"},
 ]
 """Packages from the ground up: a package imports from lower floors only."""
