@@ -70,7 +70,9 @@ from .plots.indenter import plot_tip
 from .plots.medium import plot_medium
 from .plots.outline import plot_outline
 from .plots.pressure import plot_pressure
+from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
+from .sensitivity import sensitivity
 from .sweeps import sweep
 
 __all__ = [
@@ -144,6 +146,7 @@ __all__ = [
     "plot_medium",
     "plot_outline",
     "plot_pressure",
+    "plot_sensitivity",
     "plot_tip",
     "pressure",
     "pull_off",
@@ -151,5 +154,6 @@ __all__ = [
     "read_curve",
     "read_height_map",
     "save",
+    "sensitivity",
     "sweep",
 ]

@@ -16,6 +16,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f"flatpunch check {_CASE}",
         f"flatpunch check {_FIT}/thin_gel.toml",
     ),
+    "app": ("flatpunch app", "flatpunch app --port 0 --no-browser"),
     "demo": (
         "flatpunch demo",
         "flatpunch demo --output my-cases",
