@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo app screenshots test slow benchmarks format format-check lint types docs docs-check lowest wheel integrations picture clean
+.PHONY: help install demo app screenshots test slow benchmarks format format-check lint types docs docs-check tutorial lowest wheel integrations picture clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -82,6 +82,11 @@ wheel: $(VENV)/.installed-dev  ## Build the wheel and run its demo in an environ
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/wheel
 	$(UV) pip install --quiet --python $(OTHER)/wheel $(OTHER)/wheel-file/*.whl
 	cd $(OTHER)/wheel && bin/flatpunch demo --output demo-results > demo.txt && tail -3 demo.txt
+
+tutorial: $(VENV)/.installed-dev  ## Follow the tutorial literally, in an environment made as it says
+	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/tutorial
+	$(UV) pip install --quiet --python $(OTHER)/tutorial '.[fit]'
+	$(OTHER)/tutorial/bin/python scripts/follow_page.py docs/tutorial.md
 
 integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography, in an environment of their own
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/integrations
