@@ -41,8 +41,8 @@ def test_line_table_and_html(thing):
 def test_media_are_tables_of_layers_with_units():
     assert str(GEL).splitlines() == [
         "Medium, from the surface down",
-        "           young   poisson  thickness  lower face",
-        "  layer 1  5 kPa   0.5      1.2 µm     bonded",
+        "           young   poisson  thickness   lower face",
+        "  layer 1  5 kPa   0.5      1.2 µm      bonded",
         "  base     70 GPa  0.22     half-space",
     ]
     assert repr(fp.Pyramid(4, np.radians(55))) == "Pyramid(sides=4, inclination=0.959931)"

@@ -54,7 +54,7 @@ def test_curve_goes_through_the_numbers(result, axes):
     assert "mN/m" in right.get_ylabel()
 
 
-@pytest.mark.parametrize("indenter", [fp.Sphere(2e-6), fp.Cone(0.5), fp.Cylinder(5e-7)], ids=str)
+@pytest.mark.parametrize("indenter", [fp.Sphere(2e-6), fp.Cone(0.5), fp.Cylinder(5e-7)], ids=repr)
 def test_curve_between_few_steps_is_that_of_many(indenter):
     """It starts at zero with its power law, and no chord shows: a hundredth of the force at eight steps."""
     few = fp.indent(GEL, indenter, depth=np.linspace(5e-8, 4e-7, 8))
@@ -205,7 +205,7 @@ def test_refusals(result, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("indenter", [TIP, fp.EllipticParaboloid(2e5, 4e5), fp.Tilted(TIP, 0.05, 0.02)], ids=str)
+@pytest.mark.parametrize("indenter", [TIP, fp.EllipticParaboloid(2e5, 4e5), fp.Tilted(TIP, 0.05, 0.02)], ids=repr)
 def test_level_lines_are_named_in_the_legend(indenter, axes):
     """Where no label can cross a line or the frame; they are a round height apart."""
     result = fp.indent(GEL, indenter, depth=[1e-7, 2e-7, 4e-7], method="second-order", angles=48)
@@ -214,8 +214,8 @@ def test_level_lines_are_named_in_the_legend(indenter, axes):
     names = [text.get_text() for text in axes.get_legend().get_texts()]
     assert names[0] == "contact"
     assert "earlier" in names
-    (spacing,) = (re.fullmatch(r"tip, every (\d+) nm", name)[1] for name in names if name.startswith("tip"))
-    assert spacing.rstrip("0") in ("1", "2", "5")
+    (spacing,) = (re.fullmatch(r"tip, every ([\d.]+) [nµ]m", name)[1] for name in names if name.startswith("tip"))
+    assert spacing.strip("0.") in ("1", "2", "5")
     assert len(axes.collections[0].get_paths()) >= 4
 
 
