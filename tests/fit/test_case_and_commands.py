@@ -176,4 +176,4 @@ def test_pictures():
         for i in range(3)
     ]
     batch = fit_batch(curves, film, Sphere(3e-6), [YOUNG], workers=1)
-    assert len(map_figure(batch, YOUNG).axes) == 2
+    assert len(map_figure(batch, YOUNG).axes) == 3  # map, its bar, histogram

@@ -160,7 +160,7 @@ def test_force_map(tmp_path):
     assert one.spring_constant == spring
     batch = fit_batch([path], gel, Paraboloid(3e-6), ["layers[0].young"], workers=1)
     assert [row["index"] for row in batch.rows] == list(range(6))
-    assert len(map_figure(batch, "layers[0].young").axes) == 2
+    assert len(map_figure(batch, "layers[0].young").axes) == 3  # map, its bar, histogram
 
 
 def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):

@@ -192,7 +192,7 @@ def press_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     if kind == "nc":
         return sealed(netcdf(result))
     if kind == "csv":
-        return to_csv(result).encode("utf-8")
+        return to_csv(result, outlines=False).encode("utf-8")
     from flatpunch.plots import result as pictures
 
     case = case_of(fields)

@@ -138,6 +138,19 @@ def indent(
     ------
     ValueError, TypeError
         On bad input, before any work.
+
+    See Also
+    --------
+    pressure : The pressure of one contact.
+    pull_off : Where an adhesive contact is lost.
+    fit : From a measured curve to moduli.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> curve = fp.indent(gel, fp.Sphere(radius=5e-6), depth=[100e-9, 200e-9])
+    >>> print([f"{force * 1e9:.2f} nN" for force in curve.force.values])
+    ['1.96 nN', '8.92 nN']
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
@@ -233,6 +246,17 @@ def pressure(
     error : ndarray
         Estimated error of each value [Pa], if `return_error`: what cells twice as wide would change, and the difference to
         boundary elements for "first-order".
+
+    See Also
+    --------
+    indent : Force and outline.
+    fields : Stresses inside the body.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> print(f"{float(fp.pressure(gel, tip, 0.0, 0.0, depth=100e-9)):.4g} Pa")
+    600.9 Pa
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)

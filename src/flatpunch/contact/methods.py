@@ -41,7 +41,9 @@ class FirstOrder:
 
     Examples
     --------
-    >>> fp.indent(medium, tip, depth=1e-7, method=fp.FirstOrder())
+    >>> tip = fp.Pyramid(sides=4, inclination=0.3)
+    >>> fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), tip, depth=1e-7, method=fp.FirstOrder()).attrs["method"]
+    'first-order'
     """
 
     name: ClassVar[str] = "first-order"
@@ -73,7 +75,15 @@ class FirstOrder:
 @readable
 @dataclass(frozen=True, slots=True)
 class SecondOrder:
-    """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters."""
+    """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters.
+
+    Examples
+    --------
+    >>> tip = fp.EllipticParaboloid(A=1e5, B=2e5)
+    >>> curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), tip, depth=1e-7, method=fp.SecondOrder())
+    >>> curve.attrs["method"]
+    'second-order'
+    """
 
     name: ClassVar[str] = "second-order"
 
@@ -91,7 +101,15 @@ class SecondOrder:
 @readable
 @dataclass(frozen=True, slots=True)
 class FourthOrder:
-    """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters."""
+    """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters.
+
+    Examples
+    --------
+    >>> tip = fp.Pyramid(sides=4, inclination=0.3)
+    >>> curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), tip, depth=1e-7, method=fp.FourthOrder())
+    >>> curve.attrs["method"]
+    'fourth-order'
+    """
 
     name: ClassVar[str] = "fourth-order"
 
@@ -129,6 +147,11 @@ class Refined:
     ------
     ValueError, TypeError
         For settings out of range.
+
+    Examples
+    --------
+    >>> fp.Refined(cells=128)
+    Refined(rtol=0.0005, cells=128, cache=None)
     """
 
     name: ClassVar[str] = "refined"
@@ -190,6 +213,11 @@ class BoundaryElements:
     ------
     ValueError, TypeError
         For settings out of range.
+
+    Examples
+    --------
+    >>> fp.BoundaryElements(grid=128).limit
+    1000
     """
 
     name: ClassVar[str] = "bem"

@@ -77,6 +77,13 @@ def energy_by_depth(
     ------
     ValueError, TypeError
         On bad input.
+
+    Examples
+    --------
+    >>> film = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
+    >>> found = fp.energy_by_depth(film, fp.Sphere(20e-6), depth=100e-9)
+    >>> print(f"{float(found.share[0]):.2f} of the energy is in the film")
+    0.90 of the energy is in the film
     """
     body = underlying(medium)
     if not isinstance(body, (HalfSpace, Medium)):

@@ -34,6 +34,11 @@ class Strength:
     ------
     ValueError, TypeError
         If a value is not > 0.
+
+    Examples
+    --------
+    >>> fp.Strength(yield_stress=2e9)
+    Strength(yield_stress=2e+09, tensile=None, shear=None, interface_tension=None, interface_shear=None)
     """
 
     yield_stress: float | None = None

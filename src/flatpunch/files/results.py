@@ -59,6 +59,16 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     ------
     ResultError
         If the ending is neither, or the file cannot be written. An older file of that name is then untouched.
+
+    See Also
+    --------
+    load : Reads it back.
+
+    Examples
+    --------
+    >>> curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6), depth=[1e-7, 2e-7])
+    >>> fp.save(curve, "gel.nc").name
+    'gel.nc'
     """
     path = Path(path)
     _format(path)
@@ -113,6 +123,16 @@ def load(path: str | Path) -> xr.Dataset:
     ------
     ResultError
         If the file is missing, damaged, or no result of this package.
+
+    See Also
+    --------
+    save : Writes it.
+
+    Examples
+    --------
+    >>> curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6), depth=[1e-7, 2e-7])
+    >>> fp.load(fp.save(curve, "gel.nc")).identical(curve)
+    True
     """
     path = Path(path)
     kind = _format(path)

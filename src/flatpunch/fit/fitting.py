@@ -91,6 +91,24 @@ def fit(
         If the curve cannot be evaluated; the message says why.
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    fit_batch : Many curves.
+    correct : From a modulus that was reported for a half-space.
+    plot_fit : The picture.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> depth = np.linspace(-2e-7, 4e-7, 300)
+    >>> force = np.zeros(300)
+    >>> force[depth > 0] = fp.indent(gel, tip, depth=depth[depth > 0]).force
+    >>> curve = fp.Curve(depth=depth, force=force + 1e-11 * np.random.default_rng(0).normal(size=300))
+    >>> start = fp.HalfSpace(young=2e3, poisson=0.5)
+    >>> result = fp.fit(curve, start, tip, ["base.young"])
+    >>> print(f"{result['base.young'] / 1e3:.2f} kPa")
+    5.00 kPa
     """
     chosen = Settings(**settings)
     wanted = as_free(free)

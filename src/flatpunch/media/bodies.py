@@ -44,6 +44,16 @@ class Layer:
     ------
     ValueError, TypeError
         If a value is outside its range; the message names it.
+
+    See Also
+    --------
+    GradedLayer : Moduli that vary with depth.
+    Medium : Layers on a base.
+
+    Examples
+    --------
+    >>> fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)
+    Layer(young=5000, poisson=0.5, thickness=1e-06, bonded=True)
     """
 
     young: float
@@ -74,6 +84,11 @@ class HalfSpace:
         Young's modulus E [Pa], > 0.
     poisson : float
         Poisson ratio [-], -1 < poisson <= 0.5.
+
+    Examples
+    --------
+    >>> fp.HalfSpace(young=70e9, poisson=0.22).surface_modulus > 70e9
+    True
     """
 
     young: float
@@ -97,7 +112,13 @@ class HalfSpace:
 @readable
 @dataclass(frozen=True, slots=True)
 class RigidBase:
-    """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says."""
+    """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says.
+
+    Examples
+    --------
+    >>> fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase()).thickness
+    1e-06
+    """
 
 
 @readable
@@ -111,6 +132,19 @@ class Medium:
         From the free surface down. Empty only on an elastic base.
     base : HalfSpace or RigidBase
         What lies below the lowest layer.
+
+    See Also
+    --------
+    Layer, GradedLayer : What it is made of.
+    plot_medium : The picture.
+
+    Examples
+    --------
+    >>> print(fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase()))
+    Medium, from the surface down
+               young  poisson  thickness  lower face
+      layer 1  5 kPa  0.5      1 µm       bonded
+      base     rigid
     """
 
     layers: tuple[Layer | GradedLayer, ...]

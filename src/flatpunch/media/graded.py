@@ -46,6 +46,12 @@ class GradedLayer:
     ------
     ValueError, TypeError
         If a value is outside its range; the message names it, and the depth at which it happens.
+
+    Examples
+    --------
+    >>> layer = fp.GradedLayer(young=fp.LinearModulus(1e9, 2e9, 1e-6), poisson=0.3, thickness=1e-6)
+    >>> print(f"{layer.surface_modulus:.4g} Pa")
+    1.099e+09 Pa
     """
 
     young: Any

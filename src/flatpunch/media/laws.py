@@ -46,6 +46,11 @@ class LinearModulus(_Transition):
         Young's modulus at z = 0 and at z = thickness [Pa], > 0.
     thickness : float
         Depth at which `bottom` is reached [m], > 0.
+
+    Examples
+    --------
+    >>> fp.LinearModulus(1e9, 2e9, 1e-6)
+    LinearModulus(top=1e+09, bottom=2e+09, thickness=1e-06)
     """
 
     def __call__(self, z: Array) -> Array:
@@ -64,6 +69,11 @@ class ExponentialModulus(_Transition):
         Young's modulus at z = 0 and at z = thickness [Pa], > 0.
     thickness : float
         Depth at which `bottom` is reached [m], > 0.
+
+    Examples
+    --------
+    >>> fp.ExponentialModulus(1e9, 2e9, 1e-6)
+    ExponentialModulus(top=1e+09, bottom=2e+09, thickness=1e-06)
     """
 
     def __call__(self, z: Array) -> Array:
@@ -84,6 +94,11 @@ class PowerModulus(_Transition):
         Depth at which `bottom` is reached [m], > 0.
     exponent : float
         > 0; 1 is the linear law.
+
+    Examples
+    --------
+    >>> fp.PowerModulus(1e9, 2e9, 1e-6, exponent=2.0)
+    PowerModulus(top=1e+09, bottom=2e+09, thickness=1e-06, exponent=2)
     """
 
     exponent: float
@@ -104,6 +119,11 @@ class DepthTable:
         Depths z [m] from the layer's own top, ascending from 0; at least two.
     entries : sequence of float
         The value at each depth.
+
+    Examples
+    --------
+    >>> fp.DepthTable([0.0, 0.5e-6, 1e-6], [1e9, 1.2e9, 2e9])
+    DepthTable(depths=(0, 5e-07, 1e-06), entries=(1e+09, 1.2e+09, 2e+09))
     """
 
     depths: tuple[float, ...]

@@ -47,6 +47,11 @@ class Prony:
         Relaxation times [s], > 0, as many as weights.
     equilibrium : float, optional
         psi after infinite time [-], >= 0. By default 1 - sum(weights): the modulus of the medium is the instantaneous one.
+
+    Examples
+    --------
+    >>> fp.Prony([0.5], [1.0])
+    Prony(weights=(0.5,), times=(1,), equilibrium=0.5)
     """
 
     weights: tuple[float, ...]
@@ -98,6 +103,11 @@ class StandardLinearSolid:
         Long-time modulus over the instantaneous one [-], between 0 and 1; 0 is a Maxwell fluid.
     time : float
         Relaxation time [s], > 0.
+
+    Examples
+    --------
+    >>> fp.StandardLinearSolid(equilibrium=0.4, time=1.0)
+    StandardLinearSolid(equilibrium=0.4, time=1)
     """
 
     equilibrium: float
@@ -142,6 +152,11 @@ class PowerLawRelaxation:
         alpha [-], 0 < alpha < 1; cells and soft gels have 0.05 to 0.4.
     time : float
         Time at which the modulus is that of the medium [s], > 0.
+
+    Examples
+    --------
+    >>> fp.PowerLawRelaxation(exponent=0.2, time=1.0)
+    PowerLawRelaxation(exponent=0.2, time=1)
     """
 
     exponent: float

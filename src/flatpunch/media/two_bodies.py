@@ -24,6 +24,13 @@ class TwoBodies:
     upper, lower : Medium, HalfSpace, PowerLawHalfSpace or RigidBase
         The bodies, each described from its own contact surface inwards. One may be rigid. A power-law half-space goes with a
         rigid body, or with another one of the same exponent: their sum is again one of that exponent, which no other sum is.
+
+    Examples
+    --------
+    >>> steel = fp.HalfSpace(young=210e9, poisson=0.3)
+    >>> pair = fp.TwoBodies(steel, steel)
+    >>> print(f"{pair.surface_modulus / steel.surface_modulus:.3g}")
+    0.5
     """
 
     upper: Body

@@ -63,6 +63,12 @@ def plot_fields(
     ------
     ValueError
         If the points are no plane, or the quantity is not known.
+
+    Examples
+    --------
+    >>> x, z = np.meshgrid(np.linspace(-2e-6, 2e-6, 21), np.linspace(0, 2e-6, 15))
+    >>> found = fp.fields(fp.HalfSpace(70e9, 0.3), fp.Sphere(1e-5), x, 0.0, z, depth=50e-9)
+    >>> axes = fp.plot_fields(found)
     """
     axes = Figure(figsize=(6.4, 4.0), layout="constrained").subplots() if axes is None else axes
     across, down, names = _plane(result)

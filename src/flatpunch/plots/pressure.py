@@ -62,7 +62,7 @@ def plot_pressure(
     >>> curve = fp.indent(gel, tip, depth=1e-7)
     >>> axes = fp.plot_pressure(curve, gel, tip)
     >>> axes.get_title()
-    'Pressure at $F$ = 1.05 nN'
+    'Pressure at $F$ = 627 pN'
     """
     axes = axes_or_new(axes, (5.2, 4.4))
     last = last_valid(result) if step is None else step

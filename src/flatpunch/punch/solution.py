@@ -144,6 +144,12 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     ------
     ValueError
         If the radius is not positive, or so large that the thinnest layer cannot be resolved.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> print(f"{fp.flat_punch(gel, radius=1e-6).stiffness:.4g} N/m")
+    0.04825 N/m
     """
     radius = positive("radius", radius, unit="m")
     kernel = compliance(medium)

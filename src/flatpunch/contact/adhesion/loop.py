@@ -126,6 +126,17 @@ def adhesion_loop(
     ------
     ValueError
         On bad input.
+
+    See Also
+    --------
+    pull_off : Where the contact is lost.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> loop = fp.adhesion_loop(gel, fp.Sphere(radius=5e-6), work_of_adhesion=1e-5, depth=50e-9)
+    >>> loop.attrs["energy_lost"] > 0
+    True
     """
     if (depth is None) == (force is None):
         raise ValueError("Give exactly one of depth and force: the largest value of what the machine prescribes.")

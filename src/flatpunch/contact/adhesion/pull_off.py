@@ -147,6 +147,16 @@ def pull_off(
     ------
     ValueError
         On bad input, and if the indenter has no pull-off.
+
+    See Also
+    --------
+    adhesion_loop : The whole cycle.
+
+    Examples
+    --------
+    >>> lost = fp.pull_off(fp.HalfSpace(young=5e3, poisson=0.5), fp.Paraboloid(radius=5e-6), work_of_adhesion=1e-4)
+    >>> print(f"{lost.force * 1e9:.3f} nN")
+    -2.356 nN
     """
     if not isinstance(indenter, Indenter):
         raise TypeError(f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...).")

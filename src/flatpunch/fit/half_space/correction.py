@@ -181,6 +181,13 @@ def correct(
     ------
     ValueError
         On bad input, or if no modulus of the layer gives the reported value (the base alone is softer or stiffer).
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> found = fp.correct(8e3, gel, fp.Sphere(radius=5e-6), 300e-9)
+    >>> print(f"{found.young / 1e3:.2f} kPa")
+    1.38 kPa
     """
     reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
     if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):

@@ -56,6 +56,16 @@ class Curve:
     ------
     CurveError
         If lengths differ, points are too few, or entries are no finite numbers.
+
+    See Also
+    --------
+    read_curve : From a file.
+
+    Examples
+    --------
+    >>> depth = np.linspace(-1e-7, 3e-7, 200)
+    >>> fp.Curve(depth=depth, force=np.maximum(depth, 0.0) ** 1.5)
+    Curve('curve': 200 points, depth -100 nm to 300 nm, force 0 N to 164.3 pN)
     """
 
     depth: Array

@@ -48,6 +48,11 @@ class Free:
         Starting value, SI; the case's own value if left out.
     minimum, maximum : float, optional
         Limits, SI.
+
+    Examples
+    --------
+    >>> fp.Free(start=5e3, minimum=1e2, maximum=1e5)
+    Free(start=5000, minimum=100, maximum=100000)
     """
 
     start: float | None = None

@@ -67,6 +67,12 @@ class HeightMap(Shape):
         Where the apex is (x, y) [m], between the points.
     shape, spacing : tuple
         Rows and columns of the map, and their mean distances along x and y [m].
+
+    Examples
+    --------
+    >>> x = np.linspace(-1e-6, 1e-6, 41)
+    >>> fp.HeightMap(x, x, (x[:, None] ** 2 + x**2) / 2e-6).round
+    False
     """
 
     shape: tuple[int, int]

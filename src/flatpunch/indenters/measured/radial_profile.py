@@ -43,6 +43,12 @@ class RadialProfile(RoundShape):
     ------
     ValueError
         If the table does not describe such a body; the message names the point.
+
+    Examples
+    --------
+    >>> r = np.linspace(0, 1e-6, 50)
+    >>> fp.RadialProfile(r, r**2 / 2e-6)
+    RadialProfile(r=(0, 2.04082e-08, ..., 1e-06), f=(0, 2.08247e-10, ..., 5e-07), kinks=())
     """
 
     r: tuple[float, ...]

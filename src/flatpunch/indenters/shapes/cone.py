@@ -22,6 +22,12 @@ class Cone(RoundShape):
     ----------
     inclination : float
         Angle between the surface and the cone's face [rad], between 0 and pi/2.
+
+    Examples
+    --------
+    >>> print(fp.Cone(inclination=np.radians(20)))
+    Cone
+      inclination  20 deg
     """
 
     inclination: float

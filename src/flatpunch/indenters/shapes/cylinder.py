@@ -21,6 +21,11 @@ class Cylinder(RoundShape):
     ----------
     radius : float
         Radius R [m], > 0.
+
+    Examples
+    --------
+    >>> fp.Cylinder(radius=1e-6)
+    Cylinder(radius=1e-06)
     """
 
     radius: float

@@ -26,6 +26,12 @@ class Ellipsoid(Shape):
         Half-axes along the surface [m], > 0.
     half_z : float
         Half-axis along the direction of indentation [m], > 0.
+
+    Examples
+    --------
+    >>> tip = fp.Ellipsoid(5e-6, 4e-6, 2e-6)
+    >>> tip.round
+    False
     """
 
     half_x: float
@@ -81,6 +87,12 @@ def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
         Equatorial radius [m], > 0.
     half_height : float
         Half-axis along the direction of indentation [m], > 0. The radius of curvature at the apex is half_width^2/half_height.
+
+    Examples
+    --------
+    >>> tip = fp.Spheroid(5e-6, 2e-6)
+    >>> tip.round
+    True
     """
     half_width = positive("Spheroid.half_width", half_width, unit="m")
     return Ellipsoid(half_width, half_width, positive("Spheroid.half_height", half_height, unit="m"))

@@ -21,6 +21,11 @@ class Paraboloid(RoundShape):
     ----------
     radius : float
         Radius of curvature R at the apex [m], > 0.
+
+    Examples
+    --------
+    >>> fp.Paraboloid(radius=5e-6)
+    Paraboloid(radius=5e-06)
     """
 
     radius: float
@@ -55,6 +60,11 @@ class EllipticParaboloid(Shape):
     ----------
     A, B : float
         Half the principal curvatures along x and y [1/m], > 0: A = 1/(2 R_x), B = 1/(2 R_y).
+
+    Examples
+    --------
+    >>> fp.EllipticParaboloid(A=1e5, B=2e5)
+    EllipticParaboloid(A=100000, B=200000)
     """
 
     A: float

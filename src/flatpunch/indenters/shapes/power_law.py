@@ -132,6 +132,12 @@ class PowerLaw(Shape):
     ------
     ValueError, TypeError
         If psi is not positive, finite and periodic, or does not accept arrays.
+
+    Examples
+    --------
+    >>> tip = fp.PowerLaw(exponent=2.0, angular=1e5)
+    >>> tip.exponent
+    2.0
     """
 
     exponent: float = field()

@@ -28,6 +28,13 @@ class Pyramid(Shape):
         Number of faces N, >= 3.
     inclination : float
         Angle between the surface and each face [rad], between 0 and pi/2.
+
+    Examples
+    --------
+    >>> print(fp.Pyramid(sides=4, inclination=np.radians(55)))
+    Pyramid
+      sides        4
+      inclination  55 deg
     """
 
     sides: int

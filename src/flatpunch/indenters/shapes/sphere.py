@@ -24,6 +24,15 @@ class Sphere(RoundShape):
     ----------
     radius : float
         Radius R [m], > 0.
+
+    See Also
+    --------
+    Paraboloid : Its small-slope form.
+
+    Examples
+    --------
+    >>> fp.Sphere(radius=5e-6)
+    Sphere(radius=5e-06)
     """
 
     radius: float

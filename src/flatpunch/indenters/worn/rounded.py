@@ -43,6 +43,15 @@ class Rounded(Shape):
         Whether the cap is a sphere, f = R - sqrt(R^2 - r^2), or its small-slope form r^2/(2 R). It matters for steep
         tips: a square pyramid of 55 degrees loses 0.74 R of its height to a sphere and 1.02 R to a paraboloid, and forces
         differ by 5 to 11 %. The small-slope form scales with the slopes, which the contact theory itself does.
+
+    See Also
+    --------
+    Truncated : Tips that are worn flat.
+
+    Examples
+    --------
+    >>> fp.Rounded(fp.Berkovich(), radius=50e-9)
+    Rounded(tip=Pyramid(sides=3, inclination=0.43162), radius=5e-08, true_sphere=True)
     """
 
     tip: Pyramid | FacetedPyramid | Cone

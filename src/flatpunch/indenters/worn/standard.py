@@ -45,6 +45,11 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
         Radius of the sphere in which the tip ends [m], `Rounded(..., true_sphere=True)`. 0 is sharp.
     height_removed : float
         Height cut off flat above the apex [m]; see `Truncated`. 0 is sharp. Only one of the two.
+
+    Examples
+    --------
+    >>> fp.Vickers(height_removed=20e-9)
+    Truncated(tip=Pyramid(sides=4, inclination=0.383972), height_removed=2e-08)
     """
     return _finished("Vickers", Pyramid(4, math.radians(90 - 136 / 2)), tip_radius, height_removed)
 
@@ -64,6 +69,20 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
         Projected area as Vickers, 24.5 h^2; otherwise surface area as Vickers.
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
+
+    See Also
+    --------
+    Rounded : Any pyramid with a rounded tip.
+    plot_tip : The picture.
+
+    Examples
+    --------
+    >>> print(fp.Berkovich())
+    Pyramid
+      sides        3
+      inclination  24.73 deg
+    >>> fp.Berkovich(tip_radius=50e-9)
+    Rounded(tip=Pyramid(sides=3, inclination=0.43162), radius=5e-08, true_sphere=True)
     """
     return _finished(
         "Berkovich",
@@ -86,6 +105,13 @@ def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     ----------
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
+
+    Examples
+    --------
+    >>> print(fp.CubeCorner())
+    Pyramid
+      sides        3
+      inclination  54.74 deg
     """
     return _finished("CubeCorner", Pyramid(3, math.atan(math.sqrt(2))), tip_radius, height_removed)
 
@@ -105,6 +131,11 @@ def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     ----------
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
+
+    Examples
+    --------
+    >>> len(fp.Knoop().corners)
+    4
     """
     along_x, along_y = 1 / math.tan(math.radians(172.5 / 2)), 1 / math.tan(math.radians(130 / 2))
     direction, face = math.atan2(along_y, along_x), math.atan(math.hypot(along_x, along_y))
@@ -128,6 +159,11 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
         along +y and -y.
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
+
+    Examples
+    --------
+    >>> fp.AfmPyramid(np.radians(15), np.radians(25), np.radians(17.5), tip_radius=10e-9).radius
+    1e-08
     """
     given = (("front", front), ("back", back), ("side", side))
     front, back, side = (real(f"AfmPyramid.{name}", angle, "rad") for name, angle in given)
@@ -151,6 +187,11 @@ def SpheroCone(inclination: float, radius: float) -> Rounded:
         Angle between the surface and the cone's face [rad].
     radius : float
         Radius R of the sphere [m].
+
+    Examples
+    --------
+    >>> fp.SpheroCone(inclination=np.radians(20), radius=1e-6).round
+    True
     """
     return Rounded(Cone(inclination), radius, true_sphere=True)
 

@@ -55,6 +55,12 @@ class Tilted:
         The point of first touch (x, y) in the coordinates of the tip [m].
     shape : Indenter
         The tip about that point.
+
+    Examples
+    --------
+    >>> tip = fp.Tilted(fp.Pyramid(4, 0.6), tilt_x=np.radians(2))
+    >>> tip.exponent
+    1.0
     """
 
     tip: Indenter

@@ -44,6 +44,11 @@ class Truncated(Shape):
         The tip before cutting, such as Pyramid, Cone, Sphere, EllipticParaboloid.
     height_removed : float
         Height cut off above the apex [m], > 0. `Truncated.across` takes the radius of the flat instead.
+
+    Examples
+    --------
+    >>> fp.Truncated(fp.Cone(0.3), height_removed=20e-9)
+    Truncated(tip=Cone(inclination=0.3), height_removed=2e-08)
     """
 
     tip: Indenter
