@@ -65,7 +65,7 @@ def test_files_of_earlier_versions_are_read(result, tmp_path):
     path = tmp_path / "old.nc"
     result.to_netcdf(path, engine="h5netcdf")
     assert fp.load(path).identical(result)
-    text = fp.save(result, tmp_path / "old.csv").read_text(encoding="utf-8")
+    text = fp.save(result, tmp_path / "old.csv", outlines=True).read_text(encoding="utf-8")
     first, rest = text.split("\n", 1)
     assert first.startswith("# sha256")
     old = tmp_path / "older.csv"
