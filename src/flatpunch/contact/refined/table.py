@@ -29,7 +29,11 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Layer, Medium, RigidBase
 
 ANGLES = 360
+"""Polar angles of the outline of a sample; half as many leave 0.1 % at the corners of pyramids."""
+
 SIDES = (3, 4, 6)
+"""Sides of the pyramids in the table."""
+
 BETAS = 10.0 ** np.array([-2, -1.5, -1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1, 1.25])
 """Base radius of the second-order series over the thickness."""
 ROOTS = np.array([0.0, 0.1, 0.25, 0.45, 0.67, 0.87, 1.0])
