@@ -29,7 +29,7 @@ SETTLED = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """Bounding box of a contact [m], and the contact on coarse cells where these have told it."""
+    """Bounding box of a contact [m], and the contact on the coarse cells that it was found on."""
 
     half_widths: tuple[float, float]
     center: tuple[float, float]
@@ -125,7 +125,7 @@ def _filled(box: Extent, grid: Grid) -> bool:
 
 
 def _settled(before: Extent, now: Extent, spacing: float) -> bool:
-    """Whether looking closer has stopped to change the box by more than cells do: needles never fill a grid across."""
+    """Whether a finer grid no longer changes the box by more than a cell: narrow contacts never fill a grid across."""
     return all(abs(w - v) < max(SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True))
 
 

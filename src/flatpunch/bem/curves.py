@@ -92,7 +92,7 @@ def solve(
     limit : int
         Largest number of iterations on one grid.
     stiffness : bool or float
-        Whether to compute dF/dd, or to which deviation of the displacement under the flat punch that tells it (1e-5).
+        Whether to compute dF/dd, or the largest deviation of the displacement under the flat punch that gives it (1e-5).
     angles : int
         Number of polar angles of the outline.
     single : bool

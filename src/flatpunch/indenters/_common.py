@@ -37,7 +37,7 @@ def check_slender(name: str, *lengths: float) -> None:
 
 
 def check_exponent(name: str, exponent: float) -> None:
-    """Refuse powers of the radius that are a step or a needle in floating point."""
+    """Refuse powers of the radius that are a step or a spike in floating point."""
     if not 0.01 <= exponent <= 100:
         raise ValueError(f"{name} = {exponent!r} must lie between 0.01 and 100; a flat end is Cylinder(radius).")
 

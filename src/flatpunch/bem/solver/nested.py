@@ -99,7 +99,7 @@ def _nested_depth(
     before: tuple[int, ...] = ()
     coarser, coarser_force, coarsest_force = levels.coarser, float("nan"), float("nan")
     if start is None and coarser is not None:
-        # of the finest level the next coarser one tells how large the error of its force is
+        # the level below the finest is always solved: the difference of their forces estimates the error
         if rough is not None and not finest and _cells(coarser.grid) <= _cells(rough.grid):
             start = levels.asarray(prolong(rough.pressure, rough.grid, levels.grid))
         else:

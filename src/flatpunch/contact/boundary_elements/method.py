@@ -171,7 +171,7 @@ def _live(control: Control) -> Any:
     if control.name == "radius":
         raise ValueError(
             "radius cannot control method='bem': the contact is found from the depth or the force. Give one of them "
-            "(method='refined' or 'second-order' takes a mean radius and tells the depth)."
+            "(method='refined' or 'second-order' takes a mean radius and returns the depth)."
         )
     return control.values > 0
 

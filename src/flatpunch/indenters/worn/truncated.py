@@ -105,7 +105,7 @@ class Truncated(Shape):
 
     @property
     def angular_tolerance(self) -> float | None:
-        """That of the tip: `crossings` tells where rays cross the border of the flat."""
+        """That of the tip: `crossings` gives the angles at which circles cross the border of the flat."""
         return getattr(self.tip, "angular_tolerance", None)
 
     @property
