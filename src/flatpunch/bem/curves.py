@@ -43,7 +43,7 @@ _TOGETHER = 16
 """Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and reported too."""
 
 SHARED_CELLS = 512
-"""Cells per side up to which far steps are shared with worker processes, each of which holds as much as this one."""
+"""Most cells per side for which far steps are shared with worker processes, each of which holds as much as this one."""
 
 _GROWTHS = 8
 """How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""

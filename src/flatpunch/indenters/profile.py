@@ -41,7 +41,7 @@ class Indenter(Protocol):
 
     @property
     def reach(self) -> float:
-        """Radius up to which the shape is defined [m]; infinite for the idealised ones."""
+        """Largest radius at which the shape is defined [m]; infinite for the idealised ones."""
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -75,7 +75,7 @@ def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, A
 
 
 def reach_along(indenter: Indenter, phi: Array) -> Array:
-    """Radius up to which the shape is defined in the directions phi [m], of the shape of phi."""
+    """Largest radius at which the shape is defined in the directions phi [m], of the shape of phi."""
     along = getattr(indenter, "reach_along", None)
     return np.broadcast_to(indenter.reach if along is None else along(phi), np.shape(phi))
 

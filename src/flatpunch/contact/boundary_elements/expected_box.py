@@ -15,7 +15,7 @@ from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _ALIKE = 1.0
-"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
+"""Largest difference of ln a(phi) between neighbours for which their mean gives the box between them."""
 _CENTRED = 0.02
 """Distance of the centre over the half-width below which it is the point of first touch."""
 _RIM = 2

@@ -41,13 +41,13 @@ LONGEST = 0.1
 """Longest of these steps: where the depth turns back only one of the series counts; twice as long ones may leave its branch."""
 
 _LARGEST_X4 = 0.1
-"""|x4| over |x2| up to which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
+"""Largest |x4| over |x2| for which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
 
 _LARGEST_GROWTH = 0.13
-"""|dx4/dln a| over |x2| up to which it was: near the poles under stiff films x4 passes through zero, but steeply."""
+"""Largest |dx4/dln a| over |x2| for which it was: near the poles under stiff films x4 passes through zero, but steeply."""
 
 _LARGEST_LAST = 0.02
-"""|x4| itself up to which it was."""
+"""Largest |x4| for which it was."""
 
 
 class PowerExpansion:

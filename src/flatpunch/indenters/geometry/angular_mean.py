@@ -30,7 +30,7 @@ FEW = 4
 """Radii in a panel for which it is not made; more are sampled directly at the cost of the panel."""
 
 ORDER = 32
-"""Harmonic up to which means are integrated at rounding; half as many are not enough for rounded pyramids."""
+"""Highest harmonic for which means are integrated at rounding; half as many are not enough for rounded pyramids."""
 
 
 class AngularRule:
@@ -43,7 +43,7 @@ class AngularRule:
     indenter : Indenter
         Any indenter.
     order : int
-        Harmonic up to which integrals are at rounding where the shape is smooth.
+        Highest harmonic for which integrals are at rounding where the shape is smooth.
     """
 
     def __init__(self, indenter: Indenter, order: int = ORDER) -> None:
@@ -89,7 +89,7 @@ class AngularTable(ABC):
     indenter : Indenter
         Any indenter; meant for shapes that are neither round nor power laws.
     order : int
-        Harmonic up to which these integrals are at rounding where the shape is smooth.
+        Highest harmonic for which these integrals are at rounding where the shape is smooth.
     """
 
     extra_nodes = 0
