@@ -2,7 +2,7 @@
 
 python scripts/make_corrections.py
 
-About eight hundred boundary element solutions, a quarter of an hour. src/flatpunch/contact/refined/table.py describes the table.
+About eight hundred boundary element solutions, some ten minutes. src/flatpunch/contact/refined/table.py describes the table.
 """
 
 from __future__ import annotations
@@ -15,9 +15,16 @@ import flatpunch as fp
 from flatpunch.compliance import compliance
 from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.refined.refinement import Refinement
-from flatpunch.contact.refined.table import ANGLES, BETAS, ROOTS, SIDES, SQUARES, layer, reference_outline, sector
+from flatpunch.contact.refined.table import ANGLES, layer, reference_outline, sector
 
 FILE = Path(__file__).parent.parent / "src/flatpunch/contact/refined/data/corrections.npz"
+SIDES = (3, 4, 6)
+BETAS = 10.0 ** np.array([-2, -1.5, -1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1, 1.25])
+"""Base radius of the second-order series over the thickness."""
+ROOTS = np.array([0.0, 0.1, 0.25, 0.45, 0.67, 0.87, 1.0])
+"""q = sqrt(1 - 2 nu) of bonded layers."""
+SQUARES = np.array([0.12, 0.3, 0.47, 0.6, 0.7])
+"""s^2 of the ellipses; at 0 there is nothing to correct."""
 CELLS = 512
 """Cells per side: ten in the thinnest layer under the widest contact of pyramids."""
 
@@ -53,7 +60,8 @@ def main() -> None:
     tables["ellipse"] = np.array([[rows(medium, tip, "ellipse", CELLS) for tip in ellipses] for medium in layers])
     FILE.parent.mkdir(exist_ok=True)
     # single precision holds 1e-7 of logarithms below one
-    np.savez_compressed(FILE, **{name: table.astype(np.float32) for name, table in tables.items()})
+    rounded = {name: table.astype(np.float32) for name, table in tables.items()}
+    np.savez_compressed(FILE, **rounded, betas=BETAS, roots=ROOTS, squares=SQUARES)
     print(FILE.stat().st_size, "bytes")
 
 

@@ -1,4 +1,4 @@
-"""The preconditioner of the inner iterations: an energy, which is least where displacements are continued as the surface does."""
+"""The preconditioner of the inner iterations: an energy, which is least where displacements are extended as the surface does."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from flatpunch import indenters, media
 from flatpunch.bem import solve
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import build_operator
-from flatpunch.bem.solver import gap_removal as removal
+from flatpunch.bem.solver import conjugate
 from flatpunch.bem.solver.conjugate import preconditioner, remove_gap
 from flatpunch.compliance import compliance
 
@@ -30,10 +30,10 @@ def matrix(function, contact):
     return np.array(columns).T
 
 
-def eigenvalues(kernel, contact, *, continued):
+def eigenvalues(kernel, contact, *, extended):
     """Of the preconditioner over the exact inverse, which are real and positive."""
     operator = build_operator(kernel, GRID)
-    inverse = matrix(preconditioner(operator, contact.astype(float), continued=continued), contact)
+    inverse = matrix(preconditioner(operator, contact.astype(float), extended=extended), contact)
     np.testing.assert_allclose(inverse, inverse.T, atol=1e-13 * abs(inverse).max())
     return np.sort(np.linalg.eigvals(inverse @ matrix(operator.apply, contact)).real)
 
@@ -47,8 +47,8 @@ def eigenvalues(kernel, contact, *, continued):
 def test_least_energy(kernel, zero, mean, contact):
     """No continuation stores less than the surface's own, but for what the symbol without padding leaves out: a twelfth."""
     most = []
-    for continued, bound in ((False, zero), (True, mean)):
-        values = eigenvalues(kernel, contact, continued=continued)
+    for extended, bound in ((False, zero), (True, mean)):
+        values = eigenvalues(kernel, contact, extended=extended)
         assert values[0] > 1 - 1 / 12
         assert values[-1] < bound
         most.append(values[-1])
@@ -57,8 +57,8 @@ def test_least_energy(kernel, zero, mean, contact):
 
 def test_layers_that_drain_want_zero():
     """Smooth displacements are what costs most there, so that those beyond the contact are better none."""
-    assert eigenvalues(DRAINED, STAR, continued=False)[-1] < 1.4
-    assert eigenvalues(DRAINED, STAR, continued=True)[-1] > 5
+    assert eigenvalues(DRAINED, STAR, extended=False)[-1] < 1.4
+    assert eigenvalues(DRAINED, STAR, extended=True)[-1] > 5
 
 
 @pytest.mark.parametrize("mirrored", [(False, False), (True, False), (False, True), (True, True)])
@@ -68,7 +68,7 @@ def test_same_pressure_in_fewer_steps(mirrored):
     operator, contact = build_operator(film(10), grid), STAR[-grid.ny :, -grid.nx :]
     gap = -contact.astype(float)
     (zero, many), (mean, few) = (
-        remove_gap(operator, contact, gap, 1e-10, 500, continued=continued) for continued in (False, True)
+        remove_gap(operator, contact, gap, 1e-10, 500, extended=extended) for extended in (False, True)
     )
     assert few < 0.7 * many
     # residuals of 1e-10, and a condition number of about 100
@@ -78,7 +78,7 @@ def test_same_pressure_in_fewer_steps(mirrored):
 def test_pyramids_deep_in_stiff_films_take_half_of_the_iterations(monkeypatch):
     tip, options = indenters.Pyramid(3, 0.3), {"depths": 10.0, "grid": 256, "tolerance": 1e-8}
     [now] = solve(film(1), tip, **options)
-    monkeypatch.setattr(removal, "_MANY", 1000)
+    monkeypatch.setattr(conjugate, "MANY", 1000)
     [before] = solve(film(1), tip, **options)
     assert now.converged
     assert before.converged

@@ -58,17 +58,18 @@ def test_iterations_and_optimality(name):
 
 @pytest.mark.parametrize("sides", [3, 4, 6])
 def test_stars_start_from_the_contact_of_coarser_cells(sides):
-    """A pressure from coarser cells bears too little there, and far more overlaps than will touch: 11 to 20 steps with it."""
-    [star] = solve(film(100, 1), indenters.Pyramid(sides, 0.35), depths=[3.7], grid=128, tolerance=1e-6)
+    """A pressure from coarser cells is too small there, and far more cells overlap than will touch."""
+    [star] = solve(film(100, 1), indenters.Pyramid(sides, 0.35), depths=[12.0], grid=128, tolerance=1e-6)
     assert star.converged
-    assert max(star.iterations[1:]) <= 8
+    # measured 35 to 60; 79 to 99 where all cells that overlap join at once
+    assert max(star.iterations[1:]) <= 70
 
 
 def test_narrow_grids_have_coarser_ones():
     levels = Levels(HALF_SPACE, Grid(1152, 58, 0.01))
     assert levels.coarser is not None
-    assert levels.coarser.coarser is None
-    assert levels.coarser.grid.ny == 30
+    assert [levels.coarser.grid.ny, levels.coarser.coarser.grid.ny] == [30, 16]
+    assert levels.coarser.coarser.coarser is None
     assert Levels(HALF_SPACE, Grid(64, 64, 0.01)).coarser.coarser is None
 
 

@@ -96,4 +96,5 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     assert off < float(curve.contour_error[1] + fine.contour_error[0])
     # a grid that was asked for stays
     same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid))
-    assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-6)
+    # two starts, each solved to 1e-6 of the depth
+    assert float(same.contour.max()) == pytest.approx(contour.max(), rel=1e-5)

@@ -145,7 +145,7 @@ class Solution:
         return c, *round_functionals(c, first, second)
 
     def responds_to(self, exponent: float) -> bool:
-        """Whether the answers to the harmonics of r^n psi(phi) are tabulated."""
+        """Whether the responses to the harmonics of r^n psi(phi) are tabulated."""
         return bool(self.intervals[0].orders.size) and exponent in (1, 2)
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:

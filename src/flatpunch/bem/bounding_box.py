@@ -14,17 +14,22 @@ from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
 
-_CELLS = 48
-_ATTEMPTS = 60
-_TOLERANCE = 1e-3
-_LIMIT = 200
+CELLS = 48
+"""Square root of the cells of the coarse grid; half or twice as many find boxes that change the force by 1e-4."""
 
-_SETTLED = 0.1
+_ATTEMPTS = 60
+"""Most grids tried; half as many find no box from a first one that is 1e9 times too large."""
+
+_TOLERANCE = 1e-3
+"""Gap error of the coarse solutions over the depth; the rim is known to a cell anyway."""
+
+SETTLED = 0.1
+"""Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""
 
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """Bounding box of a contact [m], and the contact on coarse cells where these have told it."""
+    """Bounding box of a contact [m], and the contact on the coarse cells that it was found on."""
 
     half_widths: tuple[float, float]
     center: tuple[float, float]
@@ -83,7 +88,7 @@ def find_extent(
     """
     extent = first
     for _ in range(_ATTEMPTS):
-        grid = extent.grid(_CELLS)
+        grid = extent.grid(CELLS)
         pressure = _coarse_pressure(kernel, height, grid, depth, force)
         contact = pressure > 0
         if not contact.any():
@@ -120,10 +125,8 @@ def _filled(box: Extent, grid: Grid) -> bool:
 
 
 def _settled(before: Extent, now: Extent, spacing: float) -> bool:
-    """Whether looking closer has stopped to change the box by more than cells do: needles never fill a grid across."""
-    return all(
-        abs(w - v) < max(_SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True)
-    )
+    """Whether a finer grid no longer changes the box by more than a cell: narrow contacts never fill a grid across."""
+    return all(abs(w - v) < max(SETTLED * v, spacing) for v, w in zip(before.half_widths, now.half_widths, strict=True))
 
 
 def _recentred(box: Extent, grid: Grid) -> Extent:
@@ -139,11 +142,11 @@ def _coarse_pressure(kernel: Kernel, height: Height, grid: Grid, depth: float | 
     if depth is not None:
         if not (height(grid) < depth).any():
             return np.zeros(grid.shape)
-        state, _ = solve_depth(levels, height, depth, _TOLERANCE, _LIMIT)
+        state, _ = solve_depth(levels, height, depth, _TOLERANCE, 1000)
     else:
         assert force is not None
         state, _ = solve_force(
-            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, _LIMIT
+            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, 1000
         )
     return np.asarray(state.pressure)
 

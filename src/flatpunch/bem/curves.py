@@ -40,10 +40,10 @@ _CLOSE = 0.005
 """Relative step of depth below which the solution before is as good a start as the next coarser grid."""
 
 _TOGETHER = 16
-"""Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and told of too."""
+"""Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and reported too."""
 
 SHARED_CELLS = 512
-"""Cells per side up to which far steps are shared with helping processes, which hold as much as this one."""
+"""Most cells per side for which far steps are shared with worker processes, each of which holds as much as this one."""
 
 _GROWTHS = 8
 """How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
@@ -92,7 +92,7 @@ def solve(
     limit : int
         Largest number of iterations on one grid.
     stiffness : bool or float
-        Whether to compute dF/dd, or to which deviation of the displacement under the flat punch that tells it (1e-5).
+        Whether to compute dF/dd, or the largest deviation of the displacement under the flat punch that gives it (1e-5).
     angles : int
         Number of polar angles of the outline.
     single : bool

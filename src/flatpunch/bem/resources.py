@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager
 from flatpunch._support.threads import given_blas_threads, one_blas_thread
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import BYTES_PER_CELL, THREADED
-from flatpunch.bem.solver.direct import most_bytes
 from flatpunch.bem.solver.levels import Levels
 
 logger = logging.getLogger("flatpunch.bem")
@@ -17,7 +16,7 @@ logger = logging.getLogger("flatpunch.bem")
 def required_bytes(grid: Grid, *, single: bool = False) -> int:
     """Upper bound of the memory that a solve on `grid` takes [bytes]."""
     cells = grid.nx * grid.ny
-    return cells * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL) + most_bytes(cells)
+    return cells * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL)
 
 
 def announced(levels: Levels, steps: int) -> Levels:

@@ -70,7 +70,7 @@ class Solution:
 
     @property
     def extrapolated_force(self) -> float:
-        """Force on vanishing cells that these and those twice as wide tell [N]; of these alone if the others were not solved.
+        """Force extrapolated to vanishing cells from these and wider ones [N]; of these alone if wider ones were not solved.
 
         The error of the cells falls with the square of their width: over 252 contacts solved with 256 cells a side the largest
         error falls by half, the median by three.

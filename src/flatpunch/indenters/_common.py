@@ -11,6 +11,12 @@ from flatpunch._support.checks import Array, numbers, real, shown
 
 FULL_TURN = 2 * math.pi
 
+RAYS = 720
+"""Polar angles at which shapes are searched for extremes and faults; half as many miss those one degree apart."""
+
+SAME = 1e-12
+"""Relative difference below which heights and angles are the same; below rounding no tip would be round or symmetric."""
+
 SLENDER = 1e6
 """Largest ratio of the half-axes of a tip."""
 
@@ -37,7 +43,7 @@ def check_slender(name: str, *lengths: float) -> None:
 
 
 def check_exponent(name: str, exponent: float) -> None:
-    """Refuse powers of the radius that are a step or a needle in floating point."""
+    """Refuse powers of the radius that are a step or a spike in floating point."""
     if not 0.01 <= exponent <= 100:
         raise ValueError(f"{name} = {exponent!r} must lie between 0.01 and 100; a flat end is Cylinder(radius).")
 

@@ -1,4 +1,4 @@
-"""What the contact theory asks of an indenter: the gap f(r, phi) at first touch and its slope.
+"""Protocol of an indenter in the contact theory: the gap f(r, phi) at first touch and its slope.
 
 f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0.
 Concrete indenters are frozen dataclasses, one per file. What most of them answer alike they inherit from `Shape` or `RoundShape`
@@ -13,10 +13,10 @@ A shape with kinks that lie neither along rays nor on circles about the apex (th
 of an edge) may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles
 are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
 gives the smallest and the largest distance of such a line from the axis, and others at which it turns. Where it knows the polar
-angles at which circles of radii r, shape (n,), cross such lines it may tell them, `crossings(r)`, shape (n, k) with NaN for
+angles at which circles of radii r, shape (n,), cross such lines it may give them, `crossings(r)`, shape (n, k) with NaN for
 those that are not there: then means over the angle are at rounding.
 
-A shape whose surface goes farther in some directions than its `reach` may tell how far, `reach_along(phi)` [m]; boundary elements
+A shape whose surface goes farther in some directions than its `reach` may give `reach_along(phi)` [m]; boundary elements
 take it up to there, the theories, whose contacts are round first of all, up to the reach.
 
 A shape whose height and slope come from one calculation may offer both at once, `height_and_slope(r, phi)`.
@@ -41,7 +41,7 @@ class Indenter(Protocol):
 
     @property
     def reach(self) -> float:
-        """Radius up to which the shape is defined [m]; infinite for the idealised ones."""
+        """Largest radius at which the shape is defined [m]; infinite for the idealised ones."""
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -75,7 +75,7 @@ def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, A
 
 
 def reach_along(indenter: Indenter, phi: Array) -> Array:
-    """Radius up to which the shape is defined in the directions phi [m], of the shape of phi."""
+    """Largest radius at which the shape is defined in the directions phi [m], of the shape of phi."""
     along = getattr(indenter, "reach_along", None)
     return np.broadcast_to(indenter.reach if along is None else along(phi), np.shape(phi))
 

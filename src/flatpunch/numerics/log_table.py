@@ -13,7 +13,7 @@ SPANS = 4
 """Spans per decade; half as many leave 1e-7 of smooth functions in the place of 1e-10."""
 
 NODES = 11
-"""Nodes per span; five more cost half as many evaluations again, for digits that nobody uses."""
+"""Nodes per span; five more cost half as many evaluations again, for digits that are not needed."""
 
 STEEPEST = 0.1
 """Root of the distance from a kink, in ln a, below which slopes rise no further; half of it doubles the slope at a kink."""

@@ -67,6 +67,6 @@ def _pieces(thing: Any) -> Iterator[bytes]:
                 yield from _pieces((field.name, getattr(thing, field.name)))
     else:
         raise TypeError(
-            f"point = {thing!r}: the content of a {type(thing).__name__} cannot be read, so it cannot be told from another one. "
+            f"point = {thing!r}: the content of a {type(thing).__name__} cannot be read, so that it has no key of its own. "
             "Describe points by numbers, texts, arrays, dataclasses, and lists and mappings of them."
         )

@@ -1,7 +1,7 @@
 """Where outcomes are kept: a folder with one file for each point, or the memory of this process.
 
 A solved point is `<key>.npz`, which NumPy alone reads; a failed one is `<key>.json` with its reason. Files are written under a
-temporary name and renamed: whatever interrupts the work, a file that is there is whole. A seal at their end tells damaged ones,
+temporary name and renamed: whatever interrupts the work, a file that is there is whole. A seal at their end reveals damaged ones,
 which are set aside and solved again.
 """
 
@@ -27,7 +27,7 @@ from flatpunch.parallel.work import Outcome
 
 
 class Store(Protocol):
-    """What the engine asks of a place where outcomes are kept."""
+    """Interface of a place where the engine keeps outcomes."""
 
     def states(self, keys: Iterable[str]) -> dict[str, bool]:
         """Keys that are there, each with whether it was solved (True) or failed (False)."""

@@ -138,7 +138,7 @@ class Waiting:
         return taken
 
     def _group_for(self, worker: Hashable) -> tuple[Hashable, deque[Item]] | None:
-        """The group it is at; or else the most costly one that nobody is at; or else the one with the most items left."""
+        """The group it is at; or else the most costly one that no worker has; or else the one with the most items left."""
         at = self._group_of.get(worker)
         if at in self._groups:
             return at, self._groups[at]
@@ -147,7 +147,7 @@ class Waiting:
         return free[0] if free else max(self._groups.items(), key=lambda pair: len(pair[1]), default=None)
 
     def give_back(self, items: Iterable[Item]) -> None:
-        """Put items back that nobody has begun."""
+        """Put back items that no worker has begun."""
         for item in reversed(list(items)):
             self._groups.setdefault(item.group, deque()).appendleft(item)
 

@@ -13,6 +13,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
+from flatpunch.numerics.piecewise import Piece
 from flatpunch.punch.basis import power_edge, power_moments, projection, regular_part
 from flatpunch.punch.matrix import (
     RESOLVED,
@@ -23,7 +24,7 @@ from flatpunch.punch.matrix import (
     solve_round,
     sufficient_terms,
 )
-from flatpunch.punch.panels import Panel, Panels, polynomials_on
+from flatpunch.punch.panels import panels, polynomials_on
 from flatpunch.punch.power_law import power_law_punch
 
 _POWER_LAW_NODES = 64
@@ -53,7 +54,7 @@ class PunchFamily:
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
-        self._panels = Panels(kernel, self._sample, _judge, _rounding)
+        self._panels = panels(kernel, self._sample, _judge, _rounding)
         self._lowest: dict[tuple[float, float], float] = {}
 
     def at(self, beta: Array, *, nodes: bool = False) -> Answers:
@@ -181,13 +182,13 @@ class PunchFamily:
     def _live(self, beta: Array) -> Indices:
         return np.flatnonzero((beta > SMALLEST) & (not self.kernel.homogeneous and not self.kernel.exponent))
 
-    def _parts(self, beta: Array, *, nodes: bool = False) -> list[tuple[Panel, Indices]]:
+    def _parts(self, beta: Array, *, nodes: bool = False) -> list[tuple[Piece, Indices]]:
         if not beta.size:
             return []
         # a panel may end half a decade above the largest radius; tables of graded surfaces do not grow with it
         slack = 1.0 if not nodes else np.inf if self.kernel.graded else 10**0.5
         check_resolution(self.kernel, float(beta.max()) / slack)
-        return [(panel, np.flatnonzero(inside)) for panel, inside in self._panels.over(np.log(beta))]
+        return self._panels.parts(np.log(beta))
 
     def _sample(self, beta: Array) -> Array:
         known = self.kernel.solution
@@ -210,7 +211,7 @@ class PunchFamily:
                 lowest = min(lowest, float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min()))
         return lowest
 
-    def _lowest_on(self, panel: Panel) -> float:
+    def _lowest_on(self, panel: Piece) -> float:
         key = (panel.low, panel.high)
         if key not in self._lowest:
             terms = _terms(panel)
@@ -243,7 +244,7 @@ def unresolved_advice(kernel: Kernel) -> str:
     )
 
 
-def _terms(panel: Panel) -> int:
+def _terms(panel: Piece) -> int:
     return int(panel.series.shape[1]) // 3
 
 

@@ -11,7 +11,7 @@ Here lengths are in cells and pressures in units of E*: numbers of order one, sa
 
 The approximate inverse divides by the symbol C(|k|) on the grid itself, without padding. It is positive by construction, unlike
 the transform of the truncated coefficients, whose lowest entries can be negative under stiff films. Conjugate gradients also
-want displacements continued smoothly beyond the contact (conjugate.py): `spread` is what they are averaged with.
+want displacements extended smoothly beyond the contact (conjugate.py): `spread` is what they are averaged with.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.threads import allowed_threads
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.influence import influence_coefficients
+from flatpunch.bem.operator.radial import BLOCK, STEP
 from flatpunch.bem.operator.transforms import (
     Axes,
     complex_fourier,
@@ -48,9 +49,6 @@ BYTES_PER_CELL = 200
 
 _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 """Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
-
-_STEP, _TABULATED = 1 / 64, 256
-"""Step in ln k of the compliances that approximate inverses read, and at how many a medium is asked at a time."""
 
 SINGLE_FLOOR = 1e-5
 """Smallest relative error that single precision is asked for."""
@@ -279,17 +277,17 @@ def inverse_symbol(kernel: Kernel, k: Array) -> Array:
 
 def compliance_values(kernel: Kernel, k: Array) -> Array:
     """C(k) at many wavenumbers, linear in ln k between those of a grid that all operators of a medium share."""
-    x = np.log(k) / _STEP
-    first, last = int(x.min()) // _TABULATED - 1, int(x.max()) // _TABULATED + 1
+    x = np.log(k) / STEP
+    first, last = int(x.min()) // BLOCK - 1, int(x.max()) // BLOCK + 1
     values = np.concatenate([_compliance_block(kernel, block) for block in range(first, last + 1)])
-    return np.asarray(np.exp(np.interp(x - first * _TABULATED, np.arange(values.size), values)))
+    return np.asarray(np.exp(np.interp(x - first * BLOCK, np.arange(values.size), values)))
 
 
 @lru_cache(maxsize=64)
 def _compliance_block(kernel: Kernel, block: int) -> Array:
     """ln C at ln k = n step."""
-    n = np.arange(block * _TABULATED, (block + 1) * _TABULATED)
-    return np.log(np.asarray(kernel(np.exp(n * _STEP))))
+    n = np.arange(block * BLOCK, (block + 1) * BLOCK)
+    return np.log(np.asarray(kernel(np.exp(n * STEP))))
 
 
 def to_numpy(values: Any) -> Array:

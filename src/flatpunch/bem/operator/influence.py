@@ -31,7 +31,7 @@ _NODES, _FEW_NODES, _FAR = 8, 4, 6.0
 """Gauss points along a part of a cell, and along those farther from the origin than so many of their sides."""
 
 _KEPT = 385
-"""Offsets up to which the half-space's are kept, a megabyte: those of grids of 256 cells in all but the longest boxes."""
+"""Largest offset for which the half-space is kept, a megabyte: that of grids of 256 cells in all but the longest boxes."""
 
 _ROWS = 32
 """Rows of coefficients made at a time."""
@@ -100,7 +100,7 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
     """Add the part of the coefficients that the medium's L - 1 brings, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
     near = near_cells(kernel, spacing)
-    # a closer look than 1e-5 cells is worth 1e-10 of the diagonal, even of the logarithm of a graded surface
+    # distances below 1e-5 cells contribute 1e-10 of the diagonal, even of the logarithm of a graded surface
     closest, farthest = max(near, 1e-4) * spacing, spacing * max(float(np.hypot(*g.shape)), near)
     averaged = remainder_table(kernel, closest, max(farthest, 2 * closest), spacing)
     add_far(g, factor, CellTable.of(averaged, spacing / 4, farthest), spacing, near)
@@ -110,7 +110,7 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
 
 @lru_cache(maxsize=64)
 def near_block(kernel: Kernel, spacing: float) -> Array:
-    """Cell averages of the medium's L - 1 near the origin, kept: windows and closer looks share the cells of a grid."""
+    """Cell averages of the medium's L - 1 near the origin, kept: windows and finer patches share the cells of a grid."""
     return near_averages(remainder_table(kernel, 1e-5 * spacing, 2 * _NEAR * spacing), spacing)
 
 

@@ -22,13 +22,11 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.gauss import gauss
 
-_STEP = 1.0 / 64.0
+STEP = 1.0 / 64.0
 """Step in ln x. The trapezoidal rule aliases at the stationary phase x = 2 pi/step = 402, where the window is zero."""
 
 _WINDOW, _WIDTH = 80.0, 12.0
 """Centre and width of the window erfc((x - 80)/12)/2: its transform leaves exp(-36), its rim x = 152 leaves erfc(6)."""
-
-_X_HIGH = 160.0
 
 _ANGULAR = ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24))
 """Nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; the remainder has died before or r >> h filters it."""
@@ -36,17 +34,17 @@ _ANGULAR = ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24))
 _THROUGH_SIX = np.linalg.inv(np.vander(np.arange(6) - 2.5, increasing=True)).T
 """Coefficients of the polynomial through values at six neighbours."""
 
-_BLOCK = 256
-"""Points of the grid of wavenumbers at which a medium is asked at a time."""
+BLOCK = 256
+"""Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
 
 
 @lru_cache(maxsize=4)
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
-    i = np.arange(low, int(np.log(_X_HIGH) / _STEP) + 1)
-    x = np.exp(i * _STEP)
-    w = _STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
-    w[0] += x[0] / np.expm1(_STEP) * _STEP
+    i = np.arange(low, int(np.log(_WINDOW + 20 * _WIDTH / 3) / STEP) + 1)
+    x = np.exp(i * STEP)
+    w = STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
+    w[0] += x[0] / np.expm1(STEP) * STEP
     return x, w
 
 
@@ -63,7 +61,7 @@ class RadialTable:
 
     def __call__(self, r: Array) -> Array:
         """Values at radii r [m], any shape."""
-        t = (np.log(np.maximum(r, np.exp(self.first))) - self.first) / _STEP
+        t = (np.log(np.maximum(r, np.exp(self.first))) - self.first) / STEP
         i = np.clip(t.astype(np.intp) - 2, 0, self.values.size - 6)
         # polynomials about the middle of each six
         t -= i + 2.5
@@ -122,34 +120,34 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
         cos(4 phi) and higher.
     """
     length = kernel.length
-    first, last = int(np.floor(np.log(r_low) / _STEP)) - 3, int(np.ceil(np.log(r_high) / _STEP)) + 3
+    first, last = int(np.floor(np.log(r_low) / STEP)) - 3, int(np.ceil(np.log(r_high) / STEP)) + 3
     # notation: i over x = k r, j over r, k = exp((i - j) step)
-    low = int(np.floor(np.log(1e-4 * min(kernel.floor, 1e-3) * r_low / length) / _STEP))
-    low = max(low, int(np.log(1e-13) / _STEP))
+    low = int(np.floor(np.log(1e-4 * min(kernel.floor, 1e-3) * r_low / length) / STEP))
+    low = max(low, int(np.log(1e-13) / STEP))
     x, w = _rule(low)
     offsets = np.arange(low - last, low + x.size - first)
     m = _remainder(kernel, int(offsets[0]), int(offsets[-1]) + 1)
     if cell > 0:
         # beyond the cutoff there is nothing left to average
         live = m != 0
-        m[live] *= isotropic_cell_factor(np.exp(offsets[live] * _STEP) * cell)
+        m[live] *= isotropic_cell_factor(np.exp(offsets[live] * STEP) * cell)
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
     values = np.correlate(m, w, "valid")[::-1]
-    r = np.exp(np.arange(first, last + 1) * _STEP)
-    return RadialTable(first * _STEP, values / r)
+    r = np.exp(np.arange(first, last + 1) * STEP)
+    return RadialTable(first * STEP, values / r)
 
 
 def _remainder(kernel: Kernel, start: int, stop: int) -> Array:
     """L - 1 at k = exp(n step), n = start ... stop - 1; all tables of a medium read it on this one grid."""
-    first, last = start // _BLOCK, -(-stop // _BLOCK)
+    first, last = start // BLOCK, -(-stop // BLOCK)
     blocks = np.concatenate([_remainder_block(kernel, block) for block in range(first, last)])
-    return blocks[start - first * _BLOCK : stop - first * _BLOCK].copy()
+    return blocks[start - first * BLOCK : stop - first * BLOCK].copy()
 
 
 @lru_cache(maxsize=128)
 def _remainder_block(kernel: Kernel, block: int) -> Array:
-    n = np.arange(block * _BLOCK, (block + 1) * _BLOCK)
-    return short_wave_remainder(kernel, np.exp(n * _STEP) * kernel.length)
+    n = np.arange(block * BLOCK, (block + 1) * BLOCK)
+    return short_wave_remainder(kernel, np.exp(n * STEP) * kernel.length)
 
 
 def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:

@@ -1,1 +1,1 @@
-"""Contact and flat-punch problems on a grid: conjugate gradients on the active set, coarse levels, direct solution."""
+"""Contact and flat-punch problems on a grid: conjugate gradients on the active set, coarse levels."""

@@ -1,14 +1,13 @@
 """Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
 
-Two loops. The outer one guesses the contact (cells that carry pressure or overlap the indenter), the inner one removes
-the gap error on it by conjugate gradients, preconditioned as operator.py says; then pressures that came out
-negative are dropped and the guess is made anew. The inner loop is a linear problem and stops at a fraction of the error it
-began with: conjugacy survives the many small changes of the contact that stop the classical one-loop method (Polonsky &
-Keer 1999) under stiff films, and since it yields a correction only, single precision suffices there whatever the tolerance.
-The outer loop works in the operator's own precision, and the residual it reports is that of the pressure it returns. Its
-full steps are those of a semismooth Newton method, which could cycle; when the error stops falling, only steps that lower
-the energy sum p (u/2 + f - d) are taken, and there is one as long as any error is left. Contacts of few cells are solved
-directly (removal.py says when).
+The outer loop guesses the contact: cells that carry pressure or overlap the indenter. The inner loop removes the gap error on it
+by preconditioned conjugate gradients (conjugate.py). Pressures that came out negative are dropped, and the contact is guessed
+anew. The inner problem is linear and is solved to a fraction of the error it began with, so that the conjugate directions survive
+many small changes of the contact; these stop the classical method with one loop (Polonsky & Keer 1999) under stiff films. It
+yields a correction only, for which single precision suffices at any tolerance. The outer loop works in the operator's own
+precision, and the residual it reports is that of the pressure it returns. Its full steps are those of a semismooth Newton method,
+which may cycle. When the error stops falling, only steps that lower the energy sum p (u/2 + f - d) are taken, of which there is
+one as long as any error is left.
 
 Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are those of the whole contact.
 """
@@ -21,27 +20,16 @@ from typing import Any
 import numpy as np
 
 from flatpunch.bem.operator.convolution import Operator
-from flatpunch.bem.solver.conjugate import dot, largest
-from flatpunch.bem.solver.gap_removal import Removal
+from flatpunch.bem.solver.conjugate import Removal, dot, largest
 
 DROP = 0.03
-"""Reduction asked of the inner loop: best or equal over half-spaces, soft layers and films up to 1000 times stiffer."""
+"""Reduction of the gap error asked of the inner loop; at twice or half, solves take 5 % longer."""
 
-_PATIENCE = 10
-"""Outer steps without progress after which only steps that lower the energy are taken."""
-
-_HESITATING, _MINOR = 2, 0.5
-"""Outer steps without progress after which cells that overlap by less than so much of the gap error stay unloaded: closing
-the gap moves them as far, and along needles loading them all throws the solution back again and again."""
+PATIENCE = 10
+"""Outer steps without progress after which only steps that lower the energy are taken; half is too soon for full ones."""
 
 _HALVINGS = 12
-"""Most halvings of a step: under films 50 times stiffer pyramids need more than 6 when all steps are such."""
-
-_FARTHEST = 0.1
-"""Largest change of depth in one step towards a force, relative."""
-
-_ASTRAY = 10.0
-"""Gap error over the least so far that shows a change of depth to have led astray."""
+"""Most halvings of a step that must lower the energy; with half as many, pyramids under films 50 times stiffer stall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +52,6 @@ class State:
         Inner iterations, and free-space convolutions in all.
     converged : bool
         Whether both errors are within the tolerance.
-    direct : bool
-        Whether the last steps were direct ones.
     """
 
     pressure: Any
@@ -78,7 +64,6 @@ class State:
     iterations: int
     convolutions: int
     converged: bool
-    direct: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +106,6 @@ def solve_contact(
     *,
     start: Any = None,
     inner: Operator | None = None,
-    trusted: bool = False,
-    direct: bool = True,
-    drop: float = DROP,
     aim: Aim | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
@@ -142,12 +124,6 @@ def solve_contact(
         Pressure to begin with.
     inner : Operator, optional
         The operator in single precision; by default made here.
-    trusted : bool
-        Whether the contact of `start` is better known than its load: then cells that overlap join after the first step only.
-    direct : bool
-        Whether contacts of few cells may be solved directly: not worth it where a window was solved without and little is left.
-    drop : float
-        Reduction asked of the inner loop.
     aim : Aim, optional
         Force to be met; the depth then follows. Where that does not go well `depth` is kept, and the force is not met.
     tolerance : float
@@ -161,31 +137,28 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
-    removal = Removal(operator, inner, direct)
-    first_depth, least = depth, np.inf
+    removal, first_depth = Removal(inner), depth
     while True:
         if aim is not None:
-            least = min(least, now.gap_error)
-            if now.gap_error > _ASTRAY * least or waited >= _PATIENCE:
-                # stiff films answer to the rim of the contact, of which coarse cells know too little
+            if waited >= PATIENCE:
+                # stiff films respond to the rim of the contact, of which coarse cells know too little
                 aim, depth = None, first_depth
             else:
-                depth += min(max(_foreseen(operator, aim, now), -_FARTHEST * depth), _FARTHEST * depth)
+                depth += _foreseen(operator, aim, now)
             now = _judged(xp, height, depth, now.pressure, now.displacement)
         error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(operator, aim, now)
         if iterations >= limit or max(error, missing) <= tolerance:
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
-        careful, contact = waited >= _PATIENCE, now.pressure > 0
+        careful, contact = waited >= PATIENCE, now.pressure > 0
         if not careful or now.penetration > now.gap_error:
-            minor = _MINOR * now.gap_error * depth if waited >= _HESITATING else 0.0
-            overlapping = ~contact & (now.gap < -minor)
-            # a start may know its contact better than its load, and by a load too small far more overlaps than will touch
+            overlapping = ~contact & (now.gap < 0)
+            # under a start with too small a load far more cells overlap than will touch
             touching = xp.count_nonzero(contact)
-            if iterations or not touching or not (trusted or touching < xp.count_nonzero(overlapping)):
+            if iterations or not touching or touching >= xp.count_nonzero(overlapping):
                 contact = contact | overlapping
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        change, count = removal(contact, gap, max(drop, 0.3 * tolerance / error), limit - iterations)
+        change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
         now, tried = _advance(operator, height, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
@@ -199,7 +172,6 @@ def solve_contact(
         iterations=iterations,
         convolutions=convolutions,
         converged=error <= tolerance,
-        direct=removal.directly,
     )
 
 
@@ -345,7 +317,7 @@ def adhering(
     # a contact between the centres of cells has no cell
     one, scale = xp.astype(contact, dtype), largest(xp, displacement) or 1.0
     p, error, iterations = xp.zeros_like(one), 1.0, 0
-    gap, removal = -displacement, Removal(operator, operator.single(), once=True)
+    gap, removal = -displacement, Removal(operator.single())
     while error > tolerance and iterations < limit:
         change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
         p = p + xp.astype(change, dtype)

@@ -20,12 +20,11 @@ from flatpunch.bem.solver.active_set import Aim, State, punch_stiffness, solve_c
 from flatpunch.bem.solver.levels import Levels, mirror_axes
 from flatpunch.bem.solver.prolongation import prolong, sampled
 
-_COARSE_TOLERANCE, _LOOSER = 1e-4, 10
-"""Tolerance of coarser grids at most, and over that of the next finer one: their forces are told as well."""
-_NEWTON_STEPS = 40
+COARSE_TOLERANCE = 1e-4
+"""Largest tolerance of coarser grids, whose forces enter error estimates; at twice or half, forces change by 1e-10."""
 
-_PUNCH_CELLS = 144**2
-"""Cells from which on the punch that tells how the force answers to the depth is the one of coarser cells."""
+_NEWTON_STEPS = 40
+"""Most Newton steps towards a force on one grid; three or four are usual, and half as many would do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,22 +99,22 @@ def _nested_depth(
     before: tuple[int, ...] = ()
     coarser, coarser_force, coarsest_force = levels.coarser, float("nan"), float("nan")
     if start is None and coarser is not None:
-        # of the finest level the next coarser one tells how large the error of its force is
+        # the level below the finest is always solved: the difference of their forces estimates the error
         if rough is not None and not finest and _cells(coarser.grid) <= _cells(rough.grid):
             start = levels.asarray(prolong(rough.pressure, rough.grid, levels.grid))
         else:
-            looser = max(tolerance, min(_COARSE_TOLERANCE, _LOOSER * tolerance))
+            looser = max(tolerance, min(COARSE_TOLERANCE, 10 * tolerance))
             state, effort = _nested_depth(
                 coarser, height, coarser.cells(height), depth, looser, limit, None, rough, finest=False
             )
             before, start = effort.iterations, levels.asarray(prolong(state.pressure, coarser.grid, levels.grid))
             coarser_force, coarsest_force = state.force * coarser.unit, effort.coarser_force
-    taken, direct = 0, True
+    taken = 0
     window = None if start is None else levels.window(start)
     if window is not None:
         part = _solve(window.levels, window.cut(cells), depth, window.cut(start), tolerance, limit)
-        taken, start, direct = part.iterations, window.embed(part.pressure), part.direct
-    state = _solve(levels, cells, depth, start, tolerance, limit - taken, direct=direct)
+        taken, start = part.iterations, window.embed(part.pressure)
+    state = _solve(levels, cells, depth, start, tolerance, limit - taken)
     iterations = (*before, taken + state.iterations)
     return state, Effort(iterations, coarser_force=coarser_force, coarsest_force=coarsest_force)
 
@@ -151,15 +150,14 @@ def _nested_force(
     if coarser is None:
         state, taken, missing, _ = _newton(levels, cells, force, guess, None, None, tolerance, limit)
         return state, Effort((taken,), missing), None
-    coarse_tolerance = max(tolerance, _COARSE_TOLERANCE / 10)
+    coarse_tolerance = max(tolerance, COARSE_TOLERANCE / 10)
     state, effort, punch = _nested_force(coarser, height, coarser.cells(height), force, guess, coarse_tolerance, limit)
     start, depth = (
         levels.asarray(prolong(state.pressure, coarser.grid, levels.grid)),
         state.depth * coarser.grid.spacing,
     )
     coarser_depth = depth
-    if punch is None or _cells(coarser.grid) <= _PUNCH_CELLS:
-        punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
+    punch = replace(_punch(coarser, state), foresees=punch is None or punch.foresees)
     taken = 0
     window = levels.window(start)
     if window is not None:
@@ -225,8 +223,6 @@ def _solve(
     tolerance: float,
     limit: int,
     aim: Aim | None = None,
-    *,
-    direct: bool = True,
 ) -> State:
     return solve_contact(
         levels.operator,
@@ -234,7 +230,6 @@ def _solve(
         depth / levels.grid.spacing,
         start=start,
         inner=levels.inner,
-        direct=direct,
         aim=aim,
         tolerance=tolerance,
         limit=limit,

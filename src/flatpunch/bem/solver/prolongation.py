@@ -44,7 +44,7 @@ def beyond_the_rim(squared: Array) -> Array:
 
     Only half of the linear continuation is taken: a start too wide is corrected more easily than one too narrow, and
     the rim of the coarse grid is itself known to a fraction of a cell only. Beside a single cell, of which no slope is known,
-    the rim is taken to lie on the cell's own: tongues two cells wide would else become half as wide again.
+    the rim is put on the cell's own: lobes two cells wide would else become half as wide again.
     """
     ny, nx = squared.shape
     padded, empty = np.pad(squared, 2), squared == 0

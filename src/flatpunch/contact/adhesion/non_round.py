@@ -41,10 +41,11 @@ from flatpunch.contact.perturbation.power_law_series import PowerExpansion, powe
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
-from flatpunch.punch.panels import Panels
+from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
 
 _WIDTH = float(np.log(10) / 6)
@@ -108,8 +109,8 @@ class PerturbedBranch:
         return {}
 
     @cached_property
-    def _panels(self) -> Panels:
-        return Panels(self.kernel, self._answers)
+    def _panels(self) -> PiecewiseChebyshev:
+        return panels(self.kernel, self._answers)
 
     def evaluate(self, radius: Array) -> RoundContact:
         """Round contacts without adhesion of C r^n."""

@@ -15,7 +15,7 @@ from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
 _ALIKE = 1.0
-"""Difference of ln a(phi) between neighbours up to which what lies between them is known well enough for a box."""
+"""Largest difference of ln a(phi) between neighbours for which their mean gives the box between them."""
 _CENTRED = 0.02
 """Distance of the centre over the half-width below which it is the point of first touch."""
 _RIM = 2
@@ -53,7 +53,7 @@ def boxes_between(
             sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
             logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
     half_widths, centers = boxes_around(np.exp(logarithms), phi)
-    # contacts that are their own mirror images are told by their centre
+    # contacts that are their own mirror images are recognised by their centre
     centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
     return half_widths, centers, sure
 
@@ -69,7 +69,7 @@ def boxes_around(outlines: Array, phi: Array) -> tuple[Array, Array]:
 def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
     """Box for another solution where an outline a(phi) [m] leaves its grid, as arguments of `bem.solve`; else None.
 
-    Coarse cells lose the ends of needles, and with them the box that the grid was laid around.
+    Coarse cells miss the ends of narrow lobes, so that the box of the grid is too small.
     """
     half_widths, center = (
         sides[0] for sides in boxes_around(contour[None], 2 * np.pi * np.arange(contour.size) / contour.size)

@@ -10,6 +10,7 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.progress import Report, reporting
+from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
@@ -20,9 +21,8 @@ from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.indenters.profile import Indenter
 
-_TOLERANCE = 1e-6
-_SINGLE_TOLERANCE = 1e-5
-_LIMIT = 1000
+TOLERANCE = 1e-6
+"""Default gap error over the depth; ten times as much leaves 1e-5 of the force."""
 
 
 def solve(
@@ -33,7 +33,7 @@ def solve(
     *,
     grid: bem.Grid | int | None = None,
     tolerance: float | None = None,
-    limit: int = _LIMIT,
+    limit: int = 1000,
     fields: bool = False,
     single: bool = False,
     progress: bool | Report | None = None,
@@ -61,7 +61,7 @@ def solve(
     live = _live(control)
     targets = control.values[live]
     if tolerance is None:
-        tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
+        tolerance = SINGLE_FLOOR if single else TOLERANCE
     if fields and targets.size and not isinstance(grid, bem.Grid):
         grid = _solutions(kernel, indenter, control.name, targets.max()[None], grid, tolerance, single, limit=limit)[
             0
@@ -136,7 +136,7 @@ def pressure(
     *,
     grid: bem.Grid | int | None = None,
     tolerance: float | None = None,
-    limit: int = _LIMIT,
+    limit: int = 1000,
     single: bool = False,
 ) -> PressureField:
     """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres.
@@ -146,7 +146,7 @@ def pressure(
     if not _live(control).any():
         return PressureField(np.zeros_like(r), np.zeros_like(r))
     if tolerance is None:
-        tolerance = _SINGLE_TOLERANCE if single else _TOLERANCE
+        tolerance = SINGLE_FLOOR if single else TOLERANCE
     solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, single, limit=limit)[0]
     x, y, field = solution.grid.x, solution.grid.y, np.asarray(solution.pressure, dtype=float)
     points = np.column_stack([r * np.sin(phi), r * np.cos(phi)])
@@ -171,7 +171,7 @@ def _live(control: Control) -> Any:
     if control.name == "radius":
         raise ValueError(
             "radius cannot control method='bem': the contact is found from the depth or the force. Give one of them "
-            "(method='refined' or 'second-order' takes a mean radius and tells the depth)."
+            "(method='refined' or 'second-order' takes a mean radius and returns the depth)."
         )
     return control.values > 0
 
@@ -186,7 +186,7 @@ def _solutions(
     single: bool,
     angles: int = 360,
     *,
-    limit: int = _LIMIT,
+    limit: int = 1000,
     **options: Any,
 ) -> list[bem.Solution]:
     if not targets.size:

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.round_contact import STENCIL, RoundContact
@@ -23,9 +24,6 @@ _MANY = 96
 
 _BEYOND = 3.0
 """Radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own."""
-
-_CHUNK = 2_000_000
-"""Most profile values held at once while outlines of general shapes are computed."""
 
 
 def outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
@@ -123,7 +121,7 @@ def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> PiecewiseChebys
 def _terms(kernel: Kernel, indenter: Indenter, radius: Array, phi: Array) -> Array:
     """Numerators of (P17) and the profile's part of its denominator, over the radius; shape (n, p + 1)."""
     nodes = punch_family(kernel).rule(radius[-1:] / kernel.length)[0].shape[-1] if radius.size else 1
-    size = max(1, _CHUNK // (nodes * phi.size))
+    size = max(1, AT_ONCE // (nodes * phi.size))
     parts = [_terms_of(kernel, indenter, radius[i : i + size], phi) for i in range(0, radius.size, size)]
     return np.vstack([*parts, np.empty((0, phi.size + 1))])
 

@@ -18,12 +18,10 @@ from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates, fourth_order_error, second_order_error
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact, selected
-from flatpunch.contact.perturbation.power_law_series import power_expansion
+from flatpunch.contact.perturbation.power_law_series import power_expansion, same_depth
 from flatpunch.contact.perturbation.series_method import solve_expansion
 from flatpunch.contact.round.mean_profile import resolved_radius
-from flatpunch.contact.round.profile import TINY
 from flatpunch.contact.round.radius_search import Loading
-from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.profile import Indenter
 
@@ -33,12 +31,6 @@ departs farther from that of either: by 1.5 times their difference in force over
 
 _SPACING = 0.05
 """Spacing, in ln a, of the radii at which fourth order is checked; the same ones for every curve. A wider one may miss a pole."""
-
-_NEWTON = 4
-"""Newton steps from one base radius to that of equal depth, per cent away; each doubles the digits."""
-
-_LONGEST = 0.1
-"""Longest of them in ln a: where the depth turns back only second order counts."""
 
 
 class BlendedExpansion:
@@ -111,12 +103,7 @@ class BlendedExpansion:
 
     def _other(self, radius: Array, depth: Array) -> Array:
         """Base radii of fourth order at the same depths, shape (n,)."""
-        other, live = radius * self._ratio, radius > 0
-        for _ in range(_NEWTON):
-            contact = round_contact(self.kernel, self._fourth.base, other[live])
-            slope = np.where(np.abs(contact.depth_slope) > TINY, contact.depth_slope, TINY)
-            other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -_LONGEST, _LONGEST))
-        return np.asarray(other)
+        return same_depth(self.kernel, self.base, self._fourth.base, radius, depth)
 
     def _weight(self, radius: Array) -> tuple[Array, Array]:
         """Weight of the fourth order and its derivative by ln a, shape (n,) each.

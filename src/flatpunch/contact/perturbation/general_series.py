@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
@@ -37,9 +38,6 @@ from flatpunch.punch.power_law import power_law_punch
 
 _POINTS = 256
 """Angles on one period of the outline: harmonics up to 128 times the symmetry."""
-
-_CHUNK = 1_000_000
-"""Most profile values held at once: some ten arrays of eight megabytes."""
 
 _SINGULAR = 4.0
 """|ln(f/f_b)| above which the logarithm is no good variable: f comes close to zero away from the axis."""
@@ -170,7 +168,7 @@ class GeneralExpansion:
     def _columns(self, radius: Array) -> Array:
         """All of `Terms` side by side, shape (n, outputs)."""
         base = round_contact(self.kernel, self.base, radius)
-        size = max(1, _CHUNK // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
+        size = max(1, AT_ONCE // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
         parts = [
             self._chunk(radius[i : i + size], _rows(base, slice(i, i + size))) for i in range(0, radius.size, size)
         ]

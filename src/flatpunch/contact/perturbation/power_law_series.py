@@ -34,17 +34,20 @@ _FARTHEST = 1.5
 _SMALLEST = 1e-3
 """Pade denominator over x2 below which its pole is avoided; the sound range stays above 0.5."""
 
-_SAME_DEPTH = 3
-"""Newton steps in ln a between two bases: they start within per cent of each other."""
+NEWTON = 4
+"""Newton steps in ln a between two bases of equal depth, per cent apart: each doubles the digits, and half leave 1e-8."""
+
+LONGEST = 0.1
+"""Longest of these steps: where the depth turns back only one of the series counts; twice as long ones may leave its branch."""
 
 _LARGEST_X4 = 0.1
-"""|x4| over |x2| up to which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
+"""Largest |x4| over |x2| for which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
 
 _LARGEST_GROWTH = 0.13
-"""|dx4/dln a| over |x2| up to which it was: near the poles under stiff films x4 passes through zero, but steeply."""
+"""Largest |dx4/dln a| over |x2| for which it was: near the poles under stiff films x4 passes through zero, but steeply."""
 
 _LARGEST_LAST = 0.02
-"""|x4| itself up to which it was."""
+"""Largest |x4| for which it was."""
 
 
 class PowerExpansion:
@@ -104,11 +107,7 @@ class PowerExpansion:
         """Base radii and terms of the series that gives the outline, at the same depths."""
         if self._shape is self.series:
             return radius, values
-        shift = (self.base.factor / self._shape_base.factor) ** (1 / self.base.exponent)
-        other, live = radius * shift, radius > 0
-        for _ in range(_SAME_DEPTH):
-            contact = round_contact(self.kernel, self._shape_base, other[live])
-            other[live] *= np.exp((depth[live] - contact.depth) / contact.depth_slope)
+        other = same_depth(self.kernel, self.base, self._shape_base, radius, depth)
         return other, self._shape.at(other)[0]
 
     def _loading(self, radius: Array, values: Terms, slopes: Terms) -> PathPoint:
@@ -150,6 +149,16 @@ class PowerExpansion:
         growth = 2 * x2 * slopes.x2 / denominator - pade * bottom / denominator
         kept = np.where(flat, 0.0, _where_kept(pade, growth))
         return np.where(flat, 0.0, np.clip(pade, -LARGEST_TERM, LARGEST_TERM)), kept
+
+
+def same_depth(kernel: Kernel, base: PowerProfile, other_base: PowerProfile, radius: Array, depth: Array) -> Array:
+    """Radii of round contacts of another profile with the depths that those of `base` have at `radius`, shape (n,)."""
+    other, live = radius * (base.factor / other_base.factor) ** (1 / base.exponent), radius > 0
+    for _ in range(NEWTON):
+        contact = round_contact(kernel, other_base, other[live])
+        slope = np.where(np.abs(contact.depth_slope) > TINY, contact.depth_slope, TINY)
+        other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -LONGEST, LONGEST))
+    return np.asarray(other)
 
 
 def _where_kept(logarithm: Array, growth: Array) -> Array:

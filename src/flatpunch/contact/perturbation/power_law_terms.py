@@ -23,11 +23,12 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.asymmetry import Angles, act, expand
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.chebyshev import log_derivative, tail
+from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.edges import edges_of, known_edges
 from flatpunch.punch.family import SMALLEST, check_resolution, punch_family
 from flatpunch.punch.matrix import edge_strength
-from flatpunch.punch.panels import Panels
+from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
 
 _LARGEST_WAVE = 20.0
@@ -99,10 +100,10 @@ class PowerPerturbation:
         assert indenter.exponent is not None
         self.kernel, self.exponent, self.fourth = kernel, indenter.exponent, fourth
         self.angles = expand(indenter, lam)
-        self._panels = Panels(kernel, self._columns, _judge)
+        self._panels = panels(kernel, self._columns, _judge)
         # edge functionals are smooth where the outline has poles, and expensive: all series of an indenter share them
         self._edges = _edge_panels(kernel, indenter.exponent, self.angles.orders.tobytes())
-        self._outlines: dict[bytes, Panels] = {}
+        self._outlines: dict[bytes, PiecewiseChebyshev] = {}
         self._known: dict[bytes, tuple[Array, Array, Base]] = {}
 
     def at(self, radius: Array) -> tuple[Terms, Terms]:
@@ -124,7 +125,7 @@ class PowerPerturbation:
         key = phi.tobytes()
         if key not in self._outlines:
             waves = self.angles.waves(phi)
-            self._outlines[key] = Panels(self.kernel, lambda beta: self._response(beta)[0] @ waves)
+            self._outlines[key] = panels(self.kernel, lambda beta: self._response(beta)[0] @ waves)
         beta = radius / self.kernel.length
         live = (beta > SMALLEST) & (not self.kernel.homogeneous)
         if live.all():
@@ -162,9 +163,9 @@ class PowerPerturbation:
 
 
 @lru_cache(maxsize=64)
-def _edge_panels(kernel: Kernel, exponent: float, orders: bytes) -> Panels:
+def _edge_panels(kernel: Kernel, exponent: float, orders: bytes) -> PiecewiseChebyshev:
     numbers = np.frombuffer(orders, dtype=int)
-    return Panels(kernel, lambda beta: _edge_columns(kernel, beta, exponent, numbers))
+    return panels(kernel, lambda beta: _edge_columns(kernel, beta, exponent, numbers))
 
 
 def _edge_columns(kernel: Kernel, beta: Array, exponent: float, orders: Indices) -> Array:

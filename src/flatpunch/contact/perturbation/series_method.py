@@ -26,7 +26,7 @@ _SPACING = np.log(10) / 12
 """Grid over ln a in which a mean radius is searched for; in a wider one a turn of the path may be missed."""
 
 _MARGIN = 1.0
-"""By how much that grid reaches beyond the wanted radii, in ln a; it grows where that is not enough."""
+"""Margin of that grid beyond the wanted radii, in ln a; it grows where that is not enough."""
 
 
 class Expansion(Hashable, Protocol):

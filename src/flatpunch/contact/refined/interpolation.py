@@ -28,7 +28,7 @@ TRAPEZOID = 0.1
 """Error of the trapezoidal rule over the cube of the gap; far smaller, forces in wide gaps would follow the rule."""
 
 _FARTHEST = 14.0
-"""Farthest below the first solution that a depth is told apart from zero, in ln d: about six decades."""
+"""Farthest below the first solution that a depth is not zero, in ln d: about six decades."""
 
 
 @dataclass(frozen=True, slots=True)

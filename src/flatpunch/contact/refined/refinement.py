@@ -1,7 +1,7 @@
 """The adaptive loop: where along a curve boundary elements are solved.
 
 A curve begins with a few evenly spaced solutions over ln d. Each gap between two of them is halved, and the solution at its
-middle measures by how much the curve had missed it. Both halves are halved again as long as that miss exceeds the tolerance. The
+middle measures the error that the curve had there. Both halves are halved again as long as that miss exceeds the tolerance. The
 miss is also the reported interpolation error of both halves. Solutions are kept, so that later curves on the same medium and
 tip add only what lies outside.
 """
@@ -58,7 +58,7 @@ SLOPES = 1 / 4
 class Gap(NamedTuple):
     """Gap between two solutions.
 
-    Its ends in ln d, and by how much the midpoint from which it came was missed beyond the error of the cells: ln F, its slope
+    Its ends in ln d, and the errors at the midpoint it came from, beyond the error of the cells: ln F, its slope
     times the width of the gap, and the outline over the mean radius; infinite where the gap came from no other.
     """
 

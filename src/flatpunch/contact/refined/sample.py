@@ -12,10 +12,8 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
+from flatpunch.contact.boundary_elements.method import TOLERANCE
 from flatpunch.indenters.profile import Indenter
-
-_TOLERANCE = 1e-6
-"""Gap error of the solutions over the depth; ten times as much leaves 1e-5 of the force."""
 
 _STIFFNESS_TOLERANCE = 3e-3
 """Deviation of the displacement under the punch that dF/dd comes from; it leaves 4e-4 of dF/dd, less than the cells do."""
@@ -75,7 +73,7 @@ def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) 
     options: dict[str, Any] = {
         "depths": depth,
         "grid": cells,
-        "tolerance": _TOLERANCE,
+        "tolerance": TOLERANCE,
         "stiffness": _STIFFNESS_TOLERANCE,
         "angles": case.angles,
     }

@@ -3,7 +3,7 @@
 On such a layer the ratio of boundary elements to second order depends on beta and the Poisson ratio alone (on beta alone if
 the layer slides): slopes scale out. The table holds it for pyramids of 3, 4 and 6 sides and for ellipses, at nodes of ln beta,
 of q = sqrt(1 - 2 nu) and of s^2, s = |A - B|/(A + B); between the nodes of q and s^2 it is a polynomial. It is made by
-`scripts/make_corrections.py`.
+`scripts/make_corrections.py`, and holds its own nodes.
 
 A method sees the medium's response only, so the layer is recognised by that.
 """
@@ -29,13 +29,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Layer, Medium, RigidBase
 
 ANGLES = 360
-SIDES = (3, 4, 6)
-BETAS = 10.0 ** np.array([-2, -1.5, -1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1, 1.25])
-"""Base radius of the second-order series over the thickness."""
-ROOTS = np.array([0.0, 0.1, 0.25, 0.45, 0.67, 0.87, 1.0])
-"""q = sqrt(1 - 2 nu) of bonded layers."""
-SQUARES = np.array([0.12, 0.3, 0.47, 0.6, 0.7])
-"""s^2 of the ellipses; at 0 there is nothing to correct."""
+"""Polar angles of the outline of a sample; half as many leave 0.1 % at the corners of pyramids."""
 
 FORCE_ERROR = 5e-4
 """Largest relative error of the force against fresh boundary elements between the nodes (tests/refined)."""
@@ -46,8 +40,11 @@ CLOSE = 4
 """Samples per gap of the table; half as many add 1e-5 to the error of the force."""
 
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
+"""Wavenumbers kappa at which a layer is recognised by its response; the third also gives q."""
+
 _SAME = 1e-9
-_PHI = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
+"""Relative difference of responses below which layers are the same; responses are interpolated to 2e-12."""
+
 _FAR = 2.0
 """Swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8."""
 
@@ -85,7 +82,7 @@ def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
     if tip[0] == "ellipse":
         rows = np.tensordot(tip[1], rows, axes=1)
     series = power_expansion(kernel, indenter, "second", terms=False)
-    return TableRows(series, np.log(BETAS * kernel.length), _full_turn(rows, tip[0], tip[2]))
+    return TableRows(series, np.log(_table()["betas"] * kernel.length), _full_turn(rows, tip[0], tip[2]))
 
 
 @lru_cache(maxsize=32)
@@ -99,7 +96,8 @@ def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     values, slope = spline(x), spline(x, 1)[:, 0]
     force = values[:, 0] + np.log(contact.force / kernel.modulus)
     growth = (contact.stiffness / contact.force + slope / contact.depth_slope) * contact.depth
-    outline = np.log(reference_outline(table.series, contact, _PHI)) + values[:, 3:]
+    phi = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
+    outline = np.log(reference_outline(table.series, contact, phi)) + values[:, 3:]
     shapes = np.column_stack([x + values[:, 1], x + values[:, 2] / 2, outline])
     samples = tuple(
         Sample(float(f), float(g), shape, FORCE_ERROR, OUTLINE_ERROR)
@@ -119,12 +117,14 @@ def reference_outline(series: PowerExpansion, contact: PerturbedContact, phi: Ar
 
 def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:
     """Name in the table, weights of the ellipses, and whether the outline is turned by 90 degrees."""
-    if isinstance(indenter, Pyramid) and indenter.sides in SIDES:
+    if isinstance(indenter, Pyramid) and str(indenter.sides) in _table():
         return str(indenter.sides), np.ones(1), False
     if isinstance(indenter, EllipticParaboloid):
         square = ((indenter.A - indenter.B) / (indenter.A + indenter.B)) ** 2
-        if square <= SQUARES[-1]:
-            return "ellipse", lagrange(np.append(0.0, SQUARES), square)[1:], indenter.A > indenter.B
+        squares = _table()["squares"]
+        if square <= squares[-1]:
+            # at zero there is nothing to correct
+            return "ellipse", lagrange(np.append(0.0, squares), square)[1:], indenter.A > indenter.B
     return None
 
 
@@ -134,7 +134,7 @@ def _medium_weights(kernel: Kernel) -> Array | None:
     found = kernel.response(_WAVES)
     sliding = compliance(layer(None)).response(_WAVES)
     if np.all(np.abs(found / sliding - 1) < _SAME):
-        return np.append(np.zeros(ROOTS.size), 1.0)
+        return np.append(np.zeros(_table()["roots"].size), 1.0)
     root = _root_of(float(found[2]))
     if root is None:
         return None
@@ -142,7 +142,7 @@ def _medium_weights(kernel: Kernel) -> Array | None:
     # the root is known to half the digits of the response beside q = 0
     if not np.all(np.abs(found / bonded - 1) < 100 * _SAME):
         return None
-    return np.append(lagrange(ROOTS, root), 0.0)
+    return np.append(lagrange(_table()["roots"], root), 0.0)
 
 
 def _root_of(wanted: float) -> float | None:
@@ -178,6 +178,10 @@ def _full_turn(rows: Array, tip: str, turned: bool) -> Array:
 
 @lru_cache(maxsize=1)
 def _table() -> dict[str, Array]:
-    """Rows by tip: (layers, [ellipses,] betas, 3 + sector)."""
+    """Rows by tip, (layers, [ellipses,] betas, 3 + sector), and the nodes.
+
+    These are `betas`, base radius of the second-order series over the thickness; `roots`, q of bonded layers; `squares`, s^2 of
+    ellipses.
+    """
     with (files("flatpunch.contact.refined") / "data" / "corrections.npz").open("rb") as file, np.load(file) as arrays:
         return {name: arrays[name].astype(float) for name in arrays.files}

@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.geometry.angle_rule import angular_rule, panel_rule
@@ -19,13 +20,17 @@ from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, Sine
 
-_PER_DECADE = 3
-_NODES = 32
-_LONELY = 4
-"""Radii in a panel that are not worth making it."""
-_CHUNK = 2_000_000
-_ORDER = 32
-"""Harmonic up to which means are integrated at rounding."""
+PER_DECADE = 3
+"""Panels per decade; with half as many, means of rounded tips lose three digits, with twice as many they cost twice."""
+
+NODES = 32
+"""Nodes of a panel; half as many leave 1e-6 beside the corners of a flat."""
+
+FEW = 4
+"""Radii in a panel for which it is not made; more are sampled directly at the cost of the panel."""
+
+ORDER = 32
+"""Highest harmonic for which means are integrated at rounding; half as many are not enough for rounded pyramids."""
 
 
 class AngularRule:
@@ -38,10 +43,10 @@ class AngularRule:
     indenter : Indenter
         Any indenter.
     order : int
-        Harmonic up to which integrals are at rounding where the shape is smooth.
+        Highest harmonic for which integrals are at rounding where the shape is smooth.
     """
 
-    def __init__(self, indenter: Indenter, order: int = _ORDER) -> None:
+    def __init__(self, indenter: Indenter, order: int = ORDER) -> None:
         self._order = order
         self._crossings = getattr(indenter, "crossings", None)
         breaks = split_angles(indenter)
@@ -84,13 +89,13 @@ class AngularTable(ABC):
     indenter : Indenter
         Any indenter; meant for shapes that are neither round nor power laws.
     order : int
-        Harmonic up to which these integrals are at rounding where the shape is smooth.
+        Highest harmonic for which these integrals are at rounding where the shape is smooth.
     """
 
     extra_nodes = 0
     """Nodes of all panels between the smallest and the largest ring besides the usual ones."""
 
-    def __init__(self, indenter: Indenter, order: int = _ORDER) -> None:
+    def __init__(self, indenter: Indenter, order: int = ORDER) -> None:
         self._indenter, self._rule = indenter, AngularRule(indenter, order)
         self._cuts = sorted({*indenter.rings, *getattr(indenter, "scales", ())})
         self._table = PiecewiseChebyshev(
@@ -107,7 +112,7 @@ class AngularTable(ABC):
         flat = r.ravel()
         outside = (flat <= 0) | (flat > self._indenter.reach)
         parts = []
-        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=_LONELY))):
+        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=FEW))):
             if chosen.any():
                 parts.append((chosen, read(flat[chosen])))
         result = np.empty((flat.size, parts[0][1].shape[1] if parts else 0))
@@ -117,9 +122,9 @@ class AngularTable(ABC):
 
     def _edges(self, r: Array) -> Array:
         """Edges of the panels that hold radii r."""
-        first = int(np.floor(_PER_DECADE * np.log10(r.min()) - 1e-9))
-        last = int(np.ceil(_PER_DECADE * np.log10(r.max()) + 1e-9))
-        even = 10 ** (np.arange(first, last + 1) / _PER_DECADE)
+        first = int(np.floor(PER_DECADE * np.log10(r.min()) - 1e-9))
+        last = int(np.ceil(PER_DECADE * np.log10(r.max()) + 1e-9))
+        even = 10 ** (np.arange(first, last + 1) / PER_DECADE)
         reach = self._indenter.reach
         cuts = [cut for cut in self._cuts if even[0] < cut < min(reach, even[-1])]
         edges = np.unique(np.concatenate([even[even < reach], cuts, [min(reach, even[-1])]]))
@@ -130,12 +135,12 @@ class AngularTable(ABC):
         """Nodes of a panel."""
         rings = self._indenter.rings
         between = rings and rings[0] <= low < rings[-1]
-        return _NODES + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
+        return NODES + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
 
     def _sample(self, r: Array) -> Array:
         """Columns by quadrature, shape (n, columns)."""
         parts = []
-        step = max(1, _CHUNK // self._rule.at(r[:1])[0].size)
+        step = max(1, AT_ONCE // self._rule.at(r[:1])[0].size)
         for start in range(0, r.size, step):
             radius = r[start : start + step]
             phi, weights = self._rule.at(radius)

@@ -7,10 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
-_MOST = 24
-_SAME_RAY = 1e-12
+MOST = 24
+"""Highest rotational symmetry looked for; tips with more sides are treated as if they had none."""
+
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
 
@@ -24,7 +26,7 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
 @lru_cache(maxsize=64)
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    for fold in range(_MOST, 1, -1):
+    for fold in range(MOST, 1, -1):
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1
@@ -37,7 +39,7 @@ def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
     if mirrored_about(indenter, start):
         turn = np.minimum(turn, period - turn)
     order = np.argsort(turn)
-    apart = np.diff(turn[order], prepend=-1.0) > _SAME_RAY
+    apart = np.diff(turn[order], prepend=-1.0) > SAME
     of_ray = np.empty(phi.size, dtype=np.intp)
     of_ray[order] = np.cumsum(apart) - 1
     return start + turn[order][apart], of_ray
@@ -52,4 +54,4 @@ def _same(indenter: Indenter, phi: Array, other: Array) -> bool:
     """Whether heights at all radii are the same at pairs of polar angles, shape (n,) each."""
     r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 12))[:, None]
     f, g = (np.asarray(indenter.height(r, np.mod(at, 2 * np.pi))) for at in (phi, other))
-    return bool(np.all(np.abs(f - g) <= 1e-12 * f.max(axis=1, keepdims=True)))
+    return bool(np.all(np.abs(f - g) <= SAME * f.max(axis=1, keepdims=True)))

@@ -73,7 +73,7 @@ class RadialProfile(RoundShape):
     def from_area(cls, depth: Sequence[float] | Array, area: Sequence[float] | Array) -> RadialProfile:
         """Body of revolution with a measured tip area function: f = depth at r = sqrt(area/pi).
 
-        It has the sections of the true tip as discs, but not its force; `AreaFunction` says by how much.
+        It has the sections of the true tip as discs, but not its force; `AreaFunction` states the difference.
 
         Parameters
         ----------

@@ -16,10 +16,10 @@ import scipy
 
 from flatpunch._support.checks import Array, positive, values
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, check_exponent, corner_angles, power
+from flatpunch.indenters._common import FULL_TURN, RAYS, check_exponent, corner_angles, power
 from flatpunch.indenters.shape import Shape
 
-_SAMPLES = FULL_TURN * (np.arange(720) + 0.382) / 720
+_SAMPLES = FULL_TURN * (np.arange(RAYS) + 0.382) / RAYS
 """Angles at which psi is tried: twice a degree, off the multiples of common corners."""
 
 

@@ -12,16 +12,10 @@ import scipy
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
-
-_ANGLES = 720
-"""Polar angles on which the border of the flat is searched for extremes; half as many miss those 1 degree apart."""
-
-_SAME = 1e-12
-"""Relative difference of the border's radii below which it is a circle; below rounding of the tip's heights no tip is round."""
 
 _ALIKE = 1e-9
 """Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
@@ -112,7 +106,7 @@ class Truncated(Shape):
 
     @property
     def angular_tolerance(self) -> float | None:
-        """That of the tip: `crossings` tells where rays cross the border of the flat."""
+        """That of the tip: `crossings` gives the angles at which circles cross the border of the flat."""
         return getattr(self.tip, "angular_tolerance", None)
 
     @property
@@ -165,7 +159,7 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
         raise ValueError(
             f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach {tip.reach:.6g} m)."
         )
-    if np.ptp(radii) <= _SAME * radii.max():
+    if np.ptp(radii) <= SAME * radii.max():
         return (float(radii.max()),)
     closed = np.append(radii, radii[1])
     turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
@@ -180,8 +174,8 @@ def _border_line(tip: Indenter, level: float) -> tuple[Array, Array]:
     """Angles over a full turn, ends included, and the radii there of the level line f = level, none of its extremes left out."""
     angles = _angles(tip)
     radii = _level_radii(tip, level, angles)
-    if np.isfinite(radii).all() and np.ptp(radii) > _SAME * radii.max():
-        width, extremes = FULL_TURN / _ANGLES, []
+    if np.isfinite(radii).all() and np.ptp(radii) > SAME * radii.max():
+        width, extremes = FULL_TURN / RAYS, []
         for sign in (1, -1):
             beside = np.minimum(sign * np.roll(radii, 1), sign * np.roll(radii, -1))
             turning = angles[sign * radii <= beside]
@@ -204,7 +198,7 @@ def _least(function: Callable[[Array], Array], about: Array, width: float) -> Ar
 
 
 def _angles(tip: Indenter) -> Array:
-    even = FULL_TURN * np.arange(_ANGLES) / _ANGLES
+    even = FULL_TURN * np.arange(RAYS) / RAYS
     return np.array(sorted({*even, *split_angles(tip)}))
 
 
