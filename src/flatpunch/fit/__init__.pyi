@@ -13,8 +13,10 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .report.estimate import Estimate
+from .report.joint import JointResult
 from .report.likelihood import Profile
 from .report.result import FitResult
+from .together import Measured, fit_together
 
 __all__ = [
     "Batch",
@@ -27,6 +29,8 @@ __all__ = [
     "FitResult",
     "ForwardModel",
     "Free",
+    "JointResult",
+    "Measured",
     "Profile",
     "Sample",
     "Settings",
@@ -37,6 +41,7 @@ __all__ = [
     "fit_batch",
     "fit_film",
     "fit_ranges",
+    "fit_together",
     "oliver_pharr",
     "parameter_names",
     "read_curve",

@@ -5,46 +5,28 @@ Two more tables: [fit] says how to fit, [curve] how to read the curve; both may 
 
 from __future__ import annotations
 
-import copy
-import math
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field
 
 from flatpunch.files import CaseError, describe_sample
-from flatpunch.files import units as si
 from flatpunch.files.cases import case_text, parsed
-from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.fields import Count, Length, Table, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.fit.adhesion.model import adhesive_method
+from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable
+from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
-from flatpunch.fit.fitting import check_free
-from flatpunch.fit.measured.columns import STIFFNESS
+from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.quantities import quantity, unit_of
-
-_DIMENSIONS = {
-    "young": si.PRESSURE,
-    "thickness": si.LENGTH,
-    "radius": si.LENGTH,
-    "inclination": si.ANGLE,
-    "half_opening_angle": si.ANGLE,
-    "poisson": None,
-    "work_of_adhesion": si.WORK_OF_ADHESION,
-    "time": si.TIME,
-    "times": si.TIME,
-    "equilibrium": None,
-    "exponent": None,
-    "weights": None,
-}
 
 
 @dataclass(frozen=True)
@@ -96,134 +78,6 @@ class FitCase:
             if (value := getattr(self, name)) is not None
         }
         return {**more, **asdict(self.settings)}
-
-
-DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
-
-
-def _drag(given: Any) -> Any:
-    """0, "free", or a value [N s/m]."""
-    if given is None:
-        return 0.0
-    return "free" if given == "free" or isinstance(given, dict) else si.named_si("drag", given, DRAG)
-
-
-class ContactLimits(Table):
-    """contact = { min = ..., max = ... }: between which tip positions the contact point is looked for."""
-
-    min: Length | None = None
-    max: Length | None = None
-
-    def build(self, folder: Path) -> tuple[float | None, float | None]:
-        """Return the limits."""
-        return (self.min, self.max)
-
-
-class FitTable(Table):
-    """[fit]: how to fit."""
-
-    contact: Literal["free"] | Length | ContactLimits = "free"
-    drag: Literal["free"] | str | dict[str, str] | None = None
-    baseline: str = "constant"
-    loss: str = "linear"
-    adhesion: str = "refuse"
-    depth_to: Length | None = None
-    force_to: Force | None = None
-    level: Number = 0.95
-    segment: str = "auto"
-
-    def build(self, folder: Path) -> dict[str, Any]:
-        """Return fields of `Settings`; the method comes from the top of the file."""
-        found = {name: getattr(self, name) for name in type(self).model_fields}
-        if isinstance(self.contact, ContactLimits):
-            found["contact"] = (self.contact.min, self.contact.max)
-        found["drag"] = _drag(self.drag)
-        Settings(**found)
-        return found
-
-
-class CurveTable(Table):
-    """[curve]: how to read the curve."""
-
-    columns: dict[str, str | int] = Field(default={})
-    units: dict[str, str] = Field(default={})
-    decimal: Literal[".", ","] = "."
-    sheet: str | None = None
-    spring_constant: str | dict[str, str] | None = None
-    sensitivity: str | dict[str, str] | None = None
-    index: Count | None = None
-    skip_nan: Switch = False
-    flip: Switch = False
-
-    def build(self, folder: Path) -> dict[str, Any]:
-        """Return keyword arguments of `read_curve`."""
-        found = {name: getattr(self, name) for name in ("columns", "units", "decimal", "sheet", "skip_nan", "flip")}
-        if self.index is not None:
-            found["index"] = self.index
-        spread = {}
-        for name in ("spring_constant", "sensitivity"):
-            given = getattr(self, name)
-            if given is None:
-                continue
-            value, std = _with_std(name, given)
-            found[name] = si.named_si(name, value, STIFFNESS) if name == "spring_constant" else _sensitivity(value)
-            if std:
-                spread[name] = std
-        if spread:
-            found["calibration"] = spread
-        return found
-
-
-def _with_std(name: str, given: Any) -> tuple[str, float]:
-    """Value as text, and its relative standard deviation."""
-    if isinstance(given, str):
-        return given, 0.0
-    if not set(given) <= {"value", "std"} or "value" not in given:
-        raise ValueError(f'{name} with its uncertainty is written {{ value = "0.05 N/m", std = "10 %" }}.')
-    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given.get("std", "0 %"))
-    if match is None or not 0 <= float(match[1]) < 100:
-        raise ValueError(f"{name}.std = {given['std']!r} must be a percentage such as '10 %'.")
-    return given["value"], float(match[1]) / 100
-
-
-def _sensitivity(value: str) -> float:
-    """Deflection per volt or ampere, SI; a bare length is per volt."""
-    for unit, dimension in (("m/V", "sensitivity"), ("m/A", "sensitivity"), ("m", "sensitivity")):
-        try:
-            return si.to_si(value, si.Dimension(dimension, unit, "70 nm/V", ("nm/V", "um/V", "nm/nA")))
-        except ValueError as error:
-            reason = error
-    raise ValueError(
-        f"sensitivity = {value!r} must be a length per voltage or current, such as '70 nm/V' or '70 nm/nA' ({reason})"
-    )
-
-
-class FilmTable(Table):
-    """[film]: tip and machine of a nanoindentation test, for `flatpunch fit-film`."""
-
-    area_coefficients: list[Number] = Field(default=[])
-    beta: Number = 1.034
-    epsilon: Number = 0.75
-    frame: str | None = None
-    fit_frame: Switch = False
-    depth_min: Length = 0.0
-    depth_max: Length | None = None
-
-    def build(self, folder: Path) -> dict[str, Any]:
-        """Return what `fit_film` and `Tip` take."""
-        frame = (
-            si.named_si("frame", self.frame, si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN")))
-            if self.frame
-            else 0.0
-        )
-        return {
-            "coefficients": list(self.area_coefficients),
-            "beta": self.beta,
-            "epsilon": self.epsilon,
-            "frame": frame,
-            "fit_frame": self.fit_frame,
-            "depths": (self.depth_min, math.inf if self.depth_max is None else self.depth_max),
-        }
 
 
 class FitCaseTable(Table):
@@ -291,7 +145,7 @@ def read_fit_case(path: str | Path) -> FitCase:
     path = Path(path)
     data = parsed(case_text(path), path)
     try:
-        plain, found = _split(data)
+        plain, found = split(data)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     case: FitCase = validated(FitCaseTable, plain, path, folder=path.parent).built
@@ -357,66 +211,3 @@ def _segment(case: FitCase) -> str:
     if case.settings.segment != "auto":
         return case.settings.segment
     return "retract" if case.work_of_adhesion is not None else "both" if case.relaxation is not None else "approach"
-
-
-def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free]]:
-    """Separate { fit = ..., min = ..., max = ... } from a file: the file with the starts in their place, and what is free."""
-    plain = copy.deepcopy(data)
-    found: dict[str, Free] = {}
-    for prefix, table in _places(plain):
-        for name, value in table.items():
-            for label, where, key, wanted in _wanted(f"{prefix}{name}", table, name, value):
-                label, found_free = _free(label, name, wanted)
-                found[label] = found_free
-                where[key] = wanted["fit"]
-    return plain, found
-
-
-def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, Any, Any, Mapping[str, Any]]]:
-    """Fitted values in a field: itself, or entries of its list."""
-    if isinstance(value, dict) and "fit" in value:
-        return [(label, table, name, value)]
-    if isinstance(value, list):
-        return [(f"{label}[{i}]", value, i, v) for i, v in enumerate(value) if isinstance(v, dict) and "fit" in v]
-    return []
-
-
-def _places(plain: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Tables in which something can be fitted, with what their names begin with."""
-    places: list[tuple[str, Any]] = []
-    for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
-        if isinstance(body_, dict):
-            places += [(f"{prefix}layers[{i}].", table) for i, table in enumerate(_tables(body_.get("layers")))]
-            places.append((f"{prefix}base.", body_.get("base")))
-    places += [(f"{name}.", plain.get(name)) for name in ("indenter", "relaxation")]
-    return [(prefix, table) for prefix, table in [*places, ("", plain)] if isinstance(table, dict)]
-
-
-def _tables(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
-def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
-    unknown = set(value) - {"fit", "min", "max"}
-    if unknown:
-        raise ValueError(
-            f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
-        )
-    if name not in _DIMENSIONS:
-        raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(sorted(_DIMENSIONS))}.")
-    limits = [_limit(f"{path}.{key}", name, value.get(key)) for key in ("min", "max")]
-    if name == "half_opening_angle":
-        limits = [None if v is None else math.pi / 2 - v for v in reversed(limits)]
-        path = path.replace("half_opening_angle", "inclination")
-    return path, Free(None, *limits)
-
-
-def _limit(path: str, name: str, value: Any) -> float | None:
-    if value is None:
-        return None
-    dimension = _DIMENSIONS[name]
-    if dimension is None:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError(f"{path} = {value!r} must be a plain number.")
-        return float(value)
-    return si.named_si(path, value, dimension)
