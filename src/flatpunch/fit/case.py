@@ -20,13 +20,15 @@ from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.fit.adhesion.model import adhesive_method
-from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable
+from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable, OneCurveTable
 from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
+from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.together import Measured
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,10 @@ class FitCase:
         How the medium relaxes.
     film : mapping
         Tip and machine of a nanoindentation test, from [film].
+    curves : tuple of mapping
+        Curves of a joint fit, from [[curves]]: "path", "indenter", "values" and "reading" of each.
+    own : tuple of str
+        Free parameters that each of these curves has for itself.
     """
 
     title: str
@@ -63,6 +69,8 @@ class FitCase:
     range_of_action: float | None = None
     relaxation: Any = None
     film: Mapping[str, Any] = field(default_factory=dict)
+    curves: tuple[Mapping[str, Any], ...] = ()
+    own: tuple[str, ...] = ()
 
     @property
     def sample(self) -> Sample:
@@ -99,6 +107,7 @@ class FitCaseTable(Table):
     fit: FitTable | None = None
     curve: CurveTable | None = None
     film: FilmTable | None = None
+    curves: list[OneCurveTable] = Field(default=[])
 
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
@@ -116,6 +125,7 @@ class FitCaseTable(Table):
             self.range_of_action,
             self.relaxation.built if self.relaxation else None,
             self.film.built if self.film else {},
+            tuple(curve.built for curve in self.curves),
         )
         # whether its parts go together
         sample = case.sample
@@ -145,7 +155,7 @@ def read_fit_case(path: str | Path) -> FitCase:
     path = Path(path)
     data = parsed(case_text(path), path)
     try:
-        plain, found = split(data)
+        plain, found, own = split(data)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     case: FitCase = validated(FitCaseTable, plain, path, folder=path.parent).built
@@ -154,11 +164,46 @@ def read_fit_case(path: str | Path) -> FitCase:
         if name not in known:
             raise CaseError(f"{path}: {name} cannot be fitted; in this case one can fit {', '.join(known)}.")
     try:
-        case = replace(case, free=found)
+        case = replace(case, free=found, own=own)
         check_free(case.sample, found)
+        _check_curves(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     return case
+
+
+def _check_curves(case: FitCase) -> None:
+    """Refuse what only a joint fit has a use for, and curves whose parameters the case does not have."""
+    if case.own and not case.curves:
+        raise ValueError(f"{case.own[0]} has each = true, which goes with two or more tables [[curves]].")
+    if len(case.curves) == 1:
+        raise ValueError(
+            "curves has one entry; two or more are fitted together. Give a single one on the command line."
+        )
+    for i, curve in enumerate(case.curves):
+        unknown = sorted(set(curve["values"]) - set(case.sample.names))
+        if unknown:
+            raise ValueError(
+                f"curves[{i}].values: {unknown[0]} is not part of this case; it has {', '.join(case.sample.names)}."
+            )
+
+
+def read_measured(case: FitCase) -> list[Measured]:
+    """Read the curves of a joint fit; curves of the same name get their number.
+
+    Raises
+    ------
+    CurveError
+        If one cannot be read.
+    """
+    found: list[Measured] = []
+    for entry in case.curves:
+        reading = {**case.reading, **entry["reading"]}
+        curve = read_curve(entry["path"], **reading)
+        alike = sum(m.curve.name.partition(" #")[0] == curve.name for m in found)
+        curve = replace(curve, name=f"{curve.name} #{alike + 1}") if alike else curve
+        found.append(Measured(curve, entry["indenter"], entry["values"]))
+    return found
 
 
 def _check_segment(case: FitCase) -> None:
@@ -178,7 +223,7 @@ def is_fit_case(path: str | Path) -> bool:
     except CaseError:
         # unreadable files are told by whoever reads them
         return False
-    return "fit" in data or "curve" in data or _looks_for(data)
+    return "fit" in data or "curve" in data or "curves" in data or _looks_for(data)
 
 
 def _looks_for(value: Any) -> bool:
@@ -197,9 +242,14 @@ def describe_fit(case: FitCase) -> Iterator[str]:
         unit = unit_of(name)
         limits = [quantity(v, unit) if v is not None else "" for v in (free.minimum, free.maximum)]
         between = f", between {limits[0] or 'any'} and {limits[1] or 'any'}" if any(limits) else ""
-        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{between}"
+        own = ", for each curve" if name in case.own else ""
+        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{between}{own}"
     if not case.free:
         yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
+    for i, entry in enumerate(case.curves):
+        others = [f"{name} = {quantity(value, unit_of(name))}" for name, value in entry["values"].items()]
+        tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
+        yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
     contact = "free" if settings.contact == "free" else quantity(settings.contact, "m")
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
     method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None

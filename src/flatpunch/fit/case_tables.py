@@ -11,6 +11,8 @@ from pydantic import Field
 
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table
+from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.fit.case_values import value_in_si
 from flatpunch.fit.measured.columns import STIFFNESS
 from flatpunch.fit.parameters.settings import Settings
 
@@ -112,6 +114,25 @@ def _sensitivity(value: str) -> float:
     raise ValueError(
         f"sensitivity = {value!r} must be a length per voltage or current, such as '70 nm/V' or '70 nm/nA' ({reason})"
     )
+
+
+class OneCurveTable(CurveTable):
+    """[[curves]]: one curve of a joint fit, and how its measurement differs from the others."""
+
+    file: str
+    indenter: IndenterTable | None = None
+    values: dict[str, Any] = Field(default={})
+
+    def build(self, folder: Path) -> dict[str, Any]:
+        """Return path, indenter, values [SI], and those keyword arguments of `read_curve` that are given here."""
+        reading = CurveTable.build(self, folder)
+        given = {name for name in self.model_fields_set if name in reading}
+        return {
+            "path": folder / self.file,
+            "indenter": self.indenter.built if self.indenter else None,
+            "values": {name: value_in_si(name, value) for name, value in self.values.items()},
+            "reading": {name: reading[name] for name in reading if name in given or name == "calibration"},
+        }
 
 
 class FilmTable(Table):

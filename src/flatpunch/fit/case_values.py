@@ -26,17 +26,40 @@ _DIMENSIONS = {
 }
 
 
-def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free]]:
-    """Separate { fit = ..., min = ..., max = ... } from a file: the file with the starts in their place, and what is free."""
+def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free], tuple[str, ...]]:
+    """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
+
+    Returns
+    -------
+    plain : dict
+        The file with the starts in their place.
+    free : dict of str to Free
+    own : tuple of str
+        Those of them that each curve of a joint fit has for itself.
+    """
     plain = copy.deepcopy(data)
     found: dict[str, Free] = {}
+    own: list[str] = []
     for prefix, table in _places(plain):
         for name, value in table.items():
             for label, where, key, wanted in _wanted(f"{prefix}{name}", table, name, value):
                 label, found_free = _free(label, name, wanted)
                 found[label] = found_free
                 where[key] = wanted["fit"]
-    return plain, found
+                if not isinstance(wanted.get("each", False), bool):
+                    raise ValueError(f"{label}.each = {wanted['each']!r} must be true or false.")
+                own += [label] if wanted.get("each") else []
+    return plain, found, tuple(own)
+
+
+def value_in_si(name: str, given: Any) -> float:
+    """Value of a named parameter as it stands in a file, SI."""
+    kind = name.split(".")[-1].split("[")[0]
+    if kind not in _DIMENSIONS:
+        raise ValueError(f"{name} is no parameter; parameters end in {', '.join(sorted(_DIMENSIONS))}.")
+    value = _limit(name, kind, given)
+    assert value is not None
+    return value
 
 
 def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, Any, Any, Mapping[str, Any]]]:
@@ -64,7 +87,7 @@ def _tables(value: Any) -> list[Any]:
 
 
 def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
-    unknown = set(value) - {"fit", "min", "max"}
+    unknown = set(value) - {"fit", "min", "max", "each"}
     if unknown:
         raise ValueError(
             f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."

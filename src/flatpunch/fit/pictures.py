@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from flatpunch.files.units import readable
 from flatpunch.fit.parameters.scaling import plain_limits
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
+    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 _DATA, _FIT, _GREY = "#8fa9bf", "#b8541a", "#8c8c8c"
@@ -90,7 +91,7 @@ def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
     top.set_ylabel(f"force / {y_unit}")
     top.legend(frameon=False, fontsize=8, loc="best")
     free = result.objective.model.free
-    words = [f"{name} = {quantity(result[name], unit_of(name))}" for name in free]
+    words = [f"{label(name)} = {quantity(result[name], unit_of(name))}" for name in free]
     top.set_title(_lines(result.curve.name, words), fontsize=9)
     # what was left out would only stretch the axis
     bottom.plot(x[~left], residual[~left] * y_factor, ".", ms=2, color=_DATA, rasterized=True)
@@ -99,6 +100,46 @@ def _curve(result: FitResult, top: Axes, bottom: Axes) -> None:
     bottom.set_ylabel(f"residual / {y_unit}")
     for axes in (top, bottom):
         axes.grid(alpha=0.25, lw=0.6)
+
+
+def together_figure(result: JointResult) -> Figure:
+    """Curves of a joint fit, force over depth, and below their residuals over their noise.
+
+    Parameters
+    ----------
+    result : JointResult
+        The fit.
+    """
+    import matplotlib
+
+    figure = Figure(figsize=(6.4, 5.2), layout="constrained")
+    grid = figure.add_gridspec(2, 1, height_ratios=[3, 1])
+    top = figure.add_subplot(grid[0])
+    bottom = figure.add_subplot(grid[1], sharex=top)
+    x_factor, x_unit = readable(max(float(r.depth.max()) for r in result.results), "m")
+    levels = [r.estimates["baseline"].value if "baseline" in r.estimates else 0.0 for r in result.results]
+    tops = [float(r.force.max()) - level for r, level in zip(result.results, levels, strict=True)]
+    y_factor, y_unit = readable(max(tops), "N")
+    colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(result.results)))
+    for one, level, colour in zip(result.results, levels, colours, strict=True):
+        order = np.argsort(one.depth, kind="stable")
+        x = one.depth * x_factor
+        measured = (one.curve.force - level) * y_factor
+        top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
+        top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=0.8)
+        bottom.plot(
+            x[one.used], one.residual[one.used] / one.noise, ".", ms=2, alpha=0.4, color=colour, rasterized=True
+        )
+    top.legend(frameon=False, fontsize=8, title="measured; fitted in black", title_fontsize=8, markerscale=3)
+    top.set_ylabel(f"force over baseline / {y_unit}")
+    words = [f"{label(name)} = {quantity(result[name], unit_of(name))}" for name in result.shared]
+    top.set_title(_lines(f"{len(result.results)} curves", words), fontsize=9)
+    bottom.axhline(0, color=_GREY, lw=0.8)
+    bottom.set_xlabel(f"depth / {x_unit}")
+    bottom.set_ylabel("residual / noise")
+    for axes in (top, bottom):
+        axes.grid(alpha=0.25, lw=0.6)
+    return figure
 
 
 def _lines(name: str, words: Sequence[str]) -> str:
@@ -129,8 +170,8 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
         if plain_limits(name) is None and values.max() > 5 * values.min():
             scale("log")
-    axes.set_xlabel(f"{first} / {scales[0][1] or '1'}")
-    axes.set_ylabel(f"{second} / {scales[1][1] or '1'}")
+    axes.set_xlabel(f"{label(first)} / {scales[0][1] or '1'}")
+    axes.set_ylabel(f"{label(second)} / {scales[1][1] or '1'}")
     axes.set_title("68, 95, 99.7 % regions", fontsize=9)
     axes.legend(frameon=False, fontsize=8)
 
@@ -153,19 +194,19 @@ def drift_figure(
     y_factor, y_unit = readable(
         max(abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs), unit_of(name)
     )
-    for fits, label, colour, words in (
-        (results, name, _FIT, "layered model"),
-        (beside, beside_name, "#b8541a", "half-space"),
+    for fits, parameter, colour, words in (
+        (results, name, _SOLVED, "layered model"),
+        (beside, beside_name, _FIT, "half-space"),
     ):
         if not fits:
             continue
         x = [float(r.depth.max()) * x_factor for r in fits]
-        values = np.array([r[label] for r in fits]) * y_factor
-        ends = np.array([(r.estimates[label].low, r.estimates[label].high) for r in fits]) * y_factor
+        values = np.array([r[parameter] for r in fits]) * y_factor
+        ends = np.array([(r.estimates[parameter].low, r.estimates[parameter].high) for r in fits]) * y_factor
         spread = np.abs(ends - values[:, None]).T
         axes.errorbar(x, values, spread, fmt="o-", ms=4, lw=1.2, capsize=3, color=colour, label=words)
     axes.set_xlabel(f"fitted up to a depth of / {x_unit}")
-    axes.set_ylabel(f"{name} / {y_unit or '1'}")
+    axes.set_ylabel(f"{label(name)} / {y_unit or '1'}")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25, lw=0.6)
     axes.legend(frameon=False, fontsize=8)
@@ -188,7 +229,7 @@ def film_figure(result: FilmResult) -> Figure:
     x = points.contact_depth * x_factor
     order = np.argsort(x)
     axes.plot(x, points.apparent * y_factor, ".", ms=3, color=_DATA, label="measured", rasterized=True)
-    axes.plot(x[order], (result.model * y_factor)[order], color=_SOLVED, lw=1.4, label="film and substrate, fitted")
+    axes.plot(x[order], (result.model * y_factor)[order], color=_FIT, lw=1.4, label="film and substrate, fitted")
     axes.axhline(result.case.surface_modulus * y_factor, color=_SOLVED, lw=1, ls="--", label="film")
     base = getattr(result.case, "base", None)
     if base is not None and hasattr(base, "surface_modulus"):
@@ -243,7 +284,7 @@ def map_figure(batch: Batch, name: str) -> Figure:
         )
         bad = placed & ~np.isfinite(values)
         axes.plot((x[bad] - x[placed].min()) * scale, (y[bad] - y[placed].min()) * scale, "x", color=_GREY)
-        figure.colorbar(drawn, label=f"{name} / {unit or '1'}")
+        figure.colorbar(drawn, label=f"{label(name)} / {unit or '1'}")
         axes.set_aspect("equal")
         axes.set_xlabel(f"x / {length}")
         axes.set_ylabel(f"y / {length}")
@@ -253,7 +294,7 @@ def map_figure(batch: Batch, name: str) -> Figure:
         axes.vlines(order, low * factor, high * factor, color=_DATA, lw=1)
         axes.plot(order, values * factor, ".", ms=4, color=_FIT)
         axes.set_xlabel("curve")
-        axes.set_ylabel(f"{name} / {unit or '1'}")
+        axes.set_ylabel(f"{label(name)} / {unit or '1'}")
         axes.grid(alpha=0.25, lw=0.6)
     failed = len(batch.failed)
     axes.set_title(f"{values.size - failed} curves" + (f", {failed} left out" if failed else ""), fontsize=9)
