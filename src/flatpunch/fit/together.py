@@ -25,9 +25,15 @@ from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import OF
 from flatpunch.fit.parameters.settings import Free, Settings, as_free
-from flatpunch.fit.report.joint import JointResult, one_of_many
+from flatpunch.fit.report.estimate import estimated
+from flatpunch.fit.report.findings import about_contact, judged
+from flatpunch.fit.report.intervals import by_profile
+from flatpunch.fit.report.joint import JointResult
+from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 
+_DISAGREE = 1e-3
+"""Probability of curves of one sample to differ as much as these, below which it is worth a note."""
 _ROUNDS = 3
 """Fits, each with the noise of the one before; the noise hardly changes after the first."""
 
@@ -219,10 +225,25 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
         shared=tuple(shared),
         results=(),
     )
-    result = result.with_intervals(coarse_objective)
+    found_values = estimated(objective, minimum, spread, lower, upper, settings.level)
+    result = replace(result, estimates=found_values)
+    result = replace(result, estimates=by_profile(result, coarse_objective))
     alone = [_alone(p, x[place]) for p, place in zip(problems, places, strict=True)]
-    parts = tuple(one_of_many(result, i, p.setup) for i, p in enumerate(problems))
-    return replace(result, results=parts, excess=tuple(alone)).with_notes()
+    parts = tuple(_one_of_many(result, i, p.setup) for i, p in enumerate(problems))
+    result = replace(result, results=parts, excess=tuple(alone))
+    return replace(result, notes=(*judged(result), *_disagreement(result)))
+
+
+def _disagreement(result: JointResult) -> tuple[str, ...]:
+    """A note about curves that are not of one sample."""
+    if result.agreement >= _DISAGREE:
+        return ()
+    worst = max(range(len(result.results)), key=lambda i: result.excess[i][0])
+    return (
+        "The curves do not agree with one sample: by noise alone they would differ as much in "
+        f"{result.agreement:.1g} of the cases, most of it in {result.results[worst].curve.name}. Another thickness or tip "
+        "there, an error of calibration, or a sample that is not the same everywhere. Intervals are too small.",
+    )
 
 
 def _named(problems: Sequence[Problem], shared: Sequence[str]) -> tuple[tuple[str, ...], tuple[Indices, ...]]:
@@ -268,3 +289,25 @@ def _alone(problem: Problem, x: Array) -> tuple[float, int]:
     found = minimise(coarse.evaluate, x, setup.lower, setup.upper)
     noise = _noise(problem, x)
     return max(float(start @ start) - found.cost, 0.0) / noise**2, len(setup.objective.model.free)
+
+
+def _one_of_many(joint: JointResult, index: int, setup: Setup) -> FitResult:
+    """The fit of one curve at the joint values, with intervals of the joint fit."""
+    places, objective = joint.objective.places[index], joint.objective.parts[index]
+    x, scale = joint.minimum.x[places], float(joint.objective.noise[index])
+    residual, jacobian = objective.evaluate(x)
+    names = [joint.names[j] for j in places]
+    result = FitResult(
+        curve=setup.part,
+        used=setup.used,
+        objective=objective,
+        minimum=Minimum(x, residual, jacobian @ jacobian.T, True, joint.minimum.at_bound[places], 0),
+        estimates={name.partition(OF)[0]: joint.estimates[name] for name in names},
+        covariance=joint.covariance[np.ix_(places, places)],
+        undetermined=np.zeros((0, places.size)),
+        noise=scale * float(objective.frame[2]),
+        settings=joint.settings,
+        bounds=(joint.bounds[0][places], joint.bounds[1][places]),
+        notes=setup.notes,
+    )
+    return replace(result, notes=(*setup.notes, *about_contact(result)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +14,11 @@ import xarray as xr
 from flatpunch._support.checks import Array
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.minimum import Minimum
-from flatpunch.fit.least_squares.setup import Setup
-from flatpunch.fit.parameters.scaling import OF
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.estimate import Estimate, estimated, interval_text
-from flatpunch.fit.report.findings import about_contact, judged
-from flatpunch.fit.report.intervals import by_profile
+from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult, in_si
-
-_DISAGREE = 1e-3
-"""Probability of curves of one sample to differ as much as these, below which it is worth a note."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,25 +103,6 @@ class JointResult:
         """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
         return ridge(self, first, second, points, width)
 
-    def with_intervals(self, coarse: Any) -> JointResult:
-        """The result with its estimates; `coarse` is the problem on block means."""
-        found = estimated(self.objective, self.minimum, self.covariance, *self.bounds, level=self.settings.level)
-        # profiles look at `estimates` first
-        result = replace(self, estimates=found)
-        return replace(result, estimates=by_profile(result, coarse))
-
-    def with_notes(self) -> JointResult:
-        """The result with what to know about it."""
-        notes = [*judged(self)]
-        if self.agreement < _DISAGREE:
-            worst = max(range(len(self.results)), key=lambda i: self.excess[i][0])
-            notes.append(
-                "The curves do not agree with one sample: by noise alone they would differ as much in "
-                f"{self.agreement:.1g} of the cases, most of it in {self.results[worst].curve.name}. Another thickness or tip "
-                "there, an error of calibration, or a sample that is not the same everywhere. Intervals are too small."
-            )
-        return replace(self, notes=tuple(notes))
-
     def rows(self) -> list[dict[str, Any]]:
         """A line for each curve: shared and own values with intervals, noise, notes."""
         return [result.row() for result in self.results]
@@ -175,25 +149,3 @@ def _title(name: str) -> str:
     except KeyError:
         unit = ""
     return f"{name} [{unit}]" if unit else name
-
-
-def one_of_many(joint: JointResult, index: int, setup: Setup) -> FitResult:
-    """The fit of one curve at the joint values, with intervals of the joint fit."""
-    places, objective = joint.objective.places[index], joint.objective.parts[index]
-    x, scale = joint.minimum.x[places], float(joint.objective.noise[index])
-    residual, jacobian = objective.evaluate(x)
-    names = [joint.names[j] for j in places]
-    result = FitResult(
-        curve=setup.part,
-        used=setup.used,
-        objective=objective,
-        minimum=Minimum(x, residual, jacobian @ jacobian.T, True, joint.minimum.at_bound[places], 0),
-        estimates={name.partition(OF)[0]: joint.estimates[name] for name in names},
-        covariance=joint.covariance[np.ix_(places, places)],
-        undetermined=np.zeros((0, places.size)),
-        noise=scale * float(objective.frame[2]),
-        settings=joint.settings,
-        bounds=(joint.bounds[0][places], joint.bounds[1][places]),
-        notes=setup.notes,
-    )
-    return replace(result, notes=(*setup.notes, *about_contact(result)))
