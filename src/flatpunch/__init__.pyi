@@ -21,7 +21,7 @@ from .contact import (
 )
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
-from .fit import Curve, CurveError, Free, correct, fit, fit_batch, plot_fit, read_curve
+from .fit import Curve, CurveError, Free, Measured, correct, fit, fit_batch, fit_together, plot_fit, read_curve
 from .indenters import (
     AfmPyramid,
     AreaFunction,
@@ -103,6 +103,7 @@ __all__ = [
     "Knoop",
     "Layer",
     "LinearModulus",
+    "Measured",
     "Medium",
     "Paraboloid",
     "PatchLoad",
@@ -137,6 +138,7 @@ __all__ = [
     "fields",
     "fit",
     "fit_batch",
+    "fit_together",
     "flat_punch",
     "indent",
     "load",

@@ -7,8 +7,9 @@ import pytest
 
 from flatpunch.fit import fit_batch
 from flatpunch.fit.elastic.many import at_once
-from flatpunch.fit.fitting import fit_model, model_of
+from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
+from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Settings, as_free
 from support.laboratory_curves import KINDS, laboratory_curve

@@ -29,7 +29,10 @@ def add_commands(app: typer.Typer) -> None:
     @app.command(epilog=examples("fit"))
     def fit(
         curve: CurveFile,
-        case: FitCaseFile,
+        case: Annotated[
+            Path | None,
+            typer.Argument(metavar="[CASE.toml]", help="Case file of the fit; alone if it names its curves itself."),
+        ] = None,
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
         drift: Annotated[
@@ -46,6 +49,8 @@ def add_commands(app: typer.Typer) -> None:
         In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
         start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
         [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
+
+        A case file with tables [bold]curves[/bold] is fitted to all of these together, one sample: give it alone.
         """
         with friendly():
             check_target("--output", output, (".csv", ".nc"))
@@ -53,8 +58,11 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--drift", drift, PICTURES)
             from flatpunch.fit.case import read_fit_case
 
-            loaded = read_fit_case(case)
-            if curve.is_dir() or _many(curve, loaded):
+            loaded = read_fit_case(curve if case is None else case)
+            if case is None or loaded.curves:
+                _check_alone(curve, case, loaded, drift)
+                _fit_together(loaded, output, plot, profile, style)
+            elif curve.is_dir() or _many(curve, loaded):
                 if drift is not None or profile:
                     raise ValueError("--drift and --profile go with a single curve.")
                 _fit_folder(curve, loaded, output, plot, workers, style)
@@ -118,6 +126,48 @@ def add_commands(app: typer.Typer) -> None:
             say_written([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
 
 
+def _check_alone(curve: Path, case: Path | None, loaded: FitCase, drift: Path | None) -> None:
+    if not loaded.curves:
+        raise ValueError(f"{curve}: the case names no curves (tables [[curves]]); give the curve before the case file.")
+    if case is not None:
+        raise ValueError(f"{case}: the case names its own curves; leave {curve} out.")
+    if drift is not None:
+        raise ValueError("--drift goes with a single curve.")
+
+
+def _fit_together(case: FitCase, output: Path | None, plot: Path | None, profile: bool) -> None:
+    from flatpunch.fit.case import read_measured
+    from flatpunch.fit.together import fit_together
+
+    shared = {name: free for name, free in case.free.items() if name not in case.own}
+    own = {name: case.free[name] for name in case.own}
+    settings = {name: value for name, value in case.arguments.items() if name != "engine"}
+    result = fit_together(read_measured(case), case.medium, case.indenter, shared, own, **settings)
+    say(result.summary())
+    if profile:
+        _say_profiles(result, result.shared)
+    written = []
+    if output is not None:
+        if output.suffix.lower() != ".csv":
+            raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
+        written.append(result.save(output))
+    if plot is not None:
+        from flatpunch.fit.pictures import together_figure
+        from flatpunch.plots.result import save_figure
+
+        written.append(save_figure(together_figure(result, style=style), plot))
+    say_written(written)
+
+
+def _say_profiles(result: Any, names: Any) -> None:
+    from flatpunch.fit.report.quantities import label, quantity, unit_of
+
+    for name in names:
+        found = result.profile(name)
+        unit = unit_of(name)
+        say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+
+
 def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
     from flatpunch.fit.measured.readers import curves_in
@@ -131,16 +181,12 @@ def _fit_one(
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
     from flatpunch.fit.measured.readers import read_curve
-    from flatpunch.fit.report.quantities import quantity, unit_of
 
     curve = read_curve(path, **case.reading)
     result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
     say(result.summary())
     if profile:
-        for name in result.objective.model.free:
-            found = result.profile(name)
-            unit = unit_of(name)
-            say(f"  {name:<20} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+        _say_profiles(result, result.objective.model.free)
     written = []
     if output is not None:
         if output.suffix.lower() == ".csv":

@@ -212,7 +212,7 @@ def is_fit_case(path: str | Path) -> bool:
     except CaseError:
         # unreadable files are told by whoever reads them
         return False
-    return "fit" in data or "curve" in data or _looks_for(data)
+    return "fit" in data or "curve" in data or "curves" in data or _looks_for(data)
 
 
 def command_for(path: str | Path) -> str | None:

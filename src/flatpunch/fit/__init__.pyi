@@ -14,8 +14,10 @@ from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
 from .report.estimate import Estimate
+from .report.joint import JointResult
 from .report.likelihood import Profile
 from .report.result import FitResult
+from .together import Measured, fit_together
 
 __all__ = [
     "Batch",
@@ -28,6 +30,8 @@ __all__ = [
     "FitResult",
     "ForwardModel",
     "Free",
+    "JointResult",
+    "Measured",
     "Profile",
     "Sample",
     "Settings",
@@ -38,6 +42,7 @@ __all__ = [
     "fit_batch",
     "fit_film",
     "fit_ranges",
+    "fit_together",
     "oliver_pharr",
     "parameter_names",
     "plot_fit",

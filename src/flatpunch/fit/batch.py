@@ -19,10 +19,11 @@ from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
 from flatpunch.fit.elastic.many import supported
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.fitting import fit_model, model_of
+from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
+from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.findings import doubts

@@ -15,12 +15,14 @@ from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.fit.elastic.many import Found, at_once
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.setup import HARD, IMPRINT, SAFE, depth_reached, tilt_note, waves
-from flatpunch.fit.fitting import MISFIT, bounds, half_width
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.signal import CLEAR, DIP
+from flatpunch.fit.models import bounds
 from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.report.estimate import half_width
 from flatpunch.fit.report.findings import TIMES, WIDE, correlated
 from flatpunch.fit.report.result import read_lines
+from flatpunch.fit.search import MISFIT
 
 _NEAR = 0.7
 """Share of a threshold from which a curve is judged by the fit of one curve."""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
+    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 _DATA = "#a9b4bd"
@@ -175,6 +176,47 @@ def _residuals(result: FitResult, axes: Axes) -> None:
     axes.axhline(0, color=BLUE, lw=1.0)
     axes.set_xlabel(label)
     axes.set_ylabel(f"residual ({unit})")
+
+
+def together_figure(result: JointResult, *, style: StyleName | str = "screen") -> Figure:
+    """Curves of a joint fit, force over depth, and below their residuals over their noise.
+
+    Parameters
+    ----------
+    result : JointResult
+        The fit.
+    style : "screen", "one-column" or "two-columns"
+        Sizes and fonts.
+    """
+    import matplotlib
+
+    with styled(style) as chosen:
+        figure = Figure(figsize=(chosen.width or 6.4, 0.8 * (chosen.width or 6.4)), layout="constrained")
+        grid = figure.add_gridspec(2, 1, height_ratios=[3, 1])
+        top = figure.add_subplot(grid[0])
+        bottom = figure.add_subplot(grid[1], sharex=top)
+        x_factor, x_unit = scale_of([float(r.depth.max()) for r in result.results], "m")
+        levels = [r.estimates["baseline"].value if "baseline" in r.estimates else 0.0 for r in result.results]
+        tops = [float(r.force.max()) - level for r, level in zip(result.results, levels, strict=True)]
+        y_factor, y_unit = scale_of(tops, "N")
+        colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(result.results)))
+        for one, level, colour in zip(result.results, levels, colours, strict=True):
+            order = np.argsort(one.depth, kind="stable")
+            x = one.depth * x_factor
+            measured = (one.curve.force - level) * y_factor
+            top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
+            top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=0.8)
+            bottom.plot(
+                x[one.used], one.residual[one.used] / one.noise, ".", ms=2, alpha=0.4, color=colour, rasterized=True
+            )
+        top.legend(title="measured; fitted in black", markerscale=3)
+        top.set_ylabel(f"normal force over baseline ({y_unit})")
+        words = [f"{label_of(name)} = {quantity(result[name], unit_of(name))}" for name in result.shared]
+        top.set_title(_lines(f"{len(result.results)} curves", words))
+        bottom.axhline(0, color=GREY, lw=0.8)
+        bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
+        bottom.set_ylabel("residual / noise")
+    return figure
 
 
 def _lines(name: str, words: Sequence[str]) -> str:

@@ -26,9 +26,9 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.segments import approach, forwards, without_pause
 from flatpunch.fit.parameters.settings import Settings
 
-_SCANNED = 64
+_SCANNED = 48
 """Blocks, and contact points, of a scan."""
-_SHORT = 6
+_SHORT = 5
 """Blocks of the scan that the contact must cover at least."""
 _ITERATIONS = 12
 _SETTLED = 1e-3

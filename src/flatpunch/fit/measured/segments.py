@@ -135,8 +135,11 @@ def leaves(curve: Curve) -> int:
 
 
 def arrival(position: Array) -> float:
-    """How far below its largest value a position counts as having arrived there [m]."""
-    return _AT_REST * _wander(position)
+    """How far below its largest value a position counts as having arrived there [m].
+
+    Positions without noise still differ by rounding, where they are computed from tip and force.
+    """
+    return max(_AT_REST * _wander(position), 1e-9 * float(np.ptp(position)))
 
 
 def without_pause(curve: Curve) -> Curve:

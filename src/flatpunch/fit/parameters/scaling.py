@@ -134,9 +134,13 @@ _PLAIN = {
 """Parameters that are fitted as they are, and between which limits; of all others the logarithm is."""
 
 
+OF = " @ "
+"""Between the name of a parameter and that of the one curve that it belongs to."""
+
+
 def kind(name: str) -> str:
     """What sort of parameter a name is: "young", "radius", "weights", ..."""
-    return name.split(".")[-1].split("[")[0]
+    return name.partition(OF)[0].split(".")[-1].split("[")[0]
 
 
 def plain_limits(name: str) -> tuple[float, float] | None:
@@ -148,21 +152,21 @@ def internal(name: str, value: float) -> float:
     """Value in which scaling is linear: logarithm, logarithm of the slope for angles, numbers without unit as they are."""
     if kind(name) in _PLAIN:
         return value
-    return math.log(math.tan(value)) if name.endswith("inclination") else math.log(value)
+    return math.log(math.tan(value)) if kind(name) == "inclination" else math.log(value)
 
 
 def external(name: str, value: float) -> float:
     """Inverse of `internal`."""
     if kind(name) in _PLAIN:
         return value
-    return math.atan(math.exp(value)) if name.endswith("inclination") else math.exp(value)
+    return math.atan(math.exp(value)) if kind(name) == "inclination" else math.exp(value)
 
 
 def slope(name: str, value: float) -> float:
     """Derivative of the external over the internal value, at the external `value`."""
     if kind(name) in _PLAIN:
         return 1.0
-    return math.sin(2 * value) / 2 if name.endswith("inclination") else value
+    return math.sin(2 * value) / 2 if kind(name) == "inclination" else value
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
+from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.parameters.scaling import external, slope
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 
@@ -53,3 +58,38 @@ def interval_text(estimate: Estimate, name: str) -> str:
         # far from its own zero an interval would need many digits
         return f"± {quantity((estimate.high - estimate.low) / 2, unit)}"
     return f"{quantity(estimate.low, unit)} .. {quantity(estimate.high, unit)}"
+
+
+@lru_cache(maxsize=1024)
+def half_width(level: float, freedom: int) -> float:
+    """Half width of a two-sided interval in standard errors."""
+    from scipy.stats import t as student
+
+    return float(student.ppf((1 + level) / 2, freedom))
+
+
+def estimated(
+    objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
+) -> dict[str, Estimate]:
+    """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
+    quantile = half_width(level, max(objective.depth.size - found.x.size, 1))
+    count = len(objective.model.free)
+    start = objective.model.start()
+    estimates = {}
+    for j, name in enumerate(objective.names):
+        error = float(np.sqrt(spread[j, j]))
+        x, reach = float(found.x[j]), quantile * error
+        if j < count:
+            low, high = (float(np.clip(x + s * reach, lower[j], upper[j])) for s in (-1, 1))
+            value = external(name, x)
+            unit = abs(slope(name, value))
+            estimate = Estimate(
+                value, error * unit, external(name, low), external(name, high), external(name, start[j])
+            )
+        else:
+            offset, unit = objective.scales()[name]
+            estimate = Estimate(
+                offset + unit * x, unit * error, offset + unit * (x - reach), offset + unit * (x + reach)
+            )
+        estimates[name] = replace(estimate, at_bound=bool(found.at_bound[j]))
+    return estimates

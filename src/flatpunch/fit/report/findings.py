@@ -12,6 +12,7 @@ from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
+    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 _TANGLED = 0.98
@@ -69,7 +70,7 @@ def without_baseline(result: FitResult) -> bool:
     return "contact" in result.estimates and bool(result.depth[result.used].min() >= -_spacing(result.depth))
 
 
-def judged(result: FitResult) -> tuple[str, ...]:
+def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     """Sentences about what the numbers do not say by themselves."""
     names, free = result.names, result.objective.model.free
     notes = []
@@ -104,13 +105,6 @@ def judged(result: FitResult) -> tuple[str, ...]:
     for name in sorted(wide - told):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
-    outside = contact_outside(result) or (
-        "the data begin at the contact, and no baseline is seen" if without_baseline(result) else ""
-    )
-    if outside:
-        notes.append(
-            f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone."
-        )
     notes += [
         f"{name} = {quantity(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
         for name, e in result.estimates.items()
@@ -118,6 +112,16 @@ def judged(result: FitResult) -> tuple[str, ...]:
     ]
     notes += correlated(result.memory, result.minimum.residual.size)
     return tuple(notes)
+
+
+def about_contact(result: FitResult) -> tuple[str, ...]:
+    """A note about a contact point that the data do not show."""
+    outside = contact_outside(result) or (
+        "the data begin at the contact, and no baseline is seen" if without_baseline(result) else ""
+    )
+    if not outside:
+        return ()
+    return (f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone.",)
 
 
 def correlated(memory: float, size: int) -> tuple[str, ...]:

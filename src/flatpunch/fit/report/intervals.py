@@ -17,6 +17,7 @@ from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.likelihood import ends_of
 
 if TYPE_CHECKING:
+    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 _NARROW = 0.03
@@ -26,7 +27,7 @@ _NEAR = 12.0
 """Distance of a limit, in the internal parameter, below which it is the user's."""
 
 
-def by_profile(result: FitResult, coarse: Any = None) -> dict[str, Estimate]:
+def by_profile(result: FitResult | JointResult, coarse: Any = None) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
 
     Parameters

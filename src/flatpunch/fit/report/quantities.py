@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from flatpunch.files.units import readable
-from flatpunch.fit.parameters.scaling import kind
+from flatpunch.fit.parameters.scaling import OF, kind
 
 _UNITS = {
     "young": "Pa",
@@ -49,6 +49,9 @@ _WORDS = {
 
 def label(name: str) -> str:
     """A parameter in the words of the field: "E of layer 1" for "layers[0].young"."""
+    if OF in name:
+        name, _, curve = name.partition(OF)
+        return f"{label(name)} ({curve})"
     word = _WORDS.get(kind(name))
     if word is None:
         return name

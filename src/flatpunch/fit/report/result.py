@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.parameters.scaling import external, plain_limits
+from flatpunch.fit.parameters.scaling import external, kind, plain_limits
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -156,12 +157,7 @@ class FitResult:
 
     def external(self, j: int, x: Array) -> Array:
         """Internal values x of parameter j in SI."""
-        name = self.names[j]
-        if name in self.objective.scales():
-            offset, unit = self.objective.scales()[name]
-            return np.asarray(offset + unit * x)
-        with np.errstate(over="ignore"):
-            return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+        return in_si(self.names[j], self.objective.scales(), x)
 
     def row(self) -> dict[str, Any]:
         """One line of a table: values, standard errors, intervals, noise, notes."""
@@ -226,8 +222,17 @@ def read_lines(curve: Curve, points: int) -> tuple[str, ...]:
     return lines
 
 
+def in_si(name: str, scales: Mapping[str, tuple[float, float]], x: Array) -> Array:
+    """Internal values of a parameter in SI; `scales` are offset and unit of contact and background."""
+    if name in scales:
+        offset, unit = scales[name]
+        return np.asarray(offset + unit * x)
+    with np.errstate(over="ignore"):
+        return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+
+
 def _end(name: str, value: float) -> float:
     """External value at an infinite internal one."""
     if value > 0:
-        return float(np.pi / 2) if name.endswith("inclination") else float("inf")
+        return float(np.pi / 2) if kind(name) == "inclination" else float("inf")
     return float("-inf") if plain_limits(name) else 0.0

@@ -1,0 +1,100 @@
+"""Forward model and limits of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._support.checks import Array, real
+from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import internal, plain_limits
+from flatpunch.fit.parameters.settings import FitMethod, Free
+from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.viscoelastic.model import HistoryModel
+
+FAR = 1e6
+"""A free parameter without limits may leave its start by this factor."""
+
+Model = ForwardModel | AdhesiveModel | HistoryModel
+
+
+def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
+    """The forward model of a case, kept for the next curve.
+
+    Parameters
+    ----------
+    sample : Sample
+        The case.
+    free : mapping of str to Free
+        What is fitted, with starting values that differ from the case's.
+    method : str or method
+        Contact method.
+    """
+    for name in free:
+        sample.check(name)
+    starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
+    started = sample.replaced(starts)
+    try:
+        return _kept(started, tuple(free), method)
+    except TypeError:
+        return _made(started, tuple(free), method)
+
+
+@lru_cache(maxsize=64)
+def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+    return _made(sample, free, method)
+
+
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+    if sample.work_of_adhesion is not None:
+        return AdhesiveModel(sample, free, method)
+    if sample.relaxation is not None:
+        return HistoryModel(sample, free, method)
+    return ForwardModel(sample.medium, sample.indenter, free, method)
+
+
+def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
+    """Refuse limits that a start does not lie between, without making a model.
+
+    Raises
+    ------
+    ValueError
+        Which, and what they are.
+    """
+    for name, what in free.items():
+        _between(name, what.start if what.start is not None else sample.value(name), what)
+
+
+def bounds(model: Model, free: Mapping[str, Free]) -> tuple[Array, Array]:
+    """Limits in internal parameters."""
+    starts = model.externals(model.start())
+    pairs = [_between(name, starts[name], free[name]) for name in model.free]
+    return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+
+
+def _between(name: str, start: float, limits: Free) -> tuple[float, float]:
+    begin = internal(name, start)
+    low, high = plain_limits(name) or (begin - np.log(FAR), begin + np.log(FAR))
+    if limits.minimum is not None:
+        low = internal(name, _limit(name, "minimum", limits.minimum))
+    if limits.maximum is not None:
+        high = internal(name, _limit(name, "maximum", limits.maximum))
+    # the start has been there and back
+    slack = 1e-12 * max(1.0, abs(begin))
+    if not low - slack <= begin <= high + slack or low == high:
+        unit = unit_of(name)
+        words = [quantity(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
+        raise ValueError(f"{name}: the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
+    return low, high
+
+
+def _limit(name: str, which: str, value: float) -> float:
+    value = real(f"{name} {which}", value)
+    plain = plain_limits(name)
+    if plain is None and value <= 0:
+        raise ValueError(f"{name} {which} = {value!r} must be > 0.")
+    return float(np.clip(value, *plain)) if plain else value

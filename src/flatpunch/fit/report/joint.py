@@ -1,0 +1,151 @@
+"""What a joint fit of several curves found: shared and own values, one fit for each curve, and whether they agree."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.checks import Array
+from flatpunch.files.results import write
+from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.report.estimate import Estimate, interval_text
+from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.result import FitResult, in_si
+
+
+@dataclass(frozen=True, eq=False)
+class JointResult:
+    """Several curves fitted together.
+
+    Attributes
+    ----------
+    estimates : dict
+        By name: shared parameters; those of one curve, contact points and backgrounds as "name @ curve".
+    shared : tuple of str
+        Parameters that all curves share.
+    results : tuple of FitResult
+        One for each curve, with the joint values: for pictures, residuals and tables.
+    covariance : ndarray
+        Of the internal parameters, in the order of `names`.
+    excess : tuple of (float, int)
+        For each curve, the fall of its sum of squares over its noise when it is fitted alone, and its number of parameters.
+    notes : tuple of str
+        What to know before using the numbers.
+    """
+
+    objective: Any
+    minimum: Minimum
+    estimates: dict[str, Estimate]
+    covariance: Array
+    undetermined: Array
+    settings: Settings
+    bounds: tuple[Array, Array]
+    shared: tuple[str, ...]
+    results: tuple[FitResult, ...] = ()
+    excess: tuple[tuple[float, int], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Best value of a parameter, SI."""
+        return self.estimates[name].value
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters in the order of the covariance."""
+        return tuple(self.objective.names)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations as an array, shape (parameters, parameters)."""
+        scale = np.sqrt(np.diag(self.covariance))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.covariance / scale[:, None] / scale)
+
+    @property
+    def memory(self) -> float:
+        """Correlation of neighbouring residuals; 0 for independent noise."""
+        r = self.minimum.residual
+        return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
+
+    @property
+    def agreement(self) -> float:
+        """Probability that curves of one sample differ by their noise as much as these do; small where they do not agree."""
+        from scipy.stats import f as fisher
+
+        fall, parameters = (sum(values) for values in zip(*self.excess, strict=True))
+        more = int(parameters) - len(self.objective.free)
+        freedom = max(self.minimum.residual.size - len(self.names) - more, 1)
+        return float(fisher.sf(fall / more, more, freedom)) if more else 1.0
+
+    def index(self, name: str) -> int:
+        """Position of a parameter in `names`."""
+        if name not in self.names:
+            raise ValueError(f"{name!r} was not fitted; fitted were {', '.join(self.names)}.")
+        return self.names.index(name)
+
+    def external(self, j: int, x: Array) -> Array:
+        """Internal values x of parameter j in SI."""
+        return in_si(self.names[j], self.objective.scales(), x)
+
+    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
+        """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
+        return profile(self, name, level, points)
+
+    def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
+        """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
+        return ridge(self, first, second, points, width)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A line for each curve: shared and own values with intervals, noise, notes."""
+        return [result.row() for result in self.results]
+
+    def to_csv(self) -> str:
+        """The lines as CSV text; units are in the titles."""
+        rows = self.rows()
+        columns = list(dict.fromkeys(name for row in rows for name in row if name not in ("ok", "reason")))
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow([_title(name) for name in columns])
+        writer.writerows([row.get(name, "") for name in columns] for row in rows)
+        return out.getvalue()
+
+    def save(self, path: str | Path) -> Path:
+        """Write the table, .csv, whole or not at all."""
+        path = Path(path)
+        if path.suffix.lower() != ".csv":
+            raise ValueError(f"{path}: the table of a joint fit is kept as .csv.")
+        write(path, self.to_csv().encode("utf-8"))
+        return path
+
+    def summary(self) -> str:
+        """The result in words."""
+        level = f"{100 * self.settings.level:g} %"
+        lines = [f"{len(self.results)} curves, one sample; they agree with probability {self.agreement:.2g}"]
+        for name in self.objective.free:
+            e = self.estimates[name]
+            told = "at its limit" if e.at_bound and e.by == "covariance" else f"{level} in {interval_text(e, name)}"
+            lines.append(f"  {label(name):<34} {quantity(e.value, unit_of(name)):>12}   {told}")
+        for result in self.results:
+            deepest, noise = quantity(float(result.depth.max()), "m"), quantity(result.noise, "N")
+            lines.append(f"  {result.curve.name}: {int(result.used.sum())} points, deepest {deepest}, noise {noise}")
+            lines += [f"    Read {line}" for line in result.read]
+            lines += [f"    Note: {note}" for note in result.notes]
+        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+
+def _title(name: str) -> str:
+    bare = name.split(" ")[0]
+    units = {"deepest": "m", "noise": "N"}
+    try:
+        unit = units.get(bare) or unit_of(bare)
+    except KeyError:
+        unit = ""
+    return f"{name} [{unit}]" if unit else name

@@ -1,0 +1,133 @@
+"""The search for the minimum of one curve: descents, limits that are widened, weights behind a cantilever."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, minimise
+from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.least_squares.robust import reweighted
+from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.measured.curve import FEWEST, CurveError
+from flatpunch.fit.measured.signal import noise_of
+from flatpunch.fit.models import FAR
+from flatpunch.fit.parameters.scaling import external, plain_limits
+from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.report.quantities import quantity, unit_of
+
+_ASTRAY = 3.0
+"""Force ranges by which a fit may miss a point before it counts as none."""
+
+MISFIT = 0.8
+"""Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
+_FAINT = 0.01
+"""Noise of the tip's position, over the depth, below which taking the position as measured biases nothing."""
+_WIDENED = 4
+"""Searches with wider and wider limits."""
+
+
+def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
+    """Descend from the start; limits that nobody set are widened where the search ends on one."""
+    start = setup.start()
+    for _ in range(_WIDENED):
+        found = descended(setup, start, settings)
+        wider = _wider(setup, found, free, settings)
+        if wider is None:
+            break
+        setup, start = wider, found.x
+    if not found.converged:
+        raise CurveError(
+            f"{name}: no minimum found after {found.evaluations} evaluations, residual "
+            f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
+        )
+    return setup, found
+
+
+def unweighted(
+    setup: Setup, found: Minimum, name: str, free: Mapping[str, Free], settings: Settings
+) -> tuple[Setup, Minimum]:
+    """Behind a cantilever, where the misfit of the contact is no noise: the force over the tip's positions, equally weighted.
+
+    The weights of a cantilever's noise hold for noise. They count the deep points less, and where the misfit is the model's
+    they would decide which part of the curve the model is fitted to.
+    """
+    objective = setup.objective
+    if not isinstance(objective, Objective) or objective.spring is None or objective.loaded is not None:
+        return setup, found
+    theta, rest = objective.split(found.x)
+    inside = objective.depth > rest["contact"]
+    r = found.residual[inside]
+    if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > MISFIT * float(r @ r):
+        return setup, found
+    noise = noise_of(np.diff(objective.force[~inside])) / np.sqrt(2)
+    if noise / objective.spring > _FAINT * float(objective.depth.max() - rest["contact"]):
+        # the measured positions scatter too much to be taken as they are
+        return setup, found
+    plain = replace(
+        setup,
+        objective=replace(objective, plain=True, _before={}),
+        coarse=None if setup.coarse is None else replace(setup.coarse, plain=True, _before={}),
+        start=lambda: found.x,
+    )
+    weighted = ", ".join(
+        f"{n} = {quantity(external(n, float(t)), unit_of(n))}" for n, t in zip(objective.model.free, theta, strict=True)
+    )
+    note = (
+        "The misfit of the contact is no noise of the detector: the force is fitted over the tip's position with equal weights. "
+        f"With the weights of a cantilever's noise: {weighted}."
+    )
+    return searched(replace(plain, notes=(*setup.notes, note)), name, free, settings)
+
+
+def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
+    """Least squares from a start: on block means first, then on all readings (batches stay with the means)."""
+    settled = SOON if settings.engine == "normal-equations" else SETTLED
+    objective, coarse = setup.objective, setup.coarse
+    if coarse is None or coarse is objective:
+        found = minimise(objective.evaluate, start, setup.lower, setup.upper, settled=settled)
+    else:
+        found = minimise(coarse.evaluate, start, setup.lower, setup.upper, settled=settled)
+        if settings.engine == "normal-equations":
+            residual, jacobian = objective.evaluate(found.x)
+            found = replace(found, residual=residual, normal=jacobian @ jacobian.T)
+        else:
+            found = minimise(objective.evaluate, found.x, setup.lower, setup.upper, settled=settled)
+    if settings.loss != "linear":
+        found = reweighted(objective, found, setup.lower, setup.upper, settings.loss)
+    return found
+
+
+def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Settings) -> Setup | None:
+    """The same with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
+    names, lower, upper = setup.objective.names, setup.lower.copy(), setup.upper.copy()
+    low_set, high_set = settings.contact_limits
+    changed = False
+    for j in np.flatnonzero(found.at_bound):
+        below, name = bool(found.x[j] <= lower[j]), names[j]
+        if name == "contact":
+            # beyond the last point nothing is in contact
+            if below and low_set is None and high_set is None:
+                lower[j] -= 2 * (1 + abs(lower[j]))
+                changed = True
+        elif name in free and plain_limits(name) is None:
+            if below and free[name].minimum is None:
+                lower[j] -= np.log(FAR)
+                changed = True
+            if not below and free[name].maximum is None:
+                upper[j] += np.log(FAR)
+                changed = True
+    return replace(setup, lower=lower, upper=upper) if changed else None
+
+
+def follows(setup: Setup, found: Minimum, name: str) -> None:
+    """Refuse a minimum whose curve is nowhere near the data: behind a soft cantilever a stiff sample shows as little."""
+    off = (setup.objective.over(setup.part, found.x) - setup.part.force)[setup.used]
+    if not np.abs(off).max() < _ASTRAY * float(np.ptp(setup.part.force)):
+        raise CurveError(
+            f"{name}: no curve of this model comes near the data: the fit ran off to values at which the force is off by "
+            f"{np.abs(off).max():.3g} N. Check spring constant, sensitivity and units, or give limits and a better start."
+        )
