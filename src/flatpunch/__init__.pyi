@@ -19,6 +19,7 @@ from .contact import (
     pressure,
     pull_off,
 )
+from .design import Design, LargestLoad, Limit, Target, design
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, correct, fit, fit_batch, read_curve
@@ -82,6 +83,7 @@ __all__ = [
     "CurveError",
     "Cylinder",
     "DepthTable",
+    "Design",
     "DiscLoad",
     "Ellipsoid",
     "EllipticParaboloid",
@@ -96,7 +98,9 @@ __all__ = [
     "HalfSpace",
     "HeightMap",
     "Knoop",
+    "LargestLoad",
     "Layer",
+    "Limit",
     "LinearModulus",
     "Medium",
     "Paraboloid",
@@ -118,6 +122,7 @@ __all__ = [
     "StandardLinearSolid",
     "Strength",
     "Superellipse",
+    "Target",
     "Tilted",
     "Truncated",
     "TwoBodies",
@@ -128,6 +133,7 @@ __all__ = [
     "compliance",
     "correct",
     "critical_load",
+    "design",
     "energy_by_depth",
     "fields",
     "fit",
