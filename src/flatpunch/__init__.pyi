@@ -65,6 +65,7 @@ from .media import (
     StandardLinearSolid,
     TwoBodies,
 )
+from .plots.design import plot_design
 from .plots.fields import plot_fields
 from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
@@ -141,6 +142,7 @@ __all__ = [
     "flat_punch",
     "indent",
     "load",
+    "plot_design",
     "plot_fields",
     "plot_sensitivity",
     "pressure",

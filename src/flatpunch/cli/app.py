@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.atlas import atlas_app
+from flatpunch.cli.design import add_commands as add_design
 from flatpunch.cli.fit import add_commands
 from flatpunch.cli.paper import paper
 from flatpunch.cli.streams import finish, prepare
@@ -242,6 +243,7 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 add_commands(app)
 add_sweep(app)
 add_stress(app)
+add_design(app)
 app.add_typer(atlas_app(), name="atlas")
 
 

@@ -133,8 +133,8 @@ def _check_cells(objective: Target | LargestLoad, limits: list[Limit]) -> None:
     wrong = [quantity for quantity in asked if quantity in ("stiffness", "radius")]
     if wrong:
         raise ValueError(
-            f"{wrong[0]} is not designed with boundary elements, whose derivatives are those of force and depth. Prescribe one of "
-            "these, or choose method='first-order'."
+            f"{wrong[0]} is not designed with boundary elements, whose derivatives are those of force and depth. Prescribe one "
+            "of these, or choose method='first-order'."
         )
 
 

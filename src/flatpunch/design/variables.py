@@ -152,6 +152,14 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
     )
 
 
+def unit_of(medium: Any, indenter: Any, name: str) -> str:
+    """SI unit of a number, or of the entries of a list; empty without one."""
+    if name == _SLOPES:
+        return ""
+    known = {each.name: each for each in parameters(medium, indenter)}
+    return _chosen(name, known)[0].unit
+
+
 def _height(known: Mapping[str, Parameter], indenter: RadialProfile, j: int) -> Parameter:
     name = f"indenter.f[{j}]"
     if name not in known:
