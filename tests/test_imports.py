@@ -21,6 +21,7 @@ _FLOORS = [
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},
+    {"app"},
     {"cli"},
 ]
 """Packages from the ground up: a package imports from lower floors only."""
@@ -60,6 +61,7 @@ _INSIDE = {
         {"adhesion", "viscoelastic"},
         {"report"},
         {"fitting", "half_space"},
+        {"many"},
         {"films", "batch", "case"},
         {"pictures"},
         {"__init__"},

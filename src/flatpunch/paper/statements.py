@@ -9,7 +9,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.contact import MethodName, indent
 from flatpunch.paper import base_stress
-from flatpunch.paper.cases import LAYERS, TITLES, Body, Shape, indenter, medium
+from flatpunch.paper.cases import TITLES, Body, Shape, indenter, medium
 from flatpunch.paper.data import FAST, NAMES, Curves, Map, Outlines
 
 _ALMOST_PERFECT = 0.03
@@ -262,8 +262,3 @@ def base_tension(
         + "Receding contact matters where nothing presses the layer down, such as its own weight.",
         numbers,
     )
-
-
-def pick(sets: list[Map]) -> Map:
-    """The unbonded layer's map."""
-    return next(m for m in sets if m.body == LAYERS[0])

@@ -30,12 +30,6 @@ def edge_signs(terms: int) -> Array:
     return np.where(np.arange(terms) % 2 == 0, 1.0, -1.0)
 
 
-def edge_slopes(terms: int) -> Array:
-    """Weights t_n = -(-1)^n n (2n + 1) of the next term at the edge (m = 0), which governs d'(a)."""
-    n = np.arange(terms)
-    return np.asarray(-edge_signs(terms) * n * (2 * n + 1))
-
-
 def normalisation(terms: int) -> Array:
     """binom(n - 1/2, n), shape (terms,)."""
     n = np.arange(1, terms)
