@@ -16,6 +16,7 @@ young = "2 GPa"
 poisson = 0.4
 thickness = "1 um"
 [base]
+kind = "half-space"
 young = "70 GPa"
 poisson = 0.22
 [indenter]
@@ -25,7 +26,7 @@ radius = "20 um"
 force = "2 mN"
 """
 
-DESIGN = """
+WANTED = """
 [design]
 quantity = "stiffness"
 value = "50 kN/m"
@@ -56,7 +57,7 @@ def written(folder, text):
 
 def test_command(tmp_path):
     csv, plot = tmp_path / "found.csv", tmp_path / "found.png"
-    case = written(tmp_path, CASE + DESIGN)
+    case = written(tmp_path, CASE + WANTED)
     result = CliRunner().invoke(app, ["design", str(case), "--csv", str(csv), "--plot", str(plot)])
     assert result.exit_code == 0, result.output
     assert "3.64 GPa" in result.output
@@ -67,7 +68,7 @@ def test_command(tmp_path):
 
 def test_limits_and_loads_are_read(tmp_path):
     limits = '[[design.limits]]\nquantity = "depth"\nmaximum = "60 nm"\nforce = "2 mN"\n'
-    asked = read_case(written(tmp_path, CASE + DESIGN + limits)).design
+    asked = read_case(written(tmp_path, CASE + WANTED + limits)).design
     assert asked.vary == {"layers[0].young": (1e9, 9e9)}
     assert asked.limits[0].maximum == pytest.approx(60e-9)
     load = read_case(written(tmp_path, CASE + LOAD)).design.objective
@@ -87,7 +88,7 @@ def test_limits_and_loads_are_read(tmp_path):
     ],
 )
 def test_mistakes_are_named(tmp_path, change, message):
-    case = written(tmp_path, CASE + DESIGN.replace(*change))
+    case = written(tmp_path, CASE + WANTED.replace(*change))
     result = CliRunner().invoke(app, ["design", str(case)])
     assert result.exit_code != 0
     assert message in " ".join(result.output.split())

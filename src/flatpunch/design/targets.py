@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, shown, values
+from flatpunch._support.checks import Array, non_negative, positive, shown, values
 from flatpunch.contact.curve import Control
 from flatpunch.fields.strength import Strength
 from flatpunch.sensitivity.gradient import Gradient
@@ -140,6 +140,9 @@ class LargestLoad:
     strengths: Strength | Sequence[Strength | None]
     friction: float = 0.0
     residual_stress: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "friction", non_negative("LargestLoad.friction", self.friction, unit="1"))
 
 
 def achieved(found: list[Gradient], control: Control, quantity: Quantity) -> tuple[Array, Array]:
