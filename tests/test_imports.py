@@ -17,6 +17,7 @@ _FLOORS = [
     {"contact"},
     {"atlas", "fields"},
     {"sensitivity"},
+    {"design"},
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},

@@ -19,6 +19,7 @@ from .contact import (
     pressure,
     pull_off,
 )
+from .design import Design, LargestLoad, Limit, Target, design
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
 from .fit import Curve, CurveError, Free, Measured, correct, fit, fit_batch, fit_together, plot_fit, read_curve
@@ -65,6 +66,7 @@ from .media import (
     TwoBodies,
 )
 from .plots.curve import plot_curve
+from .plots.design import plot_design
 from .plots.fields import plot_fields
 from .plots.indenter import plot_tip
 from .plots.medium import plot_medium
@@ -87,6 +89,7 @@ __all__ = [
     "CurveError",
     "Cylinder",
     "DepthTable",
+    "Design",
     "DiscLoad",
     "Ellipsoid",
     "EllipticParaboloid",
@@ -101,7 +104,9 @@ __all__ = [
     "HalfSpace",
     "HeightMap",
     "Knoop",
+    "LargestLoad",
     "Layer",
+    "Limit",
     "LinearModulus",
     "Measured",
     "Medium",
@@ -124,6 +129,7 @@ __all__ = [
     "StandardLinearSolid",
     "Strength",
     "Superellipse",
+    "Target",
     "Tilted",
     "Truncated",
     "TwoBodies",
@@ -134,6 +140,7 @@ __all__ = [
     "compliance",
     "correct",
     "critical_load",
+    "design",
     "energy_by_depth",
     "fields",
     "fit",
@@ -143,6 +150,7 @@ __all__ = [
     "indent",
     "load",
     "plot_curve",
+    "plot_design",
     "plot_fields",
     "plot_fit",
     "plot_medium",

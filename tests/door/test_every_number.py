@@ -100,6 +100,19 @@ CALLS = {
     ),
     "BoundaryElements": (fp.BoundaryElements, {"grid": 16, "tolerance": 1e-3, "limit": 50}),
     "Refined": (fp.Refined, {"rtol": 1e-2, "cells": 32}),
+    "Target": (fp.Target, {"quantity": "force", "value": [1e-9, 2e-9], "depth": [1e-8, 2e-8]}),
+    "LargestLoad": (fp.LargestLoad, {"strengths": fp.Strength(yield_stress=1e6), "friction": 0.1}),
+    "Limit": (fp.Limit, {"quantity": "depth", "minimum": 1e-9, "maximum": 1e-8, "force": 1e-9}),
+    "design": (
+        fp.design,
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "vary": {"base.young": (1e3, 1e4)},
+            "objective": fp.Target("force", 1e-9, depth=1e-7),
+            "starts": 1,
+        },
+    ),
     "sensitivity": (fp.sensitivity, {"medium": GEL, "indenter": BALL, "depth": 1e-7, "z": [2e-7, 1e-6]}),
     "sensitivity radius": (fp.sensitivity, {"medium": BODY, "indenter": BALL, "radius": 1e-7}),
     "pressure": (fp.pressure, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": [0.0, 1e-8], "depth": 1e-8}),
@@ -407,7 +420,7 @@ def test_every_public_constructor_and_function_is_here():
         *("FirstOrder", "SecondOrder", "FourthOrder"),
         *("load", "save", "read_case", "read_curve"),
         # what functions return, and pictures of it
-        *("CriticalLoad", "plot_fields", "plot_sensitivity"),
+        *("CriticalLoad", "plot_fields", "plot_sensitivity", "Design", "plot_design"),
         # take case files and curves; their own tests
         *("read_height_map", "sweep", "fit_batch"),
     }

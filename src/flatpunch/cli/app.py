@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.atlas import atlas_app
+from flatpunch.cli.design import add_commands as add_design
 from flatpunch.cli.examples import examples
 from flatpunch.cli.fit import add_commands
 from flatpunch.cli.page import add_commands as add_page
@@ -219,6 +220,7 @@ add_show(app)
 add_commands(app)
 add_sweep(app)
 add_stress(app)
+add_design(app)
 add_page(app)
 app.add_typer(atlas_app(), name="atlas")
 

@@ -135,7 +135,7 @@ def _check_alone(curve: Path, case: Path | None, loaded: FitCase, drift: Path | 
         raise ValueError("--drift goes with a single curve.")
 
 
-def _fit_together(case: FitCase, output: Path | None, plot: Path | None, profile: bool) -> None:
+def _fit_together(case: FitCase, output: Path | None, plot: Path | None, profile: bool, style: str) -> None:
     from flatpunch.fit.case import read_measured
     from flatpunch.fit.together import fit_together
 

@@ -16,6 +16,7 @@ from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.indent import adhesive_method, check_outlines
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.files.nesting import check_nesting
+from flatpunch.files.tables.design import DesignCase, DesignTable
 from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
@@ -52,6 +53,8 @@ class Case:
         How the medium relaxes; goes with `time`.
     stress : StressCase or None
         Points, friction and strengths for stresses at the last step.
+    design : DesignCase or None
+        What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
     """
@@ -68,6 +71,7 @@ class Case:
     time: Array | None = None
     relaxation: Any = None
     stress: StressCase | None = None
+    design: DesignCase | None = None
     source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -102,6 +106,7 @@ class CaseTable(Table):
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
     stress: StressTable | None = None
+    design: DesignTable | None = None
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
@@ -120,17 +125,20 @@ class CaseTable(Table):
         control, steps = self.control.built
         check_outlines(self.angles, steps.size)
         method = self._method()
+        stress = None if self.stress is None else self.stress.built
+        indenter = self.indenter.built
         return Case(
             self.title,
             medium,
-            self.indenter.built,
+            indenter,
             control,
             steps,
             method,
             self.angles,
             work_of_adhesion=self.work_of_adhesion,
             range_of_action=self.range_of_action,
-            stress=None if self.stress is None else self.stress.built,
+            stress=stress,
+            design=None if self.design is None else self.design.case(medium, indenter, stress),
         )
 
     def _check_what_is_prescribed(self) -> None:
@@ -150,6 +158,8 @@ class CaseTable(Table):
             raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
         if self.history is not None and self.stress is not None:
             raise ValueError("[stress] and [history] do not go together: stresses are those of an elastic contact.")
+        if self.history is not None and self.design is not None:
+            raise ValueError("[design] and [history] do not go together: designs are those of elastic contacts.")
         if self.history is not None and self.work_of_adhesion is not None:
             raise ValueError(
                 "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."

@@ -54,6 +54,7 @@ TIME = Dimension("time", "s", "0.5 s", ("s", "ms", "us", "min", "h"))
 WORK_OF_ADHESION = Dimension(
     "work of adhesion", "J/m^2", "50 mJ/m^2", ("J/m^2", "mJ/m^2", "uJ/m^2", "N/m", "mN/m", "erg/cm^2")
 )
+STIFFNESS = Dimension("stiffness", "N/m", "50 kN/m", ("N/m", "kN/m", "MN/m", "mN/m", "N/mm", "nN/nm"))
 DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION)
 
 

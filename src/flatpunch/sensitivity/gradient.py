@@ -90,36 +90,35 @@ def gradients(
     curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
     notes = curve.attrs["notes"]
     tip = indenter if indenter.round else _mean_tip(indenter)
-    found = []
-    for radius, depth in zip(curve["radius"].values, curve["depth"].values, strict=True):
-        contact = discs.contact_at(kernel, tip, float(radius), float(depth))
-        gradient = _of_disc(medium, kernel, tip, indenter, contact, wanted)
-        found.append(replace(gradient, notes=notes))
-    return found
+    steps = zip(curve["radius"].values.tolist(), curve["depth"].values.tolist(), strict=True)
+    contacts = [discs.contact_at(kernel, tip, radius, depth) for radius, depth in steps]
+    by_shape = discs.by_tip(kernel, indenter, contacts, [each for each in wanted if each.body < 0])
+    return [
+        replace(_of_disc(medium, kernel, tip, contact, shape, wanted), notes=notes)
+        for contact, shape in zip(contacts, by_shape, strict=True)
+    ]
 
 
 def _of_disc(
     medium: Any,
     kernel: Kernel,
     tip: Indenter,
-    indenter: Indenter,
     contact: discs.Contact,
+    by_shape: discs.Derivatives,
     wanted: list[Parameter],
 ) -> Gradient:
     of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
-    mine = [each for each in wanted if each.body < 0]
     rest = [each for each in wanted if each.body >= 0]
     spectrum: Callable[[float], Spectrum] | None = None
     if has_power_law(medium):
         by_constants = _by_power_law(medium, kernel, tip, contact, rest)
     else:
         spectrum = partial(discs.spectrum_of, kernel, tip, contact)
-        by_constants = by_medium(medium, kernel, spectrum(0.0), rest)
-    by_shape = discs.by_tip(kernel, indenter, contact, mine)
+        by_constants = by_medium(medium, kernel, spectrum(0.0), rest) if rest else np.empty((3, 0))
     force, stiffness, depth = np.empty((3, len(wanted)))
     force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
     force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
-    if isinstance(indenter, Cylinder):
+    if isinstance(tip, Cylinder):
         # the contact is the end face, whatever the body
         radius = np.array([float(each.body < 0) for each in wanted])
     else:
@@ -147,7 +146,8 @@ def _on_cells(
     spectrum = partial(cells.spectrum_of_cells, kernel, found)
     of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
     force = np.empty(len(wanted))
-    force[~of_tip] = by_medium(medium, kernel, spectrum(0.0), rest)[0]
+    if rest:
+        force[~of_tip] = by_medium(medium, kernel, spectrum(0.0), rest)[0]
     force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
     unknown = np.full(len(wanted), np.nan)
     contact = discs.Contact(solution.radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)

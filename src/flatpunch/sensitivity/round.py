@@ -185,19 +185,21 @@ def _second_kind(orders: int, x: Array) -> Array:
     return y
 
 
-def by_tip(kernel: Kernel, indenter: Indenter, contact: Contact, wanted: list[Parameter]) -> Derivatives:
-    """Derivatives by numbers of the tip: force and depth are linear in the profile, at fixed contact radius."""
-    a = np.array([contact.radius])
+def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: list[Parameter]) -> list[Derivatives]:
+    """Derivatives by numbers of the tip, for each contact: force and depth are linear in the profile, at fixed contact radius."""
+    a, stiffness = (np.array([getattr(each, name) for each in contacts]) for name in ("radius", "stiffness"))
+    shape = len(contacts), len(wanted)
     if isinstance(indenter, Cylinder):
-        change = np.full(len(wanted), contact.stiffening)
-        return Derivatives(change * contact.depth, change, np.zeros(len(wanted)))
-    force, depth = np.zeros((2, len(wanted)))
+        change = np.repeat(np.array([each.stiffening for each in contacts])[:, None], len(wanted), axis=1)
+        depth = np.array([each.depth for each in contacts])[:, None]
+        return [Derivatives(*rows) for rows in zip(change * depth, change, np.zeros(shape), strict=True)]
+    force, depth = np.zeros((2, *shape))
     for column, parameter in enumerate(wanted):
 
         def solved(value: float, name: str = parameter.name) -> Array:
             _, tip = with_values(None, indenter, {name: value})
             found = round_contact(kernel, mean_profile(tip), a)
-            return np.array([found.force[0], found.depth[0]])
+            return np.stack([found.force, found.depth])
 
-        force[column], depth[column] = difference(solved, parameter.value, parameter.step)
-    return Derivatives(force - contact.stiffness * depth, np.zeros(len(wanted)), depth)
+        force[:, column], depth[:, column] = difference(solved, parameter.value, parameter.step)
+    return [Derivatives(*rows) for rows in zip(force - stiffness[:, None] * depth, np.zeros(shape), depth, strict=True)]

@@ -81,7 +81,8 @@ TimeSteps = Annotated[
 ]
 
 
-def _steps(value: Any) -> Any:
+def steps_of(value: Any) -> Any:
+    """Steps of a quantity, a list or a range [SI]."""
     return value.built if isinstance(value, _RangeTable) else value
 
 
@@ -95,7 +96,7 @@ class ControlTable(Table):
     def build(self, folder: Path) -> tuple[str, Array]:
         """Return the name of the given quantity and its steps."""
         name, value = _only_one(self, ("depth", "force", "radius"))
-        return name, values(name, _steps(value), minimum=-np.inf)
+        return name, values(name, steps_of(value), minimum=-np.inf)
 
     @model_validator(mode="after")
     def _signs(self, info: ValidationInfo) -> ControlTable:
@@ -179,8 +180,8 @@ class HistoryTable(Table):
         if self.time is None:
             raise ValueError("give either time with depth or force, or segments.")
         name, value = _only_one(self, ("depth", "force"))
-        time = values("time", _steps(self.time), minimum=-np.inf)
-        found = values(name, _steps(value), minimum=-np.inf if name == "depth" else 0.0)
+        time = values("time", steps_of(self.time), minimum=-np.inf)
+        found = values(name, steps_of(value), minimum=-np.inf if name == "depth" else 0.0)
         if time.size < 2 or time.size != found.size:
             raise ValueError(
                 f"time has {time.size} values and {name} {found.size}; two or more times and as many values are needed."

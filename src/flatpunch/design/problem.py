@@ -1,0 +1,100 @@
+"""A design as a problem of optimisation: residuals, limits and their exact derivatives, each evaluated once for each vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.contact.curve import Control
+from flatpunch.contact.methods import Method
+from flatpunch.design.targets import LargestLoad, Limit, Quantity, Target, achieved
+from flatpunch.design.variables import Variables
+from flatpunch.fields import critical_load
+from flatpunch.sensitivity.gradient import gradients
+
+_REFUSED = 1e3
+"""Residual where none can be computed, such as beyond the reach of a tip: the search then takes a shorter step."""
+
+_LARGEST = np.log(1e50)
+"""Logarithm in the place of an infinite critical load."""
+
+
+@dataclass(eq=False)
+class Problem:
+    """Evaluations of targets and limits along a search.
+
+    Attributes
+    ----------
+    variables : Variables
+        What is varied.
+    method : Method
+        Contact method.
+    evaluations : int
+        Contacts or critical loads solved so far.
+    refusal : str
+        Why the last vector could not be evaluated, if it could not.
+    """
+
+    variables: Variables
+    method: Method
+    evaluations: int = 0
+    refusal: str = ""
+    _known: dict[tuple[int, bytes], Any] = field(default_factory=dict)
+
+    def quantity(self, u: Array, control: Control, quantity: Quantity) -> tuple[Array, Array]:
+        """Values of a quantity, shape (n,), and derivatives of their logarithms by u, shape (n, variables)."""
+
+        def solved() -> tuple[Array, Array]:
+            medium, indenter = self.variables.case(u)
+            self.evaluations += control.values.size
+            found = gradients(medium, indenter, control, self.method, self.variables.renewed(medium, indenter))
+            value, slope = achieved(found, control, quantity)
+            return value, self.variables.by_u(slope, u)
+
+        result: tuple[Array, Array] = self._once((id(control), u.tobytes()), solved)
+        return result
+
+    def residuals(self, u: Array, target: Target) -> tuple[Array, Array]:
+        """Relative deviations ln(found/prescribed) and their derivatives; large ones where nothing can be solved."""
+        try:
+            value, slope = self.quantity(u, target.control, target.quantity)
+        except ValueError as error:
+            self.refusal = str(error)
+            return np.full(target.value.size, _REFUSED), np.zeros((target.value.size, u.size))
+        return np.log(value / target.value), slope
+
+    def margins(self, u: Array, limit: Limit) -> tuple[Array, Array]:
+        """How far a limit is kept, >= 0 where it is, as logarithms, and derivatives by u."""
+        value, slope = self.quantity(u, limit.control, limit.quantity)
+        margins, slopes = [], []
+        if limit.minimum is not None:
+            margins.append(np.log(value[0] / limit.minimum))
+            slopes.append(slope[0])
+        if limit.maximum is not None:
+            margins.append(np.log(limit.maximum / value[0]))
+            slopes.append(-slope[0])
+        return np.array(margins), np.array(slopes)
+
+    def load(self, u: Array, aim: LargestLoad) -> float:
+        """Logarithm of the critical load."""
+
+        def solved() -> float:
+            medium, indenter = self.variables.case(u)
+            self.evaluations += 1
+            first = critical_load(
+                medium, indenter, aim.strengths, friction=aim.friction, residual_stress=aim.residual_stress
+            )
+            if first.force == 0:
+                return -np.inf
+            return float(np.log(first.force)) if np.isfinite(first.force) else _LARGEST
+
+        result: float = self._once((id(aim), u.tobytes()), solved)
+        return result
+
+    def _once(self, key: tuple[int, bytes], solve: Any) -> Any:
+        if key not in self._known:
+            self._known[key] = solve()
+        return self._known[key]

@@ -1,0 +1,82 @@
+"""What a design found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from flatpunch._support.checks import Array
+
+
+@dataclass(frozen=True, slots=True)
+class DesignedValue:
+    """One varied number: its value in the case, the one found, its bounds [SI], and which bound it is at.
+
+    Attributes
+    ----------
+    name, unit : str
+    start, found, low, high : float
+    at_bound : {"", "low", "high"}
+    """
+
+    name: str
+    unit: str
+    start: float
+    found: float
+    low: float
+    high: float
+    at_bound: Literal["", "low", "high"]
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum:
+    """Where one of the starts ended: its misfit (of a load, minus its logarithm) and the values, in the order of the table."""
+
+    misfit: float
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A designed medium and tip.
+
+    Attributes
+    ----------
+    medium, indenter : object
+        With the values found.
+    values : tuple of DesignedValue
+        The table of start, found values and active bounds.
+    quantity, control : str
+        What was prescribed, and at which quantity; "critical load" and "" for the largest load.
+    at, wanted, achieved, before : ndarray, shape (n,)
+        Depths or forces, prescribed values, those of the design and those of the case before [SI].
+    misfit : float
+        Root of the mean square of the relative deviations; zero for the largest load.
+    minima : tuple of Minimum
+        Different ends of the starts, the best first.
+    notes : tuple of str
+        What a user should know: bounds that stop the design, ranges that no values reach, minima that differ.
+    evaluations : int
+        Number of contacts or critical loads solved.
+    """
+
+    medium: Any
+    indenter: Any
+    values: tuple[DesignedValue, ...]
+    quantity: str
+    control: str
+    at: Array
+    wanted: Array
+    achieved: Array
+    before: Array
+    misfit: float
+    minima: tuple[Minimum, ...]
+    notes: tuple[str, ...]
+    evaluations: int
+
+    def __getitem__(self, name: str) -> float:
+        """Return the value found for a varied number [SI]."""
+        for each in self.values:
+            if each.name == name:
+                return each.found
+        raise KeyError(name)

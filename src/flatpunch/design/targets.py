@@ -1,0 +1,167 @@
+"""What a design is for: prescribed quantities, limits, the largest load before failure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch.contact.curve import Control
+from flatpunch.fields.strength import Strength
+from flatpunch.sensitivity.gradient import Gradient
+
+Quantity = Literal["force", "depth", "stiffness", "radius"]
+
+UNITS = {"force": "N", "depth": "m", "stiffness": "N/m", "radius": "m"}
+"""SI units of the quantities."""
+
+_ATTRIBUTES = {
+    ("depth", "force"): "force",
+    ("depth", "stiffness"): "stiffness",
+    ("depth", "radius"): "radius",
+    ("force", "depth"): "depth",
+    ("force", "stiffness"): "stiffness_at_force",
+    ("force", "radius"): "radius_at_force",
+}
+"""Control and quantity -> the attribute of a gradient that holds its derivatives."""
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A quantity of the contact that is prescribed, at one depth or force or along a curve.
+
+    Parameters
+    ----------
+    quantity : {"force", "depth", "stiffness", "radius"}
+        What is prescribed.
+    value : float or array, shape (n,)
+        Its values [N], [m], [N/m], [m], > 0.
+    depth, force : float or array, shape (n,)
+        Exactly one: the depths [m] or forces [N] at which it is prescribed, > 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input.
+
+    Examples
+    --------
+    >>> import flatpunch as fp
+    >>> fp.Target("stiffness", 2e4, force=1e-3).control.name
+    'force'
+    """
+
+    quantity: Quantity
+    value: Any
+    depth: Any = None
+    force: Any = None
+    control: Control = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "control", _control("Target", self.quantity, self.depth, self.force))
+        wanted = values("Target.value", self.value, strict=True, unit=UNITS[self.quantity])
+        if wanted.size != self.control.values.size:
+            raise ValueError(
+                f"Target.value has {wanted.size} values and Target.{self.control.name} has {self.control.values.size}; they go "
+                "together one by one."
+            )
+        object.__setattr__(self, "value", wanted)
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """A bound on a quantity of the contact that a design must keep.
+
+    Parameters
+    ----------
+    quantity : {"force", "depth", "stiffness", "radius"}
+        What is bounded.
+    minimum, maximum : float, optional
+        Its bounds [N], [m], [N/m], [m], > 0; at least one.
+    depth, force : float
+        Exactly one: the depth [m] or force [N] at which it is bounded, > 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input.
+    """
+
+    quantity: Quantity
+    minimum: float | None = None
+    maximum: float | None = None
+    depth: Any = None
+    force: Any = None
+    control: Control = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "control", _control("Limit", self.quantity, self.depth, self.force))
+        if self.control.values.size != 1:
+            raise ValueError(
+                f"Limit.{self.control.name} has {self.control.values.size} values; a limit is at one of them."
+            )
+        if self.minimum is None and self.maximum is None:
+            raise ValueError("Limit has neither minimum nor maximum, so it bounds nothing. Give at least one of them.")
+        for name in ("minimum", "maximum"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, positive(f"Limit.{name}", given, unit=UNITS[self.quantity]))
+        if self.minimum is not None and self.maximum is not None and self.minimum >= self.maximum:
+            raise ValueError(f"Limit.minimum = {self.minimum:g} must be below Limit.maximum = {self.maximum:g}.")
+
+    @property
+    def text(self) -> str:
+        """The limit in words."""
+        bounds = [
+            f"{sign} {value:.6g} {UNITS[self.quantity]}"
+            for sign, value in ((">=", self.minimum), ("<=", self.maximum))
+            if value is not None
+        ]
+        return f"{self.quantity} {' and '.join(bounds)} at {self.control.name} = {self.control.values[0]:.6g}"
+
+
+@dataclass(frozen=True, eq=False)
+class LargestLoad:
+    """The largest force before the first layer or interface fails, as of `critical_load`.
+
+    Parameters
+    ----------
+    strengths : Strength or sequence of Strength or None
+        For each layer from the surface down, then the base.
+    friction : float
+        Coefficient of friction of a contact that slides along x.
+    residual_stress : sequence of float, optional
+        Biaxial stress of each layer (and the base) [Pa].
+    """
+
+    strengths: Strength | Sequence[Strength | None]
+    friction: float = 0.0
+    residual_stress: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "friction", non_negative("LargestLoad.friction", self.friction, unit="1"))
+
+
+def achieved(found: list[Gradient], control: Control, quantity: Quantity) -> tuple[Array, Array]:
+    """Values of a quantity, shape (n,), and the derivatives of their logarithms by the parameters, shape (n, parameters)."""
+    value = np.array([getattr(each.contact, quantity) for each in found])
+    slope = np.array([getattr(each, _ATTRIBUTES[control.name, quantity]) for each in found])
+    return value, slope / value[:, None]
+
+
+def _control(owner: str, quantity: Any, depth: Any, force: Any) -> Control:
+    if quantity not in get_args(Quantity):
+        raise ValueError(
+            f"{owner}.quantity = {shown(quantity)} is no quantity of a contact; it is one of "
+            f"{', '.join(map(repr, get_args(Quantity)))}."
+        )
+    if (depth is None) == (force is None):
+        raise ValueError(f"{owner} takes exactly one of depth and force, at which {quantity} is meant.")
+    name: Literal["depth", "force"] = "force" if depth is None else "depth"
+    if name == quantity:
+        raise ValueError(f"{owner} prescribes {quantity} at given {name}: give the other of depth and force.")
+    found = values(f"{owner}.{name}", depth if force is None else force, strict=True, unit=UNITS[name])
+    return Control(name, found)

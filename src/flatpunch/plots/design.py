@@ -1,0 +1,77 @@
+"""Picture of a design: what is prescribed and achieved, and where the numbers lie between their bounds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flatpunch.design import Design
+from flatpunch.design.targets import UNITS
+from flatpunch.files.units import readable
+
+_WANTED, _FOUND, _BEFORE = "black", "#c1121f", "#8c8c8c"
+
+
+def plot_design(result: Design, axes: Axes | None = None) -> Axes:
+    """Draw the prescribed quantity with that of the design and of the case before; of a load, both loads.
+
+    Parameters
+    ----------
+    result : Design
+        What `design` returned.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    axes = Figure(figsize=(5.2, 4.0), layout="constrained").subplots() if axes is None else axes
+    if not result.control:
+        factor, unit = readable(float(result.achieved[0]), "N")
+        axes.bar(
+            ["before", "design"], np.array([result.before[0], result.achieved[0]]) * factor, color=[_BEFORE, _FOUND]
+        )
+        axes.set_ylabel(f"critical load ({unit})")
+        return axes
+    along, along_unit = readable(float(result.at.max()), UNITS[result.control])
+    up, unit = readable(float(result.wanted.max()), UNITS[result.quantity])
+    order = np.argsort(result.at)
+    x = result.at[order] * along
+    axes.plot(x, result.before[order] * up, "--", marker=".", color=_BEFORE, label="before")
+    axes.plot(x, result.achieved[order] * up, color=_FOUND, marker=".", label="design")
+    axes.plot(x, result.wanted[order] * up, "o", color=_WANTED, markerfacecolor="none", label="prescribed")
+    axes.set_xlabel(f"{result.control} ({along_unit})")
+    axes.set_ylabel(f"{result.quantity} ({unit})")
+    axes.legend(frameon=False)
+    return axes
+
+
+def figure(result: Design, *, title: str = "") -> Figure:
+    """The prescribed quantity, and each number between its bounds."""
+    count = len(result.values)
+    drawn = Figure(figsize=(9.6, max(3.6, 0.32 * count)), layout="constrained")
+    left, right = drawn.subplots(1, 2, width_ratios=(1.1, 1))
+    plot_design(result, left)
+    _bounds(result, right)
+    if title:
+        drawn.suptitle(title, fontsize=12)
+    return drawn
+
+
+def _bounds(result: Design, axes: Axes) -> None:
+    """Start and found value of each number, from its lower bound to its upper one, in logarithms where they are positive."""
+    for row, each in enumerate(result.values):
+        numbers: Any = np.array([each.low, each.start, each.found, each.high])
+        if each.low > 0:
+            numbers = np.log(numbers)
+        place = (numbers - numbers[0]) / (numbers[3] - numbers[0])
+        axes.plot([0, 1], [row, row], color="#d9d9d9", linewidth=4, solid_capstyle="butt")
+        axes.plot(place[1], row, "o", color=_BEFORE)
+        axes.plot(place[2], row, "o", color=_FOUND)
+    axes.set_yticks(range(len(result.values)), [each.name for each in result.values])
+    axes.set_xticks([0, 1], ["lower bound", "upper bound"])
+    axes.set_ylim(len(result.values) - 0.5, -0.5)
