@@ -217,7 +217,7 @@ def pressure(
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
     if work_of_adhesion is not None:
-        field = exact(adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion))
+        field = exact(adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion), kernel, indenter)
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius
         default = Refined() if control.name == "radius" and not indenter.round else series_of(indenter)
