@@ -170,10 +170,26 @@ def test_targets_beyond_the_shape_or_the_resolution_are_refused_with_the_reason(
 )
 @pytest.mark.parametrize(("name", "unit"), [("depth", "1 m"), ("force", "1 GN")])
 def test_what_no_layer_resolves_is_refused_at_once_and_by_name(tip, name, unit):
+    """Far beyond what is resolved, and beyond it by a factor of two."""
     start = time.process_time()
-    with pytest.raises(ValueError, match=f"{name} = {unit} is far beyond this body: the contact would be wider than"):
+    with pytest.raises(ValueError, match=f"{name} = {unit} needs a contact radius of more than 300 µm, 300 times"):
         fp.indent(GEL, tip, **{name: 1.0 if name == "depth" else 1e9})
-    # one flat punch, about half a second; a search up to there took 4 to 20 seconds
+    # nothing is solved; a search up to there took 4 to 20 seconds
+    assert time.process_time() - start < 0.5
+
+
+@pytest.mark.parametrize("method", ["first-order", "second-order", "refined", None])
+@pytest.mark.parametrize("name", ["depth", "force"])
+def test_what_is_just_beyond_the_resolution_is_refused_at_once(method, name):
+    tip = fp.Pyramid(4, 0.3)
+    # half-space like: the base is as stiff as the layer
+    depth = 2 * np.tan(0.3) * 300 * H
+    target = depth if name == "depth" else 4e9 * depth**2
+    medium = fp.Medium([fp.Layer(1e9, 0.3, H)], base=fp.HalfSpace(1.1e9, 0.3))
+    start = time.process_time()
+    with pytest.raises(ValueError, match=f"^{name} = .*needs a contact radius of more than"):
+        fp.indent(medium, tip, **{name: target}, method=method)
+    # three flat punches
     assert time.process_time() - start < 3
 
 

@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
 from flatpunch.punch.basis import projection, regular_part
@@ -67,6 +68,10 @@ class PunchFamily:
         """
         values = self._gather(beta, 3, nodes=nodes)
         return Answers(values[:, 0], values[:, 1], values[:, 2])
+
+    def once(self, beta: Array) -> Answers:
+        """The same at radii of layered media, > 0, that are solved one by one and not kept."""
+        return Answers(*np.hsplit(self._sample(beta), 3))
 
     def flat(self, beta: Array) -> Array:
         """Coefficients c* of the flat punch alone, shape (n, terms)."""
@@ -175,9 +180,9 @@ def check_resolution(kernel: Kernel, beta: float) -> None:
     """Refuse radii so large that the thinnest layer cannot be resolved."""
     if effective_beta(kernel, beta) > LARGEST:
         raise UnresolvedLayer(
-            f"The contact radius {beta * kernel.length:.3g} m is {effective_beta(kernel, beta):.3g} times the shortest "
-            f"length of the medium; up to {LARGEST:g} is resolved. Such a layer is a membrane: leave it out, or join it "
-            "with the next one."
+            f"The contact radius {text(beta * kernel.length, 'm')} is {effective_beta(kernel, beta):.3g} times the shortest "
+            f"length of the medium; up to {LARGEST:g} is resolved. Ask for a smaller contact, or check the units. If another "
+            "layer remains, the thinnest one may be left out, or joined with the next."
         )
 
 

@@ -58,7 +58,7 @@ class RoundContact:
     rings: tuple[float, ...] = ()
 
 
-def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> RoundContact:
+def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array, *, single: bool = False) -> RoundContact:
     """Exact round contact on any medium.
 
     Parameters
@@ -69,13 +69,16 @@ def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> Round
         The axisymmetric indenter.
     radius : ndarray, shape (n,)
         Contact radii a [m], >= 0.
+    single : bool
+        Whether the punches are solved at these radii, which serve once, and not tabulated for others beside them.
 
     Returns
     -------
     RoundContact
         Depth, force, stiffness and what they were made from.
     """
-    answers = punch_family(kernel).at(radius / kernel.length)
+    family, beta = punch_family(kernel), radius / kernel.length
+    answers = family.once(beta) if single else family.at(beta)
     if kernel.exponent:
         moments = _power_law_moments(kernel, profile, radius, answers)
     else:
