@@ -151,7 +151,10 @@ class Refined:
     def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
         """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
         from flatpunch.contact.refined import method
+        from flatpunch.contact.round.mean_profile import check_size, mean_profile
 
+        if control.name != "radius":
+            check_size(kernel, mean_profile(indenter), control, indenter.reach)
         cache = None if self.cache is None else str(self.cache)
         return method.solve(kernel, indenter, control, phi, rtol=self.rtol, cells=self.cells, cache=cache)
 
