@@ -87,6 +87,18 @@ def test_cylinder_is_a_punch():
     assert by_contact.outline.area == pytest.approx(by_mask.outline.area, rel=1e-12)
 
 
+def test_punch_with_a_face_follows_it():
+    """The face of a paraboloid on the disc of its own contact is the contact, whose pressure vanishes at the rim."""
+    tip, depth = indenters.Paraboloid(1e-3), 1e-8
+    grid = Grid(96, 96, 9e-6 / 96)
+    contact = solve(HALF_SPACE, tip, depths=depth, grid=grid)[0]
+    r, phi = grid.polar
+    stuck = solve_punch(HALF_SPACE, contact.contact, grid, depth=depth, face=tip.height(r, phi))
+    # both to 1e-8 of the depth
+    np.testing.assert_allclose(stuck.pressure, contact.pressure, atol=1e-5 * contact.pressure.max())
+    assert stuck.force == pytest.approx(contact.force, rel=1e-7)
+
+
 def test_planform_is_checked():
     with pytest.raises(ValueError, match="planform has shape"):
         solve_punch(HALF_SPACE, np.ones((4, 4), dtype=bool), Grid(8, 8, 1.0))

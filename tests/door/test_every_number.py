@@ -28,6 +28,7 @@ FORCE = np.abs(DEPTH) ** 1.5
 CURVE = fp.Curve(DEPTH, FORCE)
 CYCLE = fp.Curve(DEPTH, FORCE, stiffness=FORCE + 1e-9)
 TIP = Tip.from_coefficients([24.5, 300.0])
+DISC = fp.DiscLoad(1e3, 1e-6)
 
 CALLS = {
     "Layer": (fp.Layer, {"young": 5e3, "poisson": 0.45, "thickness": 2e-6}),
@@ -147,12 +148,60 @@ CALLS = {
     "oliver_pharr": (oliver_pharr, {"curve": CYCLE, "tip": TIP, "frame": 1e-9}),
     "Grid": (bem.Grid, {"nx": 16, "ny": 16, "spacing": 1e-7, "center": (0.0, 0.0)}),
     "Grid.around": (bem.Grid.around, {"half_widths": (1e-6, 1e-6), "cells": 32, "margin": 0.25}),
+    "PatchLoad": (fp.PatchLoad, {"pressure": [[1e5, 2e5]], "spacing": 1e-7, "traction": 0.0, "center": (0.0, 0.0)}),
+    "PatchLoad cells": (fp.PatchLoad, {"pressure": [[1e5, 2e5]], "spacing": 1e-7, "traction": [[0.0, 1e4]]}),
+    "DiscLoad elsewhere": (fp.DiscLoad, {"pressure": 1e5, "radius": 1e-6, "center": (1e-6, 0.0)}),
+    "fields depth": (
+        fp.fields,
+        {
+            "medium": GEL,
+            "indenter": BALL,
+            "x": [0.0, 1e-7],
+            "y": [1e-8, 0.0],
+            "z": [0.0, 1e-6],
+            "depth": 1e-8,
+            "friction": 0.1,
+            "direction": 0.2,
+            "residual_stress": [1e2],
+        },
+    ),
+    "fields force": (fp.fields, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": 0.0, "z": 1e-7, "force": 1e-9}),
+    "fields radius": (fp.fields, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": 0.0, "z": 1e-7, "radius": 1e-7}),
+    "fields adhesive": (
+        fp.fields,
+        {"medium": BODY, "indenter": BALL, "x": 0.0, "y": 0.0, "z": 1e-7, "depth": 1e-8, "work_of_adhesion": 1e-5},
+    ),
+    "fields load": (fp.fields, {"medium": GEL, "indenter": DISC, "x": 0.0, "y": 0.0, "z": 1e-7, "friction": 0.1}),
+    "fields cells": (
+        fp.fields,
+        {"medium": BODY, "indenter": fp.EllipticParaboloid(1e5, 2e5), "x": 0.0, "y": 0.0, "z": 1e-7, "depth": 1e-8},
+    ),
+    "critical_load": (
+        fp.critical_load,
+        {
+            "medium": GEL,
+            "indenter": BALL,
+            "strengths": fp.Strength(yield_stress=1e3),
+            "friction": 0.1,
+            "residual_stress": [1e2],
+        },
+    ),
+    "energy_by_depth depth": (
+        fp.energy_by_depth,
+        {"medium": GEL, "indenter": BALL, "depth": 1e-8, "z": [1e-7, 1e-6]},
+    ),
+    "energy_by_depth force": (fp.energy_by_depth, {"medium": GEL, "indenter": BALL, "force": 1e-9}),
+    "energy_by_depth radius": (fp.energy_by_depth, {"medium": GEL, "indenter": BALL, "radius": 1e-7}),
+    "energy_by_depth adhesive": (
+        fp.energy_by_depth,
+        {"medium": GEL, "indenter": BALL, "radius": 1e-7, "work_of_adhesion": 1e-5},
+    ),
     "atlas.Parameter": (atlas.Parameter, {"name": "ratio", "meaning": "", "low": 0.1, "high": 1.0}),
 }
 
 REGISTRY = pint.UnitRegistry()
 UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom", "reported"), "Pa"),
+    **dict.fromkeys(("young", "modulus", "top", "bottom", "reported", "pressure"), "Pa"),
     **dict.fromkeys(("thickness", "depth", "depths", "radius", "x", "y", "z", "r", "f", "kinks", "limit", "unit"), "m"),
     **dict.fromkeys(("start", "smoothing", "near", "reach", "half_x", "half_y", "half_z", "height_at_axes"), "m"),
     **dict.fromkeys(
@@ -164,6 +213,8 @@ UNITS = {
     **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y", "front", "back", "side"), "rad"),
     **dict.fromkeys(("A", "B", "k"), "1/m"),
     **dict.fromkeys(("spring_constant", "stiffness"), "N/m"),
+    **dict.fromkeys(("traction", "yield_stress", "tensile", "residual_stress"), "Pa"),
+    "direction": "rad",
     "work_of_adhesion": "J/m**2",
     "area": "m**2",
     "frame": "m/N",
@@ -208,6 +259,7 @@ ANY_SHAPE = {
     ("pressure adhesive", "x"),
     ("pressure adhesive", "y"),
     ("FlatPunch.pressure", "r"),
+    *((call, name) for call in CALLS if call.startswith("fields ") for name in "xyz"),
 }
 NO_LIMIT = {("Free", "minimum"), ("Free", "maximum")}
 """Infinite limits are none."""
@@ -352,8 +404,8 @@ def test_every_public_constructor_and_function_is_here():
         *("Medium", "RigidBase", "TwoBodies", "Formula", "CurveError", "FlatpunchWarning"),
         *("FirstOrder", "SecondOrder", "FourthOrder"),
         *("load", "save", "read_case", "read_curve"),
-        # points and loads inside a body, and their pictures; their own tests
-        *("fields", "critical_load", "CriticalLoad", "energy_by_depth", "PatchLoad", "plot_fields"),
+        # what functions return, and pictures of it
+        *("CriticalLoad", "plot_fields"),
         # take case files and curves; their own tests
         *("read_height_map", "sweep", "fit_batch"),
     }

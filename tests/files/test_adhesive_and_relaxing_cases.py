@@ -65,6 +65,12 @@ def test_adhesion(read):
     assert in_tension.values == [-5e-11]
 
 
+def test_a_range_across_zero_has_a_step_at_zero(read):
+    depth = np.asarray(read(STICKY.replace("points = 9", "points = 41")).values)
+    assert depth[25] == 0.0
+    assert np.count_nonzero(depth) == 40
+
+
 @pytest.mark.parametrize("unit", ["mN/m", "mJ/m^2", "erg/cm^2", "fJ/um^2"])
 def test_units_of_the_work_of_adhesion(read, unit):
     assert read(STICKY.replace('"50 uJ/m^2"', f'"2 {unit}"')).work_of_adhesion == pytest.approx(2e-3, rel=1e-15)

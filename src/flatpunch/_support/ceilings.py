@@ -25,3 +25,6 @@ CELLS = 4096
 
 POINTS = 200_000
 """Points of a sweep or of a table of the atlas."""
+
+INSIDE = 2_000_000
+"""Points inside a body at which fields are wanted in one call: about 2 GB of arrays."""

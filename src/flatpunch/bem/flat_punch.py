@@ -1,4 +1,4 @@
-"""Boundary element solution of a flat-ended punch of any planform."""
+"""Boundary element solution of a punch of any planform that sticks to the surface: flat-ended, or of any face."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.bem.grid import Grid, Mask, check_square
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import PunchHeight
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import trace_outline
 from flatpunch.bem.resources import announced
 from flatpunch.bem.solution import Solution, check_tolerance, not_converged, warned
-from flatpunch.bem.solver.active_set import punch_stiffness
+from flatpunch.bem.solver.active_set import adhering
 from flatpunch.bem.solver.levels import Levels, mirror_axes
 from flatpunch.compliance import Kernel
 
@@ -25,13 +25,14 @@ def solve_punch(
     grid: Grid,
     *,
     depth: float = 1.0,
+    face: Array | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
     angles: int = 360,
     single: bool = False,
     xp: Any = np,
 ) -> Solution:
-    """Flat-ended punch of any planform, pressed in to `depth`, adhering where it would lift off.
+    """Punch of any planform, flat-ended or with a given face, pressed in to `depth`, adhering where it would lift off.
 
     Parameters
     ----------
@@ -42,7 +43,10 @@ def solve_punch(
     grid : Grid
         Cells; may end at the planform's edge.
     depth : float
-        Depth [m]; everything is proportional to it.
+        Depth [m]; under a flat end everything is proportional to it.
+    face : ndarray, shape (ny, nx), optional
+        Gap of the punch at first touch [m]; a flat end by default. Then `depth` may have any sign, and `stiffness` is not
+        computed.
     tolerance : float
         Largest deviation of the displacement from the depth under the punch, relative to depth.
     limit : int
@@ -60,9 +64,9 @@ def solve_punch(
         With `stiffness` = force/depth. The pressure may be negative inside under films stiffer than their base. Cells at the
         edge carry a singular pressure, so the force converges like the first power of the spacing.
     """
-    positive("depth", depth, unit="m")
+    if face is None:
+        positive("depth", depth, unit="m")
     check_tolerance(tolerance, single)
-    check_square(grid)
     if callable(planform):
         mask = np.isfinite(PunchHeight(planform)(grid))
     else:
@@ -74,14 +78,18 @@ def solve_punch(
     if not mask.any():
         raise ValueError("planform holds no cell of the grid. Its coordinates are in metres, as the grid's.")
     levels = announced(Levels(kernel, grid, xp, single), 1)
-    part = levels.folded(mirror_axes(levels, mask.astype(float)))
-    p, total, error, iterations = punch_stiffness(part.operator, xp.asarray(part.kept(mask)), tolerance, limit)
-    u = part.grid.unfold(to_numpy(part.operator.apply(p)).astype(float)) * depth
-    p_si = part.grid.unfold(to_numpy(p).astype(float)) * (kernel.modulus * depth / grid.spacing)
-    k = total * kernel.modulus * grid.spacing
+    # displacement under the punch, in units of the depth where the end is flat
+    unit = depth if face is None else grid.spacing
+    wanted = np.where(mask, 1.0 if face is None else (depth - face) / unit, 0.0)
+    part = levels.folded(mirror_axes(levels, wanted))
+    p, error, iterations = adhering(
+        part.operator, xp.asarray(part.kept(mask)), part.operator.asarray(part.kept(wanted)), tolerance, limit
+    )
+    u = part.grid.unfold(to_numpy(part.operator.apply(p)).astype(float)) * unit
+    p_si = part.grid.unfold(to_numpy(p).astype(float)) * (kernel.modulus * unit / grid.spacing)
+    force = float(p_si.sum()) * grid.cell_area
+    k = force / depth if face is None else float("nan")
     converged = error <= tolerance
     notes = () if converged else (not_converged(error, 0.0, 0.0, tolerance, (iterations,)),)
     outline = trace_outline(grid, mask.astype(float), angles=angles, sharp=True)
-    return Solution(
-        grid, p_si, u, mask, depth, k * depth, outline, k, error, 0.0, (iterations,), converged, warned(notes)
-    )
+    return Solution(grid, p_si, u, mask, depth, force, outline, k, error, 0.0, (iterations,), converged, warned(notes))

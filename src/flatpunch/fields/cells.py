@@ -60,6 +60,11 @@ class Cells:
         n = self.pressure.shape[0]
         return np.asarray(self.center[1] + (np.arange(n) - (n - 1) / 2) * self.spacing)
 
+    @property
+    def force(self) -> float:
+        """Total load [N]."""
+        return float(self.pressure.sum()) * self.spacing**2
+
     def joined(self, count: int) -> Cells:
         """Blocks of count x count cells, with cells without load added around."""
         if count == 1:
@@ -89,19 +94,31 @@ class Cells:
         return Cells(self.pressure[part], self.traction[part], self.spacing, place)
 
 
-def cell_fields(cells: Cells, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
+def cell_fields(
+    cells: Cells, at: Located, x: Array, y: Array, direction: float, coarser: Cells | None = None
+) -> tuple[Array, Array, float]:
     """Stress (6, n), displacement (3, n) and the estimated error of stress over the largest pressure.
 
     The estimate is twice what cells twice as wide change, at up to 1500 of the points: beside the rim of a contact, at the
-    surface, the error falls only like the root of their width.
+    surface, the error falls only like the root of their width. Where the rim is within a cell is chance, so points close to
+    the surface are moved by a cell as well. `coarser` is the load solved on such cells; without it pairs of cells are joined.
     """
     cells = cells.cropped
     found = _fields(cells, at, x, y, direction, _CELLS)
+    wide = cells.joined(2) if coarser is None else coarser.cropped
     some = np.unique(np.linspace(0, x.size - 1, min(x.size, _TRIALS)).round().astype(int))
-    part = Located(at.body, some, at.depth[some], at.layer[some], at.upper)
-    coarse = _fields(cells.joined(2), part, x[some], y[some], direction, _CELLS // 2)
+    shallow = some[at.depth[some] < wide.spacing]
+    shift = wide.spacing * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    tried = np.concatenate([some, *(shallow for _ in shift[1:])])
+    moved = np.concatenate([np.zeros((some.size, 2)), *(np.tile(each, (shallow.size, 1)) for each in shift[1:])])
+    part = Located(at.body, tried, at.depth[tried], at.layer[tried], at.upper)
+    place = x[tried] + moved[:, 0], y[tried] + moved[:, 1]
+    fine = found[:6, some]
+    if shallow.size:
+        fine = _fields(cells, part, *place, direction, _CELLS)[:6]
+    coarse = _fields(wide, part, *place, direction, _CELLS // 2)[:6]
     largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
-    error = 2 * float(np.abs(coarse[:6] - found[:6, some]).max()) / largest if largest > 0 else 0.0
+    error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
 

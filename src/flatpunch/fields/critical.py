@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative
+from flatpunch._support.checks import Array
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import interfaces
@@ -21,13 +21,13 @@ from flatpunch.contact.round.mean_profile import mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.contact_load import contact_load
-from flatpunch.fields.fields import residual_stresses
+from flatpunch.fields.fields import checked_friction, residual_stresses
 from flatpunch.fields.layered import REACH
 from flatpunch.fields.round_load import round_fields
 from flatpunch.fields.strength import Strength, checked_strengths
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
@@ -94,7 +94,7 @@ class CriticalLoad:
 
 @one_blas_thread()
 def critical_load(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     strengths: Strength | Sequence[Strength | None],
     *,
@@ -148,7 +148,7 @@ def critical_load(
             "indenter is a Cylinder, whose edge has an infinite stress at any load. Round the edge: Rounded(...)."
         )
     found = checked_strengths(body, strengths)
-    friction = non_negative("friction", friction)
+    friction = checked_friction(friction)
     residual = residual_stresses(medium, residual_stress)
     kernel = compliance(medium)
     search = _Search(body, kernel, indenter, found, friction, np.zeros(len(found)) if residual is None else residual)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, Values, values
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -23,10 +23,12 @@ from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import interfaces, waves_at
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import layer_at
+from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.layered import wavenumbers
 from flatpunch.fields.ring_sources import RingSources
-from flatpunch.fields.sources import RoundSource, contact_sources
-from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+from flatpunch.fields.sources import RoundSource
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
@@ -41,13 +43,13 @@ _SHALLOWEST = 1e-3
 
 @one_blas_thread()
 def energy_by_depth(
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    z: Array | None = None,
+    z: Values | None = None,
     work_of_adhesion: float | None = None,
 ) -> xr.Dataset:
     """Elastic energy of a round contact, by layer and below given depths.
@@ -85,10 +87,11 @@ def energy_by_depth(
     if kernel.graded:
         raise ValueError("medium has a graded surface layer, for which the energy by depth is not computed.")
     given = {"depth": depth, "force": force, "radius": radius}
-    below = values("z", z, strict=True) if z is not None else np.zeros(0)
+    below = values("z", z, strict=True, unit="m") if z is not None else np.zeros(0)
     if not getattr(indenter, "round", False):
         raise ValueError("indenter must be round: the energy by depth of other tips is not computed.")
-    sources, solved = contact_sources(medium, indenter, given, None, 0.0, work_of_adhesion=work_of_adhesion)
+    contact = contact_of(medium, indenter, given, None, work_of_adhesion)
+    sources, solved = contact_sources(contact, 0.0)
     source = sources[0]
     faces = interfaces(body)
     if isinstance(source, RoundSource) and isinstance(source.load, RingSources):

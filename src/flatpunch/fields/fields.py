@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative, real
+from flatpunch._support.ceilings import INSIDE
+from flatpunch._support.checks import LARGEST, Array, Values, numbers, real, shown, values
+from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
+from flatpunch.compliance import compliance
+from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import Located, Side, located
+from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
-from flatpunch.fields.sources import Source, contact_sources, prescribed_sources
-from flatpunch.media import HalfSpace, Medium, TwoBodies, underlying
+from flatpunch.fields.loads import Load
+from flatpunch.fields.sources import Source, prescribed_sources
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,24 +33,28 @@ COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
 AXES = ("x", "y", "z")
 
 
+MOST_FRICTION = 100.0
+"""Largest coefficient of friction that is taken: larger ones are a mistake of units, and their squares overflow."""
+
+
 @one_blas_thread()
+@refused_overflow()
 def fields(
-    medium: Any,
-    indenter: Any,
-    x: float | Array,
-    y: float | Array,
-    z: float | Array,
+    medium: Body,
+    indenter: Indenter | Load | Sequence[Load],
+    x: Values,
+    y: Values,
+    z: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | None = None,
+    method: MethodName | Method | None = None,
     friction: float = 0.0,
     direction: float = 0.0,
     side: Side = "below",
     residual_stress: Sequence[float] | None = None,
     work_of_adhesion: float | None = None,
-    **options: Any,
 ) -> xr.Dataset:
     """Stress and displacement at points inside the body, in every layer and at the surface.
 
@@ -56,9 +68,9 @@ def fields(
         Points [m], broadcast together: z >= 0 into the material, x = y = 0 below the first touch.
     depth, force, radius : float
         Exactly one with an indenter, none with prescribed loads.
-    method : str, optional
-        Contact method, as for `indent`. Round contacts are exact with all methods but "bem"; for other tips the pressure
-        comes from boundary elements unless a fast method is named, whose superposed pressure is then taken.
+    method : str or method, optional
+        Contact method, as for `indent`. Round contacts are exact with all methods but "bem". Under other tips the pressure
+        comes from boundary elements, as for `pressure`; only "first-order" superposes the pressures of stretched flat punches.
     friction : float
         Coefficient of friction of a sliding contact: traction = friction times pressure, in the given direction. The pressure
         is taken as that without friction (Goodman's assumption), exact for an incompressible body under a rigid tip.
@@ -70,8 +82,6 @@ def fields(
         Biaxial stress [Pa] in each layer from the surface down, and in the base if given as well; added to xx and yy.
     work_of_adhesion : float, optional
         [J/m^2], as for `indent`: JKR contact.
-    **options
-        Further settings of the method.
 
     Returns
     -------
@@ -99,19 +109,19 @@ def fields(
     (Love 1929; Eason, Noble and Sneddon 1955; complex ring sources).
     """
     points, shape = _points(x, y, z)
-    friction = non_negative("friction", friction, "Its direction is `direction`.")
-    direction = real("direction", direction)
+    friction = checked_friction(friction)
+    direction = real("direction", direction, "rad")
+    compliance(medium)  # refuses what is no medium
     parts = located(medium, points[2], side)
     residual = residual_stresses(medium, residual_stress)
     given = {"depth": depth, "force": force, "radius": radius}
     if loads := _loads(indenter):
-        _nothing_to_solve(given, method, work_of_adhesion, options)
+        _nothing_to_solve(given, method, work_of_adhesion)
         sources = prescribed_sources(loads, friction)
         solved: dict[str, Any] = {}
     else:
-        sources, solved = contact_sources(
-            medium, indenter, given, method, friction, work_of_adhesion=work_of_adhesion, **options
-        )
+        contact = contact_of(medium, indenter, given, method, work_of_adhesion)
+        sources, solved = contact_sources(contact, friction)
     stress, displacement, error = evaluate(sources, parts, points, direction)
     layer = np.empty(points.shape[1], dtype=int)
     for part in parts:
@@ -165,47 +175,57 @@ def evaluate(
     return stress, displacement, error
 
 
+def checked_friction(friction: object) -> float:
+    """Return a coefficient of friction, 0 <= friction <= 100."""
+    value = real("friction", friction, "1")
+    if not 0 <= value <= MOST_FRICTION:
+        raise ValueError(
+            f"friction = {value:.6g} must lie between 0 and {MOST_FRICTION:g}. It is the traction over the pressure, along "
+            "`direction`."
+        )
+    return value
+
+
 def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | None:
     """Biaxial stress of each layer and the base, shape (layers + 1,)."""
     if given is None:
         return None
     body = underlying(medium)
-    if isinstance(body, TwoBodies):
-        raise ValueError("residual_stress goes with one body; of two bodies add it to xx and yy of the result.")
-    layers = len(body.layers) if isinstance(body, Medium) else 0
-    try:
-        values = [real(f"residual_stress[{i}]", value) for i, value in enumerate(given)]
-    except TypeError:
-        raise TypeError(
-            f"residual_stress = {given!r} must be a sequence of stresses in Pa, one for each layer."
-        ) from None
-    if len(values) not in (layers, layers + 1) or not values:
+    if not isinstance(body, (HalfSpace, Medium)):
         raise ValueError(
-            f"residual_stress has {len(values)} values for {layers} layers; give one for each layer from the surface down, and "
+            "residual_stress goes with one Medium or HalfSpace; of other bodies add it to xx and yy of the result."
+        )
+    layers = len(body.layers) if isinstance(body, Medium) else 0
+    stresses = values("residual_stress", given, minimum=-np.inf, unit="Pa", smallest=0.0)
+    if stresses.size not in (layers, layers + 1):
+        raise ValueError(
+            f"residual_stress has {stresses.size} values for {layers} layers; give one for each layer from the surface down, and "
             "one more for the base if it has some."
         )
-    return np.array(values + [0.0] * (layers + 1 - len(values)))
+    return np.append(stresses, np.zeros(layers + 1 - stresses.size))
 
 
 def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
     arrays = []
     for name, value in (("x", x), ("y", y), ("z", z)):
-        try:
-            array = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
-            raise TypeError(f"{name} = {value!r} must be a number or an array of numbers in metres.") from None
-        if not np.all(np.isfinite(array)):
-            bad = array[~np.isfinite(array)].flat[0]
-            raise ValueError(f"{name} has the value {bad}; points must be finite, in metres.")
+        array = numbers(name, value, "m")
+        bad = ~(np.abs(array) <= LARGEST)
+        if bad.any():
+            raise ValueError(
+                f"{name} has the value {array[bad].flat[0]}; points must be finite, in metres, and at most {LARGEST:g} m away."
+            )
         arrays.append(array)
+    shapes = [array.shape for array in arrays]
     try:
-        broad = np.broadcast_arrays(*arrays)
+        shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        shapes = ", ".join(str(array.shape) for array in arrays)
-        raise ValueError(f"x, y and z have the shapes {shapes}, which do not broadcast together.") from None
-    if broad[0].size == 0:
-        raise ValueError("x, y and z have no points.")
-    return np.array([array.ravel() for array in broad]), broad[0].shape
+        raise ValueError(
+            f"x, y and z have the shapes {', '.join(map(str, shapes))}, which do not broadcast together."
+        ) from None
+    count = math.prod(shape)
+    if not 0 < count <= INSIDE:
+        raise ValueError(f"x, y and z make {count} points; give 1 to {INSIDE} in one call.")
+    return np.array([np.broadcast_to(array, shape).ravel() for array in arrays]), shape
 
 
 def _loads(indenter: Any) -> tuple[Any, ...]:
@@ -218,14 +238,16 @@ def _loads(indenter: Any) -> tuple[Any, ...]:
         return ()
     for i, load in enumerate(indenter):
         if not isinstance(load, (DiscLoad, PatchLoad)):
-            raise TypeError(f"load[{i}] = {load!r} must be a DiscLoad or a PatchLoad; only these are added up.")
+            raise TypeError(
+                f"indenter[{i}] = {shown(load)} must be a DiscLoad or a PatchLoad; only these are added up."
+            )
     if not indenter:
         raise ValueError("the sequence of loads is empty; give at least one DiscLoad or PatchLoad.")
     return tuple(indenter)
 
 
-def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any, options: dict[str, Any]) -> None:
-    named = {**given, "method": method, "work_of_adhesion": work, **options}
+def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any) -> None:
+    named = {**given, "method": method, "work_of_adhesion": work}
     wrong = [name for name, value in named.items() if value is not None]
     if wrong:
         raise ValueError(

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, real
+from flatpunch._support.ceilings import CELLS
+from flatpunch._support.checks import LARGEST, Array, numbers, point, positive, real
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class DiscLoad:
         object.__setattr__(self, "pressure", real("DiscLoad.pressure", self.pressure, "Pa"))
         object.__setattr__(self, "radius", positive("DiscLoad.radius", self.radius, unit="m"))
         object.__setattr__(self, "traction", real("DiscLoad.traction", self.traction, "Pa"))
-        object.__setattr__(self, "center", _place("DiscLoad.center", self.center))
+        object.__setattr__(self, "center", point("DiscLoad.center", self.center, "m"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,9 +78,9 @@ class PatchLoad:
 
     def __post_init__(self) -> None:
         pressure = _cells("PatchLoad.pressure", self.pressure)
-        traction = np.asarray(self.traction, dtype=float)
+        traction = numbers("PatchLoad.traction", self.traction, "Pa")
         if traction.ndim == 0:
-            traction = np.full(pressure.shape, real("PatchLoad.traction", traction))
+            traction = np.full(pressure.shape, real("PatchLoad.traction", traction, "Pa"))
         traction = _cells("PatchLoad.traction", traction)
         if traction.shape != pressure.shape:
             raise ValueError(
@@ -89,7 +90,7 @@ class PatchLoad:
         object.__setattr__(
             self, "spacing", positive("PatchLoad.spacing", self.spacing, "It is the side of a cell.", unit="m")
         )
-        object.__setattr__(self, "center", _place("PatchLoad.center", self.center))
+        object.__setattr__(self, "center", point("PatchLoad.center", self.center, "m"))
         object.__setattr__(self, "cells", (pressure, traction))
 
     @property
@@ -108,26 +109,20 @@ class PatchLoad:
 Load = DiscLoad | PatchLoad
 
 
-def _place(name: str, value: Any) -> tuple[float, float]:
-    try:
-        x, y = value
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} = {value!r} must be a pair (x, y) of lengths in metres.") from None
-    return real(f"{name}[0]", x), real(f"{name}[1]", y)
-
-
 def _cells(name: str, value: Any) -> Array:
-    try:
-        cells = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a two-dimensional array of numbers in Pa, rows along y.") from None
+    cells = numbers(name, value, "Pa")
     if cells.ndim != 2 or cells.size == 0:
         raise ValueError(f"{name} has shape {cells.shape}; it must be a two-dimensional array (ny, nx), rows along y.")
-    bad = ~np.isfinite(cells)
+    if max(cells.shape) > CELLS:
+        raise ValueError(
+            f"{name} has shape {cells.shape}; a patch has at most {CELLS} cells along a side. Average blocks of cells."
+        )
+    bad = ~(np.abs(cells) <= LARGEST)
     if bad.any():
         i, j = np.argwhere(bad)[0]
         raise ValueError(
-            f"{name}[{i}, {j}] = {cells[i, j]} must be finite. Set cells without a measured value to zero."
+            f"{name}[{i}, {j}] = {cells[i, j]} must be finite, at most {LARGEST:g} Pa in size. Set cells without a measured "
+            "value to zero."
         )
     cells.setflags(write=False)
     return cells

@@ -1,25 +1,19 @@
-"""Loads as sources of fields: solved contacts, and prescribed discs and patches."""
+"""Loads as sources of fields: round ones, and pressures on cells."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from flatpunch import bem
 from flatpunch._support.checks import Array
-from flatpunch.compliance import compliance
-from flatpunch.contact import indent, pressure
-from flatpunch.contact.curve import Control, control_from
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, cell_fields
-from flatpunch.fields.contact_load import contact_load
 from flatpunch.fields.loads import DiscLoad, Load
 from flatpunch.fields.round_load import RoundLoad, round_fields
 from flatpunch.fields.uniform_disc import UniformDisc
-from flatpunch.indenters import Cylinder
 from flatpunch.media import GradedLayer, Medium
 
 _ROUND_ERROR = 1e-8
@@ -28,10 +22,6 @@ _ROUND_ERROR = 1e-8
 _GRADED_ERROR = 1e-4, 1e-3
 """The same under a graded surface, where what it adds to the half-space decays slowly: of contacts, and of discs, whose pressure
 jumps at the rim."""
-
-
-_SAMPLED, _SUPERPOSED = 192, 128
-"""Cells along each side of a contact that is no disc: of boundary elements, and of a superposed pressure, which is expensive."""
 
 
 class Source(Protocol):
@@ -79,14 +69,25 @@ class RoundSource:
 
 @dataclass(frozen=True, slots=True)
 class CellSource:
-    """A pressure on cells; `own_error` is what its pressure itself may be off, over the largest."""
+    """A pressure on cells.
+
+    Attributes
+    ----------
+    cells : Cells
+        Pressure and traction.
+    own_error : float
+        Error of the pressure over the largest, where it is known otherwise.
+    coarser : Cells or None
+        The same contact solved on cells twice as wide, for the estimate of the error.
+    """
 
     cells: Cells
     own_error: float = 0.0
+    coarser: Cells | None = None
 
     def fields(self, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
         """Stress, displacement and error at points of one body."""
-        stress, displacement, error = cell_fields(self.cells, at, x, y, direction)
+        stress, displacement, error = cell_fields(self.cells, at, x, y, direction, self.coarser)
         return stress, displacement, error + self.own_error
 
 
@@ -111,109 +112,3 @@ def prescribed_sources(loads: Sequence[Load], friction: float) -> list[Source]:
             cells = Cells(pressure, traction_of_cells + friction * pressure, load.spacing, load.center)
             found.append(CellSource(cells))
     return found
-
-
-def contact_sources(
-    medium: Any,
-    indenter: Any,
-    given: dict[str, Any],
-    method: str | None,
-    friction: float,
-    *,
-    work_of_adhesion: float | None = None,
-    **options: Any,
-) -> tuple[list[Source], dict[str, Any]]:
-    """Source of a contact, and what a result says about it: depth, force, radius, method, notes."""
-    if method == "bem" or not getattr(indenter, "round", False):
-        return _on_cells(medium, indenter, given, method, friction, work_of_adhesion, options)
-    curve = indent(medium, indenter, method=method, work_of_adhesion=work_of_adhesion, **given, **options)
-    about = _about(curve)
-    if not about["radius"] > 0:
-        return [Nothing()], about
-    kernel = compliance(medium)
-    edge = work_of_adhesion is not None or isinstance(indenter, Cylinder)
-    load = contact_load(kernel, indenter, about["radius"], about["depth"], edge=edge)
-    return [RoundSource(load, 1.0, friction)], about
-
-
-def _about(curve: Any) -> dict[str, Any]:
-    if curve.sizes["step"] != 1:
-        raise ValueError(
-            f"{curve.attrs['control']} has {curve.sizes['step']} values; fields belong to one contact. Give one of them."
-        )
-    solved = {name: float(curve[name].values[0]) for name in ("depth", "force", "radius")}
-    return {
-        **solved,
-        "method": curve.attrs["method"],
-        "valid": int(curve["valid"].values[0]),
-        "notes": curve.attrs["notes"],
-    }
-
-
-def _on_cells(
-    medium: Any,
-    indenter: Any,
-    given: dict[str, Any],
-    method: str | None,
-    friction: float,
-    work: float | None,
-    options: dict[str, Any],
-) -> tuple[list[Source], dict[str, Any]]:
-    """Source of a contact whose pressure is known on cells."""
-    if work is not None:
-        raise ValueError(
-            "work_of_adhesion goes with round tips: the adhesive pressure of others is not computed, nor with method='bem'."
-        )
-    if method in (None, "bem"):
-        return _boundary_elements(medium, indenter, given, friction, options)
-    curve = indent(medium, indenter, method=method, **given, **options)
-    about = _about(curve)
-    if not about["radius"] > 0:
-        return [Nothing()], about
-    half = float(np.nanmax(curve["contour"].values[0])) * (1 + 4 / _SUPERPOSED)
-    if not np.isfinite(half):
-        raise ValueError(
-            f"method = {method!r} finds no outline here, so its pressure cannot be sampled. Choose method='bem'."
-        )
-    h = 2 * half / _SUPERPOSED
-    # the mean of two by two points in each cell, scaled to the force
-    fine = (np.arange(2 * _SUPERPOSED) - (2 * _SUPERPOSED - 1) / 2) * h / 2
-    sampled = pressure(medium, indenter, fine[None, :], fine[:, None], method=method, **given, **options)
-    sampled = np.where(np.isfinite(sampled), sampled, 0.0).reshape(_SUPERPOSED, 2, _SUPERPOSED, 2).mean(axis=(1, 3))
-    sampled *= about["force"] / (sampled.sum() * h**2)
-    # force and outline are estimated, the superposed pressure is no better than both together
-    error = sum(float(curve[name].values[0]) for name in ("force_error", "contour_error") if name in curve)
-    return [CellSource(Cells(sampled, friction * sampled, h, (0.0, 0.0)), error)], about
-
-
-def _boundary_elements(
-    medium: Any, indenter: Any, given: dict[str, Any], friction: float, options: dict[str, Any]
-) -> tuple[list[Source], dict[str, Any]]:
-    """Source of a contact solved by boundary elements; a mean radius is turned into a depth by the fast method."""
-    control = control_from(**given)
-    if control.values.size != 1:
-        raise ValueError(
-            f"{control.name} has {control.values.size} values; fields belong to one contact. Give one of them."
-        )
-    if control.name == "radius":
-        control = Control("depth", indent(medium, indenter, radius=control.values)["depth"].values)
-    unknown = set(options) - {"grid", "tolerance", "limit"}
-    if unknown:
-        raise TypeError(
-            f"{', '.join(sorted(unknown))} is no setting here: boundary elements have grid, tolerance and limit."
-        )
-    if control.values[0] == 0:
-        return [Nothing()], {"depth": 0.0, "force": 0.0, "radius": 0.0, "method": "bem", "valid": 1, "notes": ""}
-    targets: dict[str, Any] = {"depths" if control.name == "depth" else "forces": control.values}
-    settings: dict[str, Any] = {"grid": _SAMPLED, "tolerance": 1e-6, **options}
-    (solution,) = bem.solve(compliance(medium), indenter, **targets, **settings)
-    about = {
-        "depth": solution.depth,
-        "force": solution.force,
-        "radius": solution.radius,
-        "method": "bem",
-        "valid": int(solution.converged),
-        "notes": "\n".join(solution.notes),
-    }
-    grid, values = solution.grid, solution.pressure
-    return [CellSource(Cells(values, friction * values, grid.spacing, grid.center))], about

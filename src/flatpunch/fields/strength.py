@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, shown
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.media import HalfSpace, Medium
 
@@ -44,7 +44,7 @@ class Strength:
         for each in fields(self):
             value = getattr(self, each.name)
             if value is not None:
-                object.__setattr__(self, each.name, positive(f"Strength.{each.name}", value))
+                object.__setattr__(self, each.name, positive(f"Strength.{each.name}", value, unit="Pa"))
 
     @property
     def of_bulk(self) -> bool:
@@ -81,11 +81,11 @@ def checked_strengths(body: HalfSpace | Medium, strengths: Any) -> tuple[Strengt
     given: Sequence[Any] = (strengths,) if isinstance(strengths, Strength) else strengths
     if not isinstance(given, (list, tuple)):
         raise TypeError(
-            f"strengths = {strengths!r} must be a Strength, or a list of one for each layer and then the base."
+            f"strengths = {shown(strengths)} must be a Strength, or a list of one for each layer and then the base."
         )
     for i, each in enumerate(given):
         if each is not None and not isinstance(each, Strength):
-            raise TypeError(f"strengths[{i}] = {each!r} must be a Strength, or None where nothing is checked.")
+            raise TypeError(f"strengths[{i}] = {shown(each)} must be a Strength, or None where nothing is checked.")
     if len(given) > layers + 1:
         raise ValueError(
             f"strengths has {len(given)} entries for {layers} layers and a base; give at most {layers + 1}, layers from the "

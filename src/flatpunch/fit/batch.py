@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -20,7 +20,7 @@ from flatpunch.fit.fitting import fit_model, model_of
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
@@ -113,7 +113,7 @@ def fit_batch(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Mapping[str, Any] | None = None,
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> Batch:
     """Fit one case to many curves.
 
@@ -138,7 +138,8 @@ def fit_batch(
         One record for each curve, good or bad.
     """
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    chosen = Settings(**{"engine": "normal-equations", **settings})
+    given: SettingsOf = {"engine": "normal-equations", **settings}
+    chosen = Settings(**given)
     rows: list[dict[str, Any]] = []
     for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers):
         rows.extend(done)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from flatpunch._support.checks import Array, real
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact import Method
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.model import ForwardModel
@@ -24,7 +23,7 @@ from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import noise_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, internal, plain_limits, slope
-from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.parameters.settings import FitMethod, Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import judged
 from flatpunch.fit.report.intervals import by_profile
@@ -59,7 +58,7 @@ def fit(
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
     relaxation: Any = None,
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
 
@@ -99,7 +98,7 @@ def fit(
     return fit_model(curve, model_of(sample, wanted, chosen.method), wanted, chosen)
 
 
-def model_of(sample: Sample, free: Mapping[str, Free], method: str | Method) -> Model:
+def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
     """The forward model of a case, kept for the next curve.
 
     Parameters
@@ -122,11 +121,11 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: str | Method) -> 
 
 
 @lru_cache(maxsize=64)
-def _kept(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
+def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     return _made(sample, free, method)
 
 
-def _made(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     if sample.work_of_adhesion is not None:
         return AdhesiveModel(sample, free, method)
     if sample.relaxation is not None:
@@ -142,7 +141,7 @@ def fit_ranges(
     free: Any = (),
     *,
     shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> list[FitResult]:
     """Fit the same curve up to several depths: what a right model finds does not depend on the range.
 
@@ -166,7 +165,8 @@ def fit_ranges(
             results.append(whole)
             continue
         try:
-            results.append(fit(curve, medium, indenter, free, **{**settings, "depth_to": contact + share * deepest}))
+            part: SettingsOf = {**settings, "depth_to": contact + share * deepest}
+            results.append(fit(curve, medium, indenter, free, **part))
         except CurveError:
             # too little force above the noise
             continue

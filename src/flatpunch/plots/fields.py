@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch.compliance.depth import interfaces
 from flatpunch.fields import Strength, fields
 from flatpunch.files.units import readable
@@ -96,6 +96,8 @@ def plot_fields(
 
 def _plane(result: xr.Dataset) -> tuple[Array, Array, tuple[str, str]]:
     """Coordinates along the two directions that vary, shape (n, m) each."""
+    if "von_mises" not in getattr(result, "data_vars", ()):
+        raise TypeError(f"result = {shown(result)} must be what `fields` returned.")
     if result["von_mises"].ndim != 2 or min(result["von_mises"].shape) < 2:
         raise ValueError(
             f"result has points of shape {result['von_mises'].shape}; a picture needs a plane of at least 2 x 2 points."

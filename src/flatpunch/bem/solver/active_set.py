@@ -309,17 +309,50 @@ def punch_stiffness(
     iterations : int
         Iterations taken.
     """
+    one = operator.xp.astype(contact, operator.spectrum.dtype)
+    p, error, iterations = adhering(operator, contact, one, tolerance, limit)
+    return p, _force(operator, p), error, iterations
+
+
+def adhering(
+    operator: Operator, contact: Any, displacement: Any, tolerance: float, limit: int
+) -> tuple[Any, float, int]:
+    """Pressure, tension included, that gives the cells of `contact` a displacement.
+
+    Parameters
+    ----------
+    operator : Operator
+        Displacement from pressure.
+    contact : array of bool, shape (ny, nx)
+        Cells that stick to the punch.
+    displacement : array, shape (ny, nx)
+        Wanted displacement [cells], zero outside `contact`.
+    tolerance : float
+        Largest deviation of the displacement over the largest displacement.
+    limit : int
+        Largest number of iterations.
+
+    Returns
+    -------
+    pressure : array, shape (ny, nx)
+        [E*].
+    error : float
+        Deviation reached.
+    iterations : int
+        Iterations taken.
+    """
     xp, dtype = operator.xp, operator.spectrum.dtype
-    one = xp.astype(contact, dtype)
+    # a contact between the centres of cells has no cell
+    one, scale = xp.astype(contact, dtype), largest(xp, displacement) or 1.0
     p, error, iterations = xp.zeros_like(one), 1.0, 0
-    gap, removal = -one, Removal(operator, operator.single(), once=True)
+    gap, removal = -displacement, Removal(operator, operator.single(), once=True)
     while error > tolerance and iterations < limit:
         change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
         p = p + xp.astype(change, dtype)
-        gap = operator.apply(p) * one - one
-        latest = float(xp.max(xp.abs(gap)))
+        gap = operator.apply(p) * one - displacement
+        latest = largest(xp, gap) / scale
         iterations += max(count, 1)
         if latest >= error and count == 0:
             break
         error = latest
-    return p, _force(operator, p), error, iterations
+    return p, error, iterations

@@ -33,7 +33,9 @@ class _RangeTable(Table):
         if self.start == self.stop:
             raise ValueError("start and stop are equal; for a single step write the quantity itself.")
         if self.spacing == "linear":
-            return np.linspace(self.start, self.stop, self.points)
+            steps = np.linspace(self.start, self.stop, self.points)
+            # a range that crosses zero has a step at zero, not at a rounding error beside it
+            return np.where(np.abs(steps) < 1e-12 * abs(self.stop - self.start), 0.0, steps)
         for name in ("start", "stop"):
             positive(name, getattr(self, name), "spacing = 'log' has no zero; start from a small value.")
         return np.geomspace(self.start, self.stop, self.points)
