@@ -174,8 +174,8 @@ def test_what_no_layer_resolves_is_refused_at_once_and_by_name(tip, name, unit):
     start = time.process_time()
     with pytest.raises(ValueError, match=f"{name} = {unit} needs a contact radius of more than 300 µm, 300 times"):
         fp.indent(GEL, tip, **{name: 1.0 if name == "depth" else 1e9})
-    # nothing is solved; a search up to there took 4 to 20 seconds
-    assert time.process_time() - start < 0.5
+    # modules are loaded and nothing is solved; a search up to there took 4 to 20 seconds
+    assert time.process_time() - start < 1.5
 
 
 @pytest.mark.parametrize("method", ["first-order", "second-order", "refined", None])
