@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Equilibria
 from flatpunch.contact.round.profile import RoundProfile
@@ -133,7 +134,7 @@ def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: 
             if (slopes[:, -1] > 0).all():
                 return x, slopes
             raise ValueError(
-                f"Up to the contact radius {np.exp(most):.4g} m, "
+                f"Up to the contact radius {text(float(np.exp(most)), 'm')}, "
                 + (
                     "where the shape of this indenter ends"
                     if np.exp(most) >= reach * (1 - 1e-9)

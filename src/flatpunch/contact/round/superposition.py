@@ -27,8 +27,8 @@ from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import effective_beta
 
-_NODES = 20
-"""Gauss points on each panel of the history: they leave 1e-7 of the pressure."""
+_NODES = 24
+"""Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio."""
 
 _DECADES = 8.0
 """Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
