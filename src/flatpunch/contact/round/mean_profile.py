@@ -19,15 +19,21 @@ from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.family import UnresolvedLayer
-from flatpunch.punch.matrix import LARGEST, effective_beta
+from flatpunch.punch.matrix import effective_beta, largest_beta, solve_round, sufficient_terms
 
 _TABLE_NODES = 256
 """Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
 
 _BEYOND = 30.0
-"""Depth or force over that on a half-space of the same stiffness at one radius: media come to some times it, up or down."""
+"""Depth over that on a half-space at the same radius which no medium exceeds: films on soft bases come to some times it."""
 
 Evaluate = Callable[[Array], RoundContact]
+
+FAR = 300.0
+"""Contact radius over the shortest length beyond which the search starts near the expected radius, not at that length."""
+
+_GUESSES = 3
+"""Repetitions of the expected radius with the compliance at its own wavelength."""
 
 
 def mean_profile(indenter: Indenter) -> RoundProfile:
@@ -76,7 +82,7 @@ def _on_target(contact: RoundContact, control: Control) -> RoundContact:
 
 def resolved_radius(kernel: Kernel) -> float:
     """Largest contact radius at which the thinnest layer is resolved [m]."""
-    return LARGEST * shortest_length(kernel)
+    return largest_beta(kernel) * shortest_length(kernel)
 
 
 def shortest_length(kernel: Kernel) -> float:
@@ -92,72 +98,65 @@ def searched_radius(
     assert control.name != "radius"
     check_size(kernel, profile, control, reach)
     guess = half_space_radius(kernel, profile, control, reach)
-    try:
-        return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel))
-    except UnresolvedLayer as error:
-        largest = text(float(control.values.max()), UNITS[control.name])
-        raise UnresolvedLayer(f"{control.name} = {largest}: {error}") from None
+    near = guess > FAR * shortest_length(kernel)
+    return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel), near)
 
 
 def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> None:
-    """Refuse depths and forces beyond those of the largest contact that is resolved, before any search.
+    """Refuse depths and forces far beyond those of the largest contact that is resolved, before anything is solved.
 
-    Where they are far from it, which a half-space of the stiffness at that size says, nothing is solved.
+    Depths of contacts of one radius differ between media by a factor of a few; forces are at most the flat punch's at such a
+    depth.
     """
-    resolved = resolved_radius(kernel) * (1 - 1e-9)
+    resolved = resolved_radius(kernel)
     if not resolved < reach:
         return
-    target, radius = float(control.values.max()), np.array([resolved])
-    height, rise = float(profile.height(radius)[0]), resolved * float(profile.slope(radius)[0])
-    expected = height + rise / 2
-    if control.name == "force":
-        expected *= 4 * resolved**2 / float(kernel(1 / radius)[0]) * rise / (rise + height)
-    if target < expected / _BEYOND:
+    radius, depth, force = _half_space_path(profile, reach)
+    at, target = int(np.searchsorted(radius, resolved)), float(control.values.max())
+    if at == radius.size:
         return
-    largest = -np.inf
-    if target < expected * _BEYOND:
-        # the largest force of a tip that is not round is up to some ten per cent larger than that of its mean
-        slack = 1.3 if control.name == "force" else 1.0
-        # where the depth turns back it was larger before
-        for share in (1.0, 0.7, 0.5):
-            single = round_contact(kernel, profile, share * radius, single=True)
-            largest = max(largest, slack * float(getattr(single, control.name)[0]))
-            if target <= largest:
-                return
-    raise UnresolvedLayer(
-        f"{control.name} = {text(target, UNITS[control.name])} needs a contact radius of more than {text(resolved, 'm')}, "
-        f"{LARGEST:g} times the shortest length of the medium: layers are resolved up to there. Ask for less, or check the units."
-    )
+    most = _BEYOND * float(depth[at])
+    if control.name == "force":
+        if target <= kernel.modulus * float(force[at]):
+            return
+        beta = np.array([resolved / kernel.length])
+        flat = solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0]))).flat[0, 0]
+        most *= 2 * np.pi * kernel.modulus * resolved * float(flat)
+    if target > most:
+        raise UnresolvedLayer(
+            f"{control.name} = {text(target, UNITS[control.name])} is far beyond this body: the contact would be wider than "
+            f"{text(resolved, 'm')}, {largest_beta(kernel):g} times its thinnest layer, the largest contact that is solved. Ask "
+            "for less, or check the units."
+        )
 
 
 def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> float:
     """Radius at which the search starts.
 
     It is that on the half-space of the surface material for the largest target, but at most the shortest length of the
-    medium: far beyond it the half-space says little, and large radii cost most.
+    medium: beyond it the half-space says little, and large radii cost most. Where the contact is far larger than the
+    shortest length, the start is that on a half-space as compliant as the medium is at the wavelength of the contact.
     """
     target = control.values.max()
     if target <= 0:
         return 1.0
     radius, depth, force = _half_space_path(profile, reach)
-    quantity = np.log(kernel.modulus) + force if control.name == "force" else depth
-    guess = np.exp(np.interp(np.log(target), quantity, radius))
-    return float(min(guess, shortest_length(kernel)))
+    quantity = kernel.modulus * force if control.name == "force" else depth
+    guess, shortest = radius[min(np.searchsorted(quantity, target), radius.size - 1)], shortest_length(kernel)
+    for _ in range(_GUESSES if guess > FAR * shortest else 0):
+        softer = float(kernel.response(np.array([kernel.length / guess]))[0]) if control.name == "force" else 1.0
+        guess = radius[min(np.searchsorted(quantity / softer, target), radius.size - 1)]
+    return float(guess if guess > FAR * shortest else min(guess, shortest))
 
 
 @lru_cache(maxsize=64)
 def _half_space_path(profile: RoundProfile, reach: float) -> tuple[Array, Array, Array]:
-    """Logarithms of radii [m], and of d [m] and F/E* [m^2] on a half-space at them, to some per cent; ascending.
+    """Radii [m], and d [m] and F/E* [m^2] that are reached on a half-space up to each of them, to some per cent.
 
     Those of a power law as steep as the profile at the rim: d = f + r f'/2 is off by 5 % for cones, by nothing for paraboloids.
     """
-    radius = np.geomspace(1e-150, min(1e150, reach), 600)
-    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-        height, rise = profile.height(radius), radius * profile.slope(radius)
-        depth = height + rise / 2
-        force = 2 * radius * depth * (rise / (rise + height))
-        known = np.isfinite(depth) & np.isfinite(force) & (depth > 0) & (force > 0)
-    if not known.any():
-        return np.zeros(1), np.zeros(1), np.zeros(1)
-    logs = [np.log(each[known]) for each in (radius, depth, force)]
-    return logs[0], np.maximum.accumulate(logs[1]), np.maximum.accumulate(logs[2])
+    radius = np.geomspace(1e-15, min(1e6, reach), 160)
+    height, rise = profile.height(radius), radius * profile.slope(radius)
+    depth = height + rise / 2
+    force = 2 * radius * depth * rise / np.where(rise > 0, rise + height, 1.0)
+    return radius, np.maximum.accumulate(depth), np.maximum.accumulate(force)

@@ -58,7 +58,7 @@ class RoundContact:
     rings: tuple[float, ...] = ()
 
 
-def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array, *, single: bool = False) -> RoundContact:
+def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> RoundContact:
     """Exact round contact on any medium.
 
     Parameters
@@ -69,16 +69,13 @@ def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array, *, singl
         The axisymmetric indenter.
     radius : ndarray, shape (n,)
         Contact radii a [m], >= 0.
-    single : bool
-        Whether the punches are solved at these radii, which serve once, and not tabulated for others beside them.
 
     Returns
     -------
     RoundContact
         Depth, force, stiffness and what they were made from.
     """
-    family, beta = punch_family(kernel), radius / kernel.length
-    answers = family.once(beta) if single else family.at(beta)
+    answers = punch_family(kernel).at(radius / kernel.length)
     if kernel.exponent:
         moments = _power_law_moments(kernel, profile, radius, answers)
     else:
