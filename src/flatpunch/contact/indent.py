@@ -277,7 +277,8 @@ def default_method(
 
     Round tips are solved exactly by "first-order", the shortest way. Pyramids of 3, 4 and 6 sides and ellipses on one layer on a
     rigid base take "refined" with corrections that come with the package. Other power laws take "fourth-order" if its own
-    estimate is at most 0.5 % in force and 5 % in outline at all steps, and else "refined", as do all other shapes. Without a
+    estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
+    layer, and else "refined", as do all other shapes. Without a
     medium it is the best of the fast methods for the shape.
     """
     if medium is None:
