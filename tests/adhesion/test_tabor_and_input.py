@@ -89,3 +89,17 @@ def test_other_bad_input():
 def test_extreme_scales_are_refused(medium, tip, work, message):
     with pytest.raises(ValueError, match=message):
         fp.pull_off(medium, tip, work_of_adhesion=work)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: fp.HalfSpace(1e300, 0.3), r"HalfSpace\.young = 1e\+300 .*must"),
+        (lambda: fp.Paraboloid(1e-150), r"Paraboloid\.radius = 1e-150 .*must"),
+        (lambda: fp.Sphere(1e-150), r"Sphere\.radius = 1e-150 .*must"),
+    ],
+    ids=["modulus", "paraboloid", "sphere"],
+)
+def test_constructors_refuse_extreme_scales(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

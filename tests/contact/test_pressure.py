@@ -1,8 +1,11 @@
 """Pressure fields add up to the force, carry an error estimate, and say where they are not the method's own."""
 
+import warnings
+
 import numpy as np
 import pytest
-from scipy.interpolate import RegularGridInterpolator
+from scipy.integrate import quad
+from scipy.interpolate import RegularGridInterpolator, make_interp_spline
 
 import flatpunch as fp
 from flatpunch.contact import METHODS
@@ -114,3 +117,53 @@ def test_negative_pressure_of_a_round_contact_is_marked():
     film = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     with pytest.warns(fp.FlatpunchWarning, match="negative in part, so the contact is no disc"):
         fp.pressure(film, fp.Cone(0.2), np.linspace(0, 3, 50), 0.0, radius=3.0)
+
+
+@pytest.mark.parametrize(
+    ("tip", "radius"), [(fp.Paraboloid(10.0), 14.0), (fp.Cone(0.05), 2.0)], ids=["paraboloid", "cone"]
+)
+def test_pressure_near_the_axis_under_a_stiff_film(tip, radius):
+    """Against the flat punches of the history one by one: one panel for its long first part was 5 % off at the axis."""
+    film = fp.Medium([fp.Layer(1000.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    r = 1e-3 * radius
+    # a = r cosh v takes the square root out of the edge; 160 Gauss points, d'(a) from a spline through depths
+    v, weight = np.polynomial.legendre.leggauss(160)
+    half = np.arccosh(radius / r) / 2
+    a = r * np.cosh(half * (v + 1))
+    nodes = np.geomspace(0.5 * r, 1.5 * radius, 1500)
+    depth = make_interp_spline(np.log(nodes), fp.indent(film, tip, radius=nodes, angles=1).depth.values, k=7)
+    rate = depth.derivative()(np.log(a)) / a
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fp.FlatpunchWarning)  # some of these punches would pull
+        punches = np.array([float(fp.flat_punch(film, each).pressure(r)) for each in a])
+    expected = half * np.sum(weight * punches * rate * r * np.sinh(half * (v + 1)))
+    found = fp.pressure(film, tip, np.array([r, 0.0]), 0.0, radius=radius)
+    assert found[0] == pytest.approx(expected, rel=1e-6)
+    if isinstance(tip, fp.Paraboloid):
+        # smooth tips have a smooth pressure: it changes by (r/a)^2
+        assert found[1] == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("exponent", [-0.4, 0.5])
+def test_flat_ended_cone_on_a_power_law_half_space(exponent):
+    """Depth against adaptive quadrature, and the integral of the pressure against the force."""
+    ground = fp.PowerLawHalfSpace(modulus=1.0, depth=1.0, exponent=exponent, poisson=0.3)
+    slope, flat, a = np.tan(0.2), 0.1, 0.5
+    tip = fp.Truncated(fp.Cone(0.2), height_removed=flat * slope)
+
+    def integrand(theta):
+        r = a * np.cos(theta)
+        return ((1 + exponent) * slope * (r - flat) + slope * r) * np.cos(theta) * np.sinc(theta / np.pi) ** exponent
+
+    expected = quad(integrand, 0, np.arccos(flat / a), weight="alg", wvar=(exponent, 0), epsabs=0, epsrel=1e-12)[0]
+    contact = fp.indent(ground, tip, radius=a)
+    assert float(contact.depth[0]) == pytest.approx(expected, rel=1e-10)
+    t, weight = np.polynomial.legendre.leggauss(12)
+    force = 0.0
+    # geometric panels towards the axis, the kink and the rim
+    for end, middle in ((0.0, 0.05), (flat, 0.05), (flat, 0.3), (a, 0.3)):
+        cuts = end + (middle - end) * np.append(0.0, 4.0 ** np.arange(-12, 1))
+        r = cuts[:-1, None] + np.diff(cuts)[:, None] * (t + 1) / 2
+        p = fp.pressure(ground, tip, r.ravel(), 0.0, radius=a).reshape(r.shape)
+        force += np.pi * np.sum(np.abs(np.diff(cuts))[:, None] * weight * r * p)
+    assert force == pytest.approx(float(contact.force[0]), rel=1e-4)

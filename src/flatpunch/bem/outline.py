@@ -4,7 +4,8 @@ The outermost cell in contact along a ray gives the rim to about half a cell. To
 falls like a power q of the distance s (q = 1/2; (1 + k)/2 on a power-law half-space), so p^(1/q) is smooth in s and vanishes at
 the rim. It is read one to four cells inside, across the rim, and the parabola through these values is followed to zero: within
 0.1 cells of the true rim. Where this zero is more than a cell from the rim of the cells (corners, lobes a few cells wide), the
-cells count, less the share of a cell by which they reach too far.
+cells count, less the share of a cell by which they reach too far. So they do where the surface layer, or the depth over which a
+graded surface changes, is only some cells thick and the power law holds nowhere; there the staircase of the cells is smoothed.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ _DEPTHS = np.arange(1.0, 4.5, 0.5)
 
 _FEWEST = 6.0
 """Cells from the point of first touch to the rim below which the outline is that of the cells; half leaves the fit no room."""
+
+_SMOOTH = 1.5
+"""Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
 
 _STEEPEST = 0.3
 """Least cosine of the angle between a ray and the normal of the rim; half lets rays along a flank scatter twice as much."""
@@ -141,11 +145,17 @@ def rim_along(
     contour = _cell_rim(grid, contact, phi)
     if sharp or not np.nanmin(contour, initial=np.inf) >= _FEWEST * h:
         return contour, np.full_like(contour, h)
+    # the power law holds over about half of the thickness
+    short = length <= 2 * _DEPTHS[-1] * h
+    if short:
+        shift = _cell_rim(grid, gaussian_filter(contact, _SMOOTH), phi) - contour
+        # corners and the ends of lobes, which smoothing moves inwards, stay; so does the mean, as curved rims move a little
+        staircase = np.abs(shift) < h
+        contour = contour + np.where(staircase, shift - shift[staircase].sum() / max(staircase.sum(), 1), 0.0)
     points = contour * np.exp(1j * phi)
     inwards = _inwards(grid, contact, points)
     way = _zero(grid, pressure ** (1 / rim), points, inwards)
-    # the power law holds over about half of the thickness
-    believed = (np.abs(way - EXCESS) < 1) & (length > 2 * _DEPTHS[-1] * h)
+    believed = (np.abs(way - EXCESS) < 1) & (not short)
     moved = h * np.where(believed, way, EXCESS)
     slant = np.maximum(-(inwards * np.exp(-1j * phi)).real, _STEEPEST)
     return contour - moved / slant, h * np.where(believed, np.abs(way - EXCESS), 1.0)
@@ -205,7 +215,7 @@ def _cell_rim(grid: Grid, contact: Array, phi: Array) -> Array:
 
 def _inwards(grid: Grid, contact: Array, points: Array) -> Array:
     """Direction across the rim at points x + iy [m], of length one: that in which cells in contact become more."""
-    along_y, along_x = np.gradient(gaussian_filter(contact, 1.5))
+    along_y, along_x = np.gradient(gaussian_filter(contact, _SMOOTH))
     growth = read(grid, along_x, points) + 1j * read(grid, along_y, points)
     return np.asarray(growth / np.maximum(np.abs(growth), np.finfo(float).tiny))
 

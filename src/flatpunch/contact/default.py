@@ -10,6 +10,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, percent
 from flatpunch.contact.methods import FirstOrder, FourthOrder, Method, Refined, SecondOrder
+from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
 from flatpunch.indenters.profile import Indenter
 
 FORCE_LIMIT = 0.005
@@ -17,6 +18,9 @@ FORCE_LIMIT = 0.005
 
 OUTLINE_LIMIT = 0.05
 """Estimated error of the outline over the mean radius above which a series is not taken by default."""
+
+WIDE = 20.0
+"""Contact radius over the shortest length of the medium above which the harmonics of a series cost seconds and more."""
 
 EXACT = "exact (round tip)"
 """Reason of round contacts, which all methods but boundary elements solve exactly."""
@@ -55,8 +59,9 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     """Choose the method for some steps.
 
     Round tips are exact. Tips whose corrections come with the package take these. Of other power laws the series costs
-    milliseconds: it is solved and taken if its own estimate is within `FORCE_LIMIT` and `OUTLINE_LIMIT` at all steps. The series
-    of all other shapes takes as long as the boundary element solutions of the refined method, which are closer.
+    milliseconds up to contacts `WIDE` layers wide: it is solved and taken if its own estimate is within `FORCE_LIMIT` and
+    `OUTLINE_LIMIT` at all steps. The series of wider contacts and of all other shapes takes as long as the boundary element
+    solutions of the refined method, which are closer.
     """
     series = series_of(indenter)
     if indenter.round:
@@ -67,6 +72,10 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
         return Choice(
             Refined(), "the series of a shape that is no power law takes as long and is less accurate", quick=False
         )
+    width = float(mean_contact(kernel, indenter, control)[1].radius.max()) / shortest_length(kernel)
+    if width > WIDE:
+        reason = f"contacts {width:.2g} times wider than the thinnest layer cost a series more than boundary elements"
+        return Choice(Refined(), reason, quick=False)
     curve = series.solve(kernel, indenter, control, phi)
     force, outline = (float(np.max(curve.extra[name][1])) for name in ("force_error", "contour_error"))
     expected = f"the {series.name} series may be off by {percent(force)} in force and {percent(outline)} in outline"

@@ -280,7 +280,7 @@ def pressure(
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
     if work_of_adhesion is not None:
-        field = exact(adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion))
+        field = exact(adhesive.pressure(kernel, indenter, control, r, phi, work=work_of_adhesion), kernel, indenter)
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius
         default = Refined() if control.name == "radius" and not indenter.round else series_of(indenter)
@@ -301,7 +301,8 @@ def default_method(
 
     Round tips are solved exactly by "first-order", the shortest way. Pyramids of 3, 4 and 6 sides and ellipses on one layer on a
     rigid base take "refined" with corrections that come with the package. Other power laws take "fourth-order" if its own
-    estimate is at most 0.5 % in force and 5 % in outline at all steps, and else "refined", as do all other shapes. Without a
+    estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
+    layer, and else "refined", as do all other shapes. Without a
     medium it is the best of the fast methods for the shape.
     """
     if medium is None:

@@ -130,7 +130,8 @@ def _fields(cells: Cells, at: Located, x: Array, y: Array, direction: float, cou
     distance = np.maximum(at.depth, beside)
     octave = np.floor(np.log2(np.maximum(distance / (count * cells.spacing), 0.5))).astype(int) + 1
     for m in np.unique(octave):
-        wide = cells.joined(2 ** max(int(m) - 1, 0))
+        # no wider than the whole load, however far away the points are
+        wide = cells.joined(2 ** min(max(int(m) - 1, 0), max(cells.pressure.shape).bit_length()))
         for layer in np.unique(at.layer[octave == m]):
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, count if m > 0 else 0):

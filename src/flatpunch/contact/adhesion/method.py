@@ -109,7 +109,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
         return np.zeros_like(r)
     field = np.zeros_like(r)
     if not case.pinned:
-        field = superpose(kernel, round_history(case.branch.evaluate, a), r, phi)
+        field = superpose(kernel, round_history(case.branch.evaluate, a, kernel.exponent), r, phi)
     inside = r <= a
     rho = r[inside] / a
     height = np.sqrt((1 - rho) * (1 + rho))

@@ -23,6 +23,9 @@ _SECOND_ORDER = 4.0
 _SCATTER = 0.2
 """Share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small."""
 
+_COARSE = 0.1
+"""Difference between forces on wider cells above which these are no power of the width, and a ratio above 4 is chance."""
+
 _FLOOR = 0.03
 """Least relative error over the square of cells per shorter half-width; the last differences vanish by chance."""
 
@@ -67,6 +70,9 @@ def _richardson(last: float, before: float) -> float:
     """Error of the finest cells."""
     if last * before < 0:
         return max(abs(last), abs(before))
+    if abs(before) > max(_COARSE, _SECOND_ORDER * abs(last)):
+        # the last difference is small by chance, as the error passes through a turn
+        return abs(before) / _SECOND_ORDER
     ratio = np.clip(before / last if last else _SECOND_ORDER, _SLOWEST, _SECOND_ORDER)
     return float(max(abs(last) / (ratio - 1), abs(before) / (_SECOND_ORDER * (_SECOND_ORDER - 1))))
 

@@ -103,7 +103,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     evaluate, contact = mean_contact(kernel, indenter, control)
     if contact.radius[0] == 0:
         return np.zeros_like(r)
-    history = round_history(evaluate, float(contact.radius[0]))
+    history = round_history(evaluate, float(contact.radius[0]), kernel.exponent)
     if indenter.round:
         return superpose(kernel, history, r, phi)
     if flat_radius(indenter) > 0:

@@ -9,7 +9,7 @@ import numpy as np
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.round.round_contact import STENCIL, RoundContact
+from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.geometry.flat_end import flat_radius
@@ -24,6 +24,9 @@ _MANY = 96
 
 _BEYOND = 3.0
 """Radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own."""
+
+_STENCIL = 2e-3
+"""Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""
 
 
 def outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
@@ -145,6 +148,6 @@ def _mean_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> A
 
 def _second_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
     """c0 (2 g0 + a g0') = (a^2 J0)''/... = (1 + a d/da)(2 J0 + J1), by a five-point difference in log a."""
-    value = [_mean_response(indenter, a * np.exp(j * STENCIL), rho, weight) for j in (-2, -1, 1, 2)]
-    derivative = (value[0] - 8 * value[1] + 8 * value[2] - value[3]) / (12 * STENCIL)
+    value = [_mean_response(indenter, a * np.exp(j * _STENCIL), rho, weight) for j in (-2, -1, 1, 2)]
+    derivative = (value[0] - 8 * value[1] + 8 * value[2] - value[3]) / (12 * _STENCIL)
     return np.asarray(_mean_response(indenter, a, rho, weight) + derivative)

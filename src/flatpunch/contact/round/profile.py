@@ -108,16 +108,16 @@ class SampledProfile:
             b = np.einsum("lnj,nj->nl", regular_part(0, terms, rho), rho * weight * f)
         edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
         # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
-        level, closed = self._levels(radius, g_edge, counts.size)
+        level, closed = self.levels(radius, g_edge, counts.size)
         rest = rho * weight / np.maximum(1 - rho**2, TINY) * (g - np.repeat(level, counts, axis=1))
         return Moments(b, edge, (g_edge - np.sum(rest, axis=1) - closed) / np.pi)
 
-    def _levels(self, radius: Array, g_edge: Array, panels: int) -> tuple[Array, Array]:
-        """What to take off g = r f' on each panel, shape (n, panels), and the closed integral of that.
+    def levels(self, radius: Array, g_edge: Array, panels: int, alpha: float = -0.5) -> tuple[Array, Array]:
+        """Constants to subtract from g = r f' on each panel, shape (n, panels), and their integral in closed form, shape (n,).
 
-        On the last panel it is g(1). Inside a ring that is close to the edge, (1 - r^2)^-3/2 is too steep for the
+        On the last panel it is g(1). Inside a ring that is close to the edge, (1 - r^2)^(alpha-1) is too steep for the
         quadrature: there it is the g that ends at the ring, so that the steep part is integrated in closed form,
-        int r (1 - r^2)^-3/2 dr = (1 - r^2)^-1/2.
+        -2 alpha int r (1 - r^2)^(alpha-1) dr = (1 - r^2)^alpha.
         """
         level = np.repeat(g_edge[:, None], panels, axis=1)
         closed = np.zeros_like(radius)
@@ -126,7 +126,7 @@ class SampledProfile:
             below = np.array([ring * (1 - 4 * np.finfo(float).eps)])
             inside = radius * _AT_RIM > ring
             safe = np.where(inside, radius, 2 * ring)
-            end = safe / np.sqrt((safe - ring) * (safe + ring))
+            end = ((safe - ring) / safe * (1 + ring / safe)) ** alpha
             level[inside, i] = (below * self.slope(below))[0]
             previous = np.where(start > 0, start, 1.0)
             closed += np.where(inside, (level[:, i] - g_edge) * (end - previous), 0.0)
@@ -138,7 +138,7 @@ class SampledProfile:
         if not any(ring < radius.max() for ring in self.rings):
             rho, weight = quarter_nodes(nodes)
             return rho[None, :], weight[None, :]
-        ends = self._ends(radius)
+        ends = self.ends(radius)
         angle, half = [], []
         for i, count in enumerate(self._counts(radius, nodes)):
             t, v = gauss(int(count))
@@ -147,7 +147,7 @@ class SampledProfile:
             half.append(width * v)
         return np.cos(np.hstack(angle)), np.hstack(half)
 
-    def _ends(self, radius: Array) -> Array:
+    def ends(self, radius: Array) -> Array:
         """theta at the axis, at the rings and at the rim of discs, shape (n, cuts + 1), from pi/2 down to 0."""
         rings = np.array([0.0, *sorted(self.rings)])
         share = rings / np.where(radius > 0, radius, 1)[:, None]
@@ -158,6 +158,6 @@ class SampledProfile:
         """Quadrature points between the cuts, shape (cuts,): `nodes` for a whole disc, fewer for parts of every disc."""
         if not any(ring < radius.max() for ring in self.rings):
             return np.array([nodes])
-        widest = -np.diff(self._ends(radius), axis=1).min(axis=0)
+        widest = -np.diff(self.ends(radius), axis=1).min(axis=0)
         share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + _BESIDE_CUTS
         return np.asarray(np.minimum(nodes, share))

@@ -79,7 +79,7 @@ def _tension(kernel: Kernel, evaluate: Callable[[Array], Loading], radii: Array)
     rho = np.concatenate([np.geomspace(1e-3, 0.45, 32), np.linspace(0.5, 0.95, 10)])
     zero = np.zeros_like(rho)
     # one history serves all: a smaller contact is an earlier moment of it
-    history = round_history(evaluate, float(grid[-1]))
+    history = round_history(evaluate, float(grid[-1]), kernel.exponent)
     lowest = [superpose(kernel, replace(history, radius=float(a)), a * rho, zero).min() for a in grid]
     # between a sound and a pulling radius of the grid: pulling
     return np.asarray(np.interp(np.log(radii), np.log(grid), np.array(lowest) < 0) > 0)

@@ -19,15 +19,16 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.radius_search import Loading
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
+from flatpunch.punch.matrix import effective_beta
 
 _NODES = 24
-"""Gauss points on each part of the history: 1e-8 of the pressure on power-law half-spaces (12 leave 4e-3), less elsewhere."""
+"""Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio."""
 
 _DECADES = 8.0
 """Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
@@ -38,14 +39,11 @@ _PER_DECADE = 40
 _PER_RING = 80
 """Nodes of the spline beyond a ring of the profile."""
 
-_CHUNK = 200_000
-"""Most pressures of punches held at once."""
+_CHUNK = 2000
+"""Most points treated at once; each needs about a hundred pressures of punches."""
 
 _TINY = 1e-30
 """Smallest 1 - rho^2, beside the edge."""
-
-_GRADED_POWER = 4
-"""Power of the Gauss variable in v: v^k dv with k > -1/2 becomes u^(4k + 3) du and better, 1e-7 with 24 nodes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +61,8 @@ class History:
     share : callable
         x -> w.
     rings : tuple of float
-        Values of x at which the rate jumps and starts anew like an inverse square root: ascending kinks of the profile.
+        Values of x at which the rate jumps and starts anew like (x - ring)^alpha, alpha = -1/2 but for power-law
+        half-spaces: ascending kinks of the profile.
     """
 
     radius: float
@@ -111,22 +110,30 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
     return shape
 
 
-def round_history(evaluate: Callable[[Array], Loading], radius: float) -> History:
-    """History of a round contact (or of the mean profile) with an unchanged circular outline."""
+def round_history(evaluate: Callable[[Array], Loading], radius: float, exponent: float = 0.0) -> History:
+    """History of a round contact (or of the mean profile) with an unchanged circular outline.
+
+    `exponent` is that of a power-law half-space, 0 for all other media.
+    """
     rings = getattr(evaluate(np.array([radius])), "rings", ())
     end = np.log(radius)
     within = tuple(x for x in np.log(sorted(rings)) if end - _DECADES * np.log(10) < x < end)
     return History(
         radius=radius,
-        rate=_rate(evaluate, radius, within),
+        rate=_rate(evaluate, radius, within, (1 - exponent) / 2),
         outline=lambda x, phi: (np.ones_like(x), np.zeros_like(x)),
         share=np.ones_like,
         rings=within,
     )
 
 
-def _rate(evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...]) -> Callable[[Array], Array]:
-    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of s = sqrt(x - ring), times s."""
+def _rate(
+    evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...], power: float
+) -> Callable[[Array], Array]:
+    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of s = (x - ring)^(power/2), times s^2.
+
+    Beyond a ring the rate is (x - ring)^-power times a smooth function, plus another smooth function.
+    """
 
     def sample(x: Array) -> Array:
         a = np.exp(x)
@@ -141,16 +148,16 @@ def _rate(evaluate: Callable[[Array], Loading], radius: float, rings: tuple[floa
     later = []
     for low, high in pairwise([*rings, np.log(radius)]):
         # not at s = 0, where the rate is infinite; the spline reaches there
-        s = np.sqrt(high - low) * (np.arange(_PER_RING) + 0.5) / (_PER_RING - 0.5)
-        later.append(spline(s, s * sample(low + s**2)))
+        s = (high - low) ** (power / 2) * (np.arange(_PER_RING) + 0.5) / (_PER_RING - 0.5)
+        later.append(spline(s, s**2 * sample(low + s ** (2 / power))))
 
     def rate(x: Array) -> Array:
         piece = np.searchsorted(starts, x)
         result = np.asarray(first(np.minimum(x, starts[0])))
         for i, part in enumerate(later):
             here = piece == i + 1
-            s = np.sqrt(x[here] - starts[i])
-            result[here] = part(s) / s
+            s = (x[here] - starts[i]) ** (power / 2)
+            result[here] = part(s) / s**2
         return result
 
     return rate
@@ -162,9 +169,8 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
     x_end = np.full_like(r, np.log(history.radius))
     edge = history.radius * history.outline(x_end, phi)[0]
     inside = np.flatnonzero(r < edge)
-    rows = max(1, _CHUNK // ((2 + len(history.rings)) * _NODES))
-    for start in range(0, inside.size, rows):
-        chosen = inside[start : start + rows]
+    for i in range(0, inside.size, _CHUNK):
+        chosen = inside[i : i + _CHUNK]
         pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen])
     return pressure
 
@@ -172,42 +178,50 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
 def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array) -> Array:
     r = np.maximum(r, edge * 10 ** (1 - _DECADES))
     start = _first_touch(history, r, phi)
-    top = np.arccosh(np.exp(np.log(history.radius) - start))[:, None]
-    v, spread = _nodes(start, top, history.rings, kernel.exponent)
+    top = np.arccosh(np.exp(np.log(history.radius) - start))
+    point, v, spread = _nodes(kernel, history, start, top)
     # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
     lift = np.log1p(2 * np.sinh(v / 2) ** 2)
-    x = start[:, None] + lift
-    first = history.outline(start, phi)[0][:, None]
-    passed = lift + np.log(history.outline(x, np.broadcast_to(phi[:, None], x.shape))[0] / first)
+    x = start[point, None] + lift
+    first = history.outline(start, phi)[0][point, None]
+    passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
     # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
     height = np.sqrt(np.maximum(-np.expm1(-2 * passed), _TINY))
     smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel()).reshape(v.shape)
     # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
     integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * history.rate(x)
-    return np.asarray(kernel.modulus / np.pi * np.sum(integrand * spread, axis=1))
+    total = np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
+    return np.asarray(kernel.modulus / np.pi * total)
 
 
-def _nodes(start: Array, top: Array, rings: tuple[float, ...], exponent: float) -> tuple[Array, Array]:
-    """Gauss nodes v on (0, top) and weights, shape (n, panels * nodes) each.
+def _nodes(kernel: Kernel, history: History, start: Array, top: Array) -> tuple[Indices, Array, Array]:
+    """Panels of the history of each point: the point, shape (panels,), Gauss nodes v on (0, top) and weights, (panels, nodes).
 
-    The last panel is at most 1 long: near the axis the last factor e of the history is but a small part of the range of v.
-    Where the rate starts anew, v goes like the square of the Gauss variable; on power-law half-spaces, whose integrand starts
-    like v^k, like a power that makes the product smooth enough.
+    The pressure under a punch changes over a part of its radius, whatever the radius, so panels in v = ln(2 a/r) are at most 1
+    wide. Next to its edge it changes over the shortest length h of the medium, which is v = sqrt(2h/a), so panels next to
+    v = 0 and to rings are halved down to that. The first of them is in a power of v that makes (v - ring)^alpha, and v^k on
+    power-law half-spaces, smooth.
     """
     t, weights = gauss(_NODES)
     u = (t + 1) / 2
-    cuts = [np.zeros_like(top)]
-    for ring in rings:
-        lift = np.maximum(ring - start[:, None], 0)
-        cuts.append(np.minimum(np.log(np.exp(lift) + np.sqrt(np.expm1(2 * lift))), top))
-    cuts += [np.maximum(top - 1, (top + cuts[-1]) / 2), top]
-    power = _GRADED_POWER if exponent else (2 if rings else 1)
-    v, spread = [], []
-    for i, (low, high) in enumerate(pairwise(cuts)):
-        q = power if i < len(cuts) - 2 or exponent else 1
-        v.append(low + (high - low) * u**q)
-        spread.append((high - low) * q * u ** (q - 1) * weights / 2)
-    return np.hstack(v), np.hstack(spread)
+    beta = 0.0 if kernel.homogeneous else effective_beta(kernel, history.radius / kernel.length)
+    halvings = int(np.ceil(np.log2(max(beta, 1.0)) / 2))
+    widths = np.concatenate([[0.0], 0.5 ** np.arange(halvings, 0, -1), np.arange(1, np.ceil(top.max()) + 1)])
+    origins = [np.zeros_like(top)]
+    for ring in history.rings:
+        lift = np.maximum(ring - start, 0)
+        origins.append(np.minimum(np.log(np.exp(lift) + np.sqrt(np.expm1(2 * lift))), top))
+    power = 4 / (1 + kernel.exponent) if kernel.exponent else 2.0 if history.rings else 1.0
+    points, nodes, spreads = [], [], []
+    for origin, end in pairwise([*origins, top]):
+        cuts = np.minimum(origin[:, None] + widths, end[:, None])
+        point, panel = np.nonzero(cuts[:, 1:] > cuts[:, :-1])
+        low, width = cuts[point, panel, None], (cuts[point, panel + 1] - cuts[point, panel])[:, None]
+        q = np.where(panel == 0, power, 1.0)[:, None]
+        points.append(point)
+        nodes.append(low + width * u**q)
+        spreads.append(width * q * u ** (q - 1) * weights / 2)
+    return np.concatenate(points), np.vstack(nodes), np.vstack(spreads)
 
 
 def _first_touch(history: History, r: Array, phi: Array) -> Array:
