@@ -169,7 +169,7 @@ def field_of(place: str, fields: Mapping[str, str]) -> str:
         name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
     while name:
         if name in fields or name in _TOP or _FIELD.fullmatch(name):
-            return name
+            return name.rpartition(".")[0] if _is_mark(name, fields) else name
         below = [field for field in fields if field.startswith(f"{name}.")]
         if below:
             return below[0]

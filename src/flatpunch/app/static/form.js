@@ -222,7 +222,7 @@ export function read() {
   const found = new URLSearchParams();
   for (const input of form.elements) {
     if (!input.name || input.value.trim() === "" || (input.type === "checkbox" && !input.checked)) continue;
-    if (input.hidden) continue;
+    if (input.hidden || input.type === "file") continue;
     if (input.name.startsWith("control.") && !input.offsetParent && input.closest("[data-off]")) continue;
     found.append(input.name, input.value.trim());
   }
