@@ -108,3 +108,23 @@ def test_atlas_curve_of_1000_depths(benchmark):
         fp.indent, args=(medium, PYRAMID), kwargs={"depth": depths, "method": "first-order"}, rounds=50, warmup_rounds=1
     )
     report(benchmark, 5e-3)
+
+
+def many_layers(layers):
+    """Equal thicknesses, moduli that alternate; each time another stack."""
+    thickness = 1e-6 * (1 + 1e-10 * next(NUMBER))
+    stack = [fp.Layer(young=(2e9, 6e9)[i % 2], poisson=0.3, thickness=thickness) for i in range(layers)]
+    return fp.Medium(stack, base=fp.HalfSpace(young=70e9, poisson=0.22))
+
+
+@pytest.mark.parametrize(("layers", "target"), [(1, 2e-3), (10, 10e-3), (100, 25e-3)])
+def test_flat_punch_as_wide_as_the_stack(benchmark, layers, target):
+    benchmark.pedantic(fp.flat_punch, setup=lambda: ((many_layers(layers), layers * 1e-6), {}), rounds=5)
+    report(benchmark, target)
+
+
+@pytest.mark.parametrize(("layers", "target"), [(1, 30e-3), (10, 60e-3), (100, 0.3)])
+def test_round_curve_as_wide_as_the_stack(benchmark, layers, target):
+    depths = np.linspace(1e-3, 0.2, 1000) * layers * 1e-6
+    benchmark.pedantic(fp.indent, setup=lambda: ((many_layers(layers), fp.Cone(0.2)), {"depth": depths}), rounds=3)
+    report(benchmark, target)

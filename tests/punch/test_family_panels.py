@@ -85,7 +85,7 @@ def test_reported_interpolation_error_is_honest(medium):
     family = punch_family(kernel)
     for beta in (0.02, 0.7, 4.0, 25.0):
         radii = beta * np.exp(np.linspace(-0.3, 0.3, 5))
-        error = family.error(radii)
+        error = family.error(radii)[0]
         assert error < 1e-10
         direct = np.array([solve_round(kernel, np.array([b]), sufficient_terms(kernel, b)).flat[0, 0] for b in radii])
         worst = np.abs(family.at(radii).flat[:, 0] / direct - 1).max()
@@ -97,5 +97,5 @@ def test_reported_interpolation_error_is_honest(medium):
 def test_refuses_what_it_cannot_resolve_and_says_why():
     kernel = compliance(MEDIA["gel"])
     punch_family(kernel)
-    with pytest.raises(ValueError, match=r"301 times the shortest length of the medium; up to 300 is resolved"):
-        punch_family(kernel).at(np.array([0.1, 301.0]))
+    with pytest.raises(ValueError, match=r"3e\+05 times the shortest length of the medium; up to 200000 of them"):
+        punch_family(kernel).at(np.array([0.1, 3e5]))

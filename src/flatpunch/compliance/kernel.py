@@ -191,7 +191,13 @@ class _Pair:
         return np.asarray(self.constant + varying)
 
 
+_DIRECT_LAYERS = 4
+"""Layers up to which evaluating the recursion costs less than interpolating a table of it."""
+
+
 def _stack(medium: Medium) -> Kernel:
+    if len(medium.layers) > _DIRECT_LAYERS:
+        return _tabulated_stack(medium)
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]
     if isinstance(medium.base, HalfSpace):
@@ -206,17 +212,22 @@ def _stack(medium: Medium) -> Kernel:
     )
 
 
+def _tabulated_stack(medium: Medium) -> Kernel:
+    """Many homogeneous layers: the recursion runs once, at the points of an interpolant."""
+    series = _interpolated(medium, _Layered(medium, medium.length), vanishing=True)
+    return Kernel(modulus=medium.surface_modulus, length=medium.length, response=series, floor=series.floor)
+
+
+def _interpolated(medium: Medium, response: Callable[[Array], Array], *, vanishing: bool) -> Interpolant:
+    smallest, largest = smallest_and_largest_modulus(medium)
+    start = 0.1 * (medium.length / medium.thickness) * float(np.sqrt(smallest / largest))
+    return interpolate(response, start, long_wave_power(medium), vanishing=vanishing)
+
+
 def _graded_stack(medium: Medium) -> Kernel:
     length = medium.length
-    smallest, largest = smallest_and_largest_modulus(medium)
-    start = 0.1 * (length / medium.thickness) * float(np.sqrt(smallest / largest))
     surface_graded = isinstance(medium.layers[0], GradedLayer)
-    series = interpolate(
-        lambda kappa: graded_response(medium, kappa / length),
-        start,
-        long_wave_power(medium),
-        vanishing=not surface_graded,
-    )
+    series = _interpolated(medium, lambda kappa: graded_response(medium, kappa / length), vanishing=not surface_graded)
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,

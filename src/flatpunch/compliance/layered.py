@@ -13,6 +13,8 @@ Valid for any -1 < nu <= 1/2, any number of layers, sticking or sliding interfac
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 
 from flatpunch._support.checks import Array
@@ -20,6 +22,12 @@ from flatpunch.media import HalfSpace, Layer, Medium
 
 SATURATION = 25.0
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
+
+_THICKNESSES = 8
+"""Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
+
+_SERIES = [2 * (j + 1) / factorial(2 * j + 3) for j in range(9, -1, -1)]
+"""x cosh x - sinh x = x^3 sum_j 2(j+1)/(2j+3)! x^(2j), highest power first: ten terms leave 1e-18 at x = 1."""
 
 
 def layered_response(medium: Medium, k: Array) -> Array:
@@ -64,8 +72,14 @@ def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
         flexibility = half_space_flexibility(base, scale, k.shape)
     else:
         flexibility = np.zeros((2, 2, *k.shape))
+    known: dict[float, tuple[Array, Array]] = {}
     for layer in reversed(homogeneous_layers(medium)):
-        flexibility = carry_through(layer, flexibility, k, scale)
+        if layer.thickness not in known:
+            if len(known) == _THICKNESSES:
+                known.pop(next(iter(known)))
+            x = k * layer.thickness
+            known[layer.thickness] = (x, _depth_functions(x))
+        flexibility = _carry(layer, flexibility, *known[layer.thickness], scale)
     return flexibility
 
 
@@ -80,24 +94,45 @@ def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[i
 def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
     x = k * layer.thickness
-    hidden = x >= SATURATION
-    x = np.minimum(x, SATURATION)
-    states = _states_below(layer, below)
+    return _carry(layer, below, x, _depth_functions(x), scale)
+
+
+def _carry(layer: Layer, below: Array, x: Array, functions: Array, scale: float) -> Array:
+    """Flexibility at the upper face of a layer at x = k h, from the `functions` of its depth, shape (4, n)."""
     system = _system(layer, scale)
     nilpotent = system @ system - np.eye(4)
-    decay = np.exp(-2 * x)
-    cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
-    f1 = x * sinh / 2
-    f3 = _x_cosh_minus_sinh(x, cosh, sinh) / 2
+    states = _states_below(layer, below)
+    parts = np.concatenate([nilpotent, system, system @ nilpotent]) @ states.reshape(4, -1)
+    first, second, third = parts.reshape(3, *states.shape)
     # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
-    first = np.tensordot(system, states, axes=1)
-    second = np.tensordot(nilpotent, states, axes=1)
-    third = np.tensordot(system @ nilpotent, states, axes=1)
-    carried = cosh * states + f1 * second - sinh * first - f3 * third
+    cosh, f1, sinh, f3 = functions
+    carried = cosh * states + f1 * first - sinh * second - f3 * third
     above = _divide(carried[:2], carried[2:])
+    hidden = x >= SATURATION
     if hidden.any():
         above[..., hidden] = half_space_flexibility(layer, scale, (int(hidden.sum()),))
     return above
+
+
+def _states_below(layer: Layer, below: Array) -> Array:
+    """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
+    states = np.zeros((4, 2, below.shape[-1]))
+    if layer.bonded:
+        states[:2] = below
+        states[2, 0] = states[3, 1] = 1
+    else:
+        states[0, 0] = 1
+        states[1, 1] = below[1, 1]
+        states[3, 1] = 1
+    return states
+
+
+def _depth_functions(x: Array) -> Array:
+    """cosh x, (x/2) sinh x, sinh x and (x cosh x - sinh x)/2, each times exp(-x); shape (4, n)."""
+    x = np.minimum(x, SATURATION)
+    decay = np.exp(-2 * x)
+    cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
+    return np.stack([cosh, x * sinh / 2, sinh, _x_cosh_minus_sinh(x, cosh, sinh) / 2])
 
 
 def _shear_modulus(body: HalfSpace | Layer) -> float:
@@ -118,33 +153,23 @@ def _system(layer: Layer, scale: float) -> Array:
     )
 
 
-def _states_below(layer: Layer, below: Array) -> Array:
-    """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
-    states = np.zeros((4, 2, below.shape[-1]))
-    if layer.bonded:
-        states[:2] = below
-        states[2, 0] = states[3, 1] = 1
-    else:
-        states[0, 0] = 1
-        states[1, 1] = below[1, 1]
-        states[3, 1] = 1
-    return states
-
-
 def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:
     """(x cosh x - sinh x) exp(-x) without cancellation; `cosh`, `sinh` carry the factor exp(-x) already."""
-    y = x * x
-    # x^3 sum_j 2(j+1)/(2j+3)! x^(2j): ten terms leave 1e-18 at x = 1
-    series = np.zeros_like(x)
-    factorial = 6.0 * np.cumprod([1.0] + [(2 * j + 2) * (2 * j + 3) for j in range(1, 10)])
-    for j in range(9, -1, -1):
-        series = series * y + 2 * (j + 1) / factorial[j]
-    return np.where(x < 1, x * y * series * np.exp(-x), x * cosh - sinh)
+    result = x * cosh - sinh
+    small = x < 1
+    if small.any():
+        t = x[small]
+        y = t * t
+        series = np.zeros_like(t)
+        for coefficient in _SERIES:
+            series *= y
+            series += coefficient
+        result[small] = t * y * series * np.exp(-t)
+    return result
 
 
 def _divide(upper: Array, lower: Array) -> Array:
     """`upper` times the inverse of `lower`, both (2, 2, n)."""
-    determinant = lower[0, 0] * lower[1, 1] - lower[0, 1] * lower[1, 0]
-    adjugate = np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]])
-    product = np.einsum("ijn,jkn->ikn", upper, adjugate)
-    return np.asarray(product / determinant)
+    (a, b), (c, d) = lower
+    product = np.stack([upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b], axis=1)
+    return np.asarray(product / (a * d - b * c))

@@ -152,16 +152,18 @@ def _smooth_part(kernel: Kernel, tip: RingSources) -> tuple[Array, Array]:
     beta = np.array([radius / kernel.length])
     terms = sufficient_terms(kernel, float(beta[0])) * (_MORE_TERMS if kernel.graded else 1)
     if kernel.graded:
-        matrix = np.asarray(graded_matrices(kernel, beta, terms, 0)[0][0])
+        remainder = np.asarray(graded_matrices(kernel, beta, terms, 0)[0][0])
+        matrix = remainder + np.diag(half_space_diagonal(0, terms))
         rule = _rule_for_graded(kernel, beta, terms)
     else:
         rule = remainder_rule(kernel, beta, terms, 0)
         matrix = rule.matrix()[0]
+        remainder = matrix - np.diag(rule.diagonal)
     # the flat punch of a half-space has the one coefficient 1/pi
     loads = np.column_stack(
-        [matrix[:, 0] / np.pi, rule.column(tip.transform(rule.table.x / radius)[None, :] / radius)[0]]
+        [remainder[:, 0] / np.pi, rule.column(tip.transform(rule.table.x / radius)[None, :] / radius)[0]]
     )
-    found = np.linalg.solve(matrix + np.diag(half_space_diagonal(0, terms)), loads)
+    found = np.linalg.solve(matrix, loads)
     return found[:, 0], found[:, 1]
 
 
@@ -171,4 +173,4 @@ def _rule_for_graded(kernel: Kernel, beta: Array, terms: int) -> RemainderRule:
     first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta[0])) / np.log(4))))
     table = bessel_table(0, terms, first, _FARTHEST)
     weights = 2 * kernel.remainder(table.x / beta[0]) * table.w
-    return RemainderRule(table, weights[None, :], np.array([table.x.size]))
+    return RemainderRule(table, weights[None, :], np.array([table.x.size]), half_space_diagonal(0, terms))

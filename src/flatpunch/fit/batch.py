@@ -16,7 +16,10 @@ from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
 from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
+from flatpunch.fit.elastic.many import supported
+from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model, model_of
+from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.parameters.sample import Sample
@@ -26,6 +29,7 @@ from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
+"""Curves that are fitted side by side, and between two reports of progress."""
 _TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
@@ -228,15 +232,37 @@ class _Job:
     reading: Mapping[str, Any]
 
     def run(self, items: Sequence[Any]) -> list[dict[str, Any]]:
-        return [self._one(item) for item in items]
+        """Records of some items: plain curves side by side, the others one by one."""
+        model = model_of(self.sample, self.free, self.settings.method)
+        opened = [self._opened(item) for item in items]
+        plain: dict[int, dict[str, Any] | None] = {}
+        if isinstance(model, ForwardModel) and supported(model, self.settings):
+            places = [i for i, (_, curve) in enumerate(opened) if isinstance(curve, Curve)]
+            found = plain_rows([opened[i][1] for i in places], model, self.free, self.settings)
+            plain = dict(zip(places, found, strict=True))
+        rows = []
+        for i, (origin, curve) in enumerate(opened):
+            row = plain.get(i)
+            rows.append({**origin, **row, **_position(curve)} if row else self._one(origin, curve, model))
+        return rows
 
-    def _one(self, item: Any) -> dict[str, Any]:
-        origin: dict[str, Any] = {"curve": item.name} if isinstance(item, Curve) else _origin(item)
+    def _opened(self, item: Any) -> tuple[dict[str, Any], Any]:
+        """Where a curve comes from, and the curve or what is wrong with it."""
+        if isinstance(item, Curve):
+            return {"curve": item.name}, item
+        origin = _origin(item)
+        try:
+            return origin, self._read(item, origin["curve"])
+        except Exception as error:
+            return origin, error
+
+    def _one(self, origin: dict[str, Any], curve: Any, model: Any) -> dict[str, Any]:
         place: dict[str, float] = {}
         try:
-            curve = item if isinstance(item, Curve) else self._read(item, origin["curve"])
+            if isinstance(curve, Exception):
+                raise curve
             place = _position(curve)
-            result = fit_model(curve, model_of(self.sample, self.free, self.settings.method), self.free, self.settings)
+            result = fit_model(curve, model, self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))

@@ -13,8 +13,16 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
-from flatpunch.punch.basis import projection, regular_part
-from flatpunch.punch.matrix import LARGEST, Answers, effective_beta, solve_round, sufficient_terms
+from flatpunch.punch.basis import power_edge, power_moments, projection, regular_part
+from flatpunch.punch.matrix import (
+    RESOLVED,
+    Answers,
+    edge_strength,
+    effective_beta,
+    largest_beta,
+    solve_round,
+    sufficient_terms,
+)
 from flatpunch.punch.panels import Panel, Panels, polynomials_on
 from flatpunch.punch.power_law import power_law_punch
 
@@ -26,6 +34,9 @@ SMALLEST = 1e-16
 _KINKS = 3e-8
 """What truncation leaves of depth and force under cones and sharper tips on graded surfaces: 2e-8 is the largest found, for
 r^(1/2) on a surface 1e4 times stiffer than its base; 1e-9 under cones, 1e-10 under paraboloids."""
+
+_RHO = np.append(np.sin(np.linspace(0, np.pi / 2, 24)[:-1]), 1.0)
+"""Radii of the unit disc at which punch pressures are judged."""
 
 _SURELY_RESOLVED = 100.0
 """Radius in units of the surface's own length E/E' up to which terms are known to suffice."""
@@ -66,7 +77,7 @@ class PunchFamily:
             If a radius is too large for the resolution of the thinnest layer.
         """
         values = self._gather(beta, 3, nodes=nodes)
-        return Answers(values[:, 0], values[:, 1], values[:, 2])
+        return Answers(values[:, 0], values[:, 1], values[:, 2], np.full(beta.size, np.finfo(float).eps))
 
     def flat(self, beta: Array) -> Array:
         """Coefficients c* of the flat punch alone, shape (n, terms)."""
@@ -110,18 +121,40 @@ class PunchFamily:
         rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
         return rho, flat @ matrix
 
-    def error(self, beta: Array) -> float:
-        """Relative error of the answers at `beta`: the Chebyshev tail over the panels that hold them.
+    def error(self, beta: Array) -> tuple[float, float]:
+        """Relative errors of forces at given depth (or depths at given force), and of radii, at `beta`.
 
-        Under graded surfaces also what terms beyond the last leave, of cones too.
+        Those of the answers count: the Chebyshev tail over the panels that hold them. Under graded surfaces, and where layers are
+        thin beyond `RESOLVED`, also what terms beyond the last leave, of cones too. Forces at given depth are stationary in the
+        radius, and feel the error of the stiffness and the square of the radius' own.
         """
         beta = beta[self._live(beta)]
         if not beta.size:
-            return 0.0
-        interpolation = max(panel.error for panel, _ in self._parts(beta))
+            return 0.0, 0.0
+        panels = [panel for panel, _ in self._parts(beta)]
+        interpolation, largest = max(panel.error for panel in panels), float(beta.max())
         if self.kernel.solution is not None and self.kernel.solution.covers(beta):
-            return interpolation + self.kernel.solution.error
-        return interpolation + (self._truncation(float(beta.max())) if self.kernel.graded else 0.0)
+            return (interpolation + self.kernel.solution.error,) * 2
+        if self.kernel.graded:
+            return (interpolation + self._truncation(largest),) * 2
+        if effective_beta(self.kernel, largest) <= RESOLVED:
+            return interpolation, interpolation
+        force, radius = self._skin(largest)
+        return force + interpolation**2 + max(tail(p.series[:, : _terms(p)]) for p in panels), radius + interpolation
+
+    def _skin(self, beta: float) -> tuple[float, float]:
+        """Changes of stiffness and force at given depth, and of depth at given radius, under a cone.
+
+        A quarter of the terms is left out.
+        """
+        terms, found = sufficient_terms(self.kernel, beta), []
+        for n in (3 * terms // 4, terms):
+            answers, b = solve_round(self.kernel, np.array([beta]), n), power_moments(1.0, 0, n)
+            depth = (power_edge(1.0, 0) + b @ answers.edge[0]) / edge_strength(answers)[0]
+            found.append((answers.flat[0, 0], depth, depth * answers.flat[0, 0] - b @ answers.flat[0]))
+        (stiff, shallow, force), (stiffness, depth, whole) = found
+        at_depth = (force + stiff * (depth - shallow)) / whole - 1
+        return float(max(abs(stiff / stiffness - 1), abs(at_depth))), float(abs(shallow / depth - 1))
 
     def _truncation(self, beta: float) -> float:
         """Change of flat punch and edge strength when a quarter of the terms is left out; it grows with the radius."""
@@ -136,7 +169,13 @@ class PunchFamily:
         return float(_KINKS + 3 * max(stiffness, edge))
 
     def lowest_pressure(self, beta: Array) -> float:
-        """Smallest punch pressure times sqrt(1 - rho^2) over its mean, on the panels that hold `beta`; < 0 is tension."""
+        """Smallest punch pressure times sqrt(1 - rho^2) over its mean, over `beta` and between; < 0 is tension.
+
+        It is taken on the panels that hold `beta`; far beyond the shortest length, where these are expensive, at some of `beta`.
+        """
+        beta = np.sort(beta[self._live(beta)])
+        if beta.size and effective_beta(self.kernel, float(beta[-1])) > RESOLVED and not self.kernel.graded:
+            return self._lowest_at(beta)
         return min((self._lowest_on(panel) for panel, _ in self._parts(beta[self._live(beta)])), default=1.0)
 
     def _live(self, beta: Array) -> Indices:
@@ -145,8 +184,8 @@ class PunchFamily:
     def _parts(self, beta: Array, *, nodes: bool = False) -> list[tuple[Panel, Indices]]:
         if not beta.size:
             return []
-        # the panel that holds 300 ends at 10^2.5 = 316; the tables of graded surfaces do not grow with the radius
-        slack = 1.0 if not nodes else np.inf if self.kernel.graded else 1.06
+        # a panel may end half a decade above the largest radius; tables of graded surfaces do not grow with it
+        slack = 1.0 if not nodes else np.inf if self.kernel.graded else 10**0.5
         check_resolution(self.kernel, float(beta.max()) / slack)
         return [(panel, np.flatnonzero(inside)) for panel, inside in self._panels.over(np.log(beta))]
 
@@ -157,28 +196,51 @@ class PunchFamily:
         answers = solve_round(self.kernel, beta, sufficient_terms(self.kernel, float(beta.max())))
         return np.hstack([answers.flat, answers.edge, answers.slope])
 
+    def _lowest_at(self, beta: Array) -> float:
+        """The same at ascending radii alone, from the largest to the first that pulls.
+
+        Beyond the resolved lengths it is taken at every fourth: there the pressure at the rim only shrinks towards it.
+        """
+        far = np.searchsorted(beta, RESOLVED / effective_beta(self.kernel, 1.0))
+        lowest = np.inf
+        for group in (*np.split(beta[:far], np.arange(4, far, 4)), beta[::-1][: beta.size - far : 4][::-1])[::-1]:
+            if group.size and lowest >= 0:
+                terms = sufficient_terms(self.kernel, float(group[-1]))
+                flat = solve_round(self.kernel, group, terms).flat
+                lowest = min(lowest, float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min()))
+        return lowest
+
     def _lowest_on(self, panel: Panel) -> float:
         key = (panel.low, panel.high)
         if key not in self._lowest:
             terms = _terms(panel)
             flat = panel.at(np.linspace(panel.low, panel.high, 16))[:, :terms]
-            r = np.append(np.sin(np.linspace(0, np.pi / 2, 24)[:-1]), 1.0)
-            self._lowest[key] = float((flat @ regular_part(0, terms, r) / flat[:, :1]).min())
+            self._lowest[key] = float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min())
         return self._lowest[key]
 
 
 class UnresolvedLayer(ValueError):
-    """A contact radius is so large that the thinnest layer cannot be resolved; the message says by how much."""
+    """A contact is so large that the shortest length of the medium cannot be resolved; the message says by how much."""
 
 
 def check_resolution(kernel: Kernel, beta: float) -> None:
     """Refuse radii so large that the thinnest layer cannot be resolved."""
-    if effective_beta(kernel, beta) > LARGEST:
+    if effective_beta(kernel, beta) > largest_beta(kernel):
         raise UnresolvedLayer(
             f"The contact radius {beta * kernel.length:.3g} m is {effective_beta(kernel, beta):.3g} times the shortest "
-            f"length of the medium; up to {LARGEST:g} is resolved. Such a layer is a membrane: leave it out, or join it "
-            "with the next one."
+            f"length of the medium; {unresolved_advice(kernel)}"
         )
+
+
+def unresolved_advice(kernel: Kernel) -> str:
+    """Limit of the contact radius and remedy, as the end of a message."""
+    shortest, largest = kernel.length / effective_beta(kernel, 1.0), largest_beta(kernel)
+    return (
+        f"up to {largest:g} of them, {largest * shortest:.3g} m, are solved (length {shortest:.3g} m: a layer's thickness, or "
+        "less where the modulus varies faster). Check the units of thickness and contact. On an elastic body so thin a skin may "
+        "be left out: it changes the force by about thickness/radius times the ratio of the moduli. On a rigid base use the "
+        "thin-layer limit instead."
+    )
 
 
 def _terms(panel: Panel) -> int:

@@ -53,7 +53,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
 from flatpunch.punch.basis import half_space_diagonal, inverse_factors
 from flatpunch.punch.krein import excess, round_functionals
-from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges
+from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, far_edges, panel_edges
 
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
@@ -110,21 +110,12 @@ def split_point(parity: int, terms: int) -> float:
     return float(panel_edges(0, 1.5 * (parity + 2 * terms) + 20.0)[-1])
 
 
-def _far_edges(start: float, highest: int) -> Array:
-    """Panels from X on: doubling, but shorter where the phases of orders p and 0 still part, by p^2/(2 x^2) per x."""
-    edges = [start]
-    while edges[-1] < _FARTHEST * start:
-        x = edges[-1]
-        edges.append(x + min(3 * x, 12 * x * x / max(highest, 1) ** 2))
-    return np.array(edges)
-
-
 @lru_cache(maxsize=24)
 def wave_table(parity: int, terms: int, first: int) -> Table:
     """Nodes and functions; the lowest panel ends at 4^first, see `wavenumbers`."""
     start = split_point(parity, terms)
     near = bessel_table(parity, terms, first, start)
-    x, w = composite_gauss(_far_edges(start, parity + 2 * terms))
+    x, w = composite_gauss(far_edges(start, parity + 2 * terms, _FARTHEST * start, 3.0))
     t, v = composite_gauss(_TURNED)
     z = start + 1j * t
     far = _hankel(parity + 2 * terms, x + 0j)[parity::2][:terms]

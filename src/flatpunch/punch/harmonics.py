@@ -22,7 +22,7 @@ from scipy.special import gammaln
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import edge_signs, half_space_diagonal, inverse_factors, power_moments
+from flatpunch.punch.basis import edge_signs, inverse_factors, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms
 
@@ -131,15 +131,13 @@ def _solve_parity(
 ) -> tuple[dict[int, Array], dict[int, Array]]:
     """v_m, shape (nb, terms of it), and s.v_m, shape (nb,), of orders of one parity."""
     rule = remainder_rule(kernel, beta, size, parity)
-    block = rule.matrix()
-    matrix = block.copy()
-    diagonal = half_space_diagonal(parity, size)
-    matrix[:, range(size), range(size)] += diagonal
+    matrix = rule.matrix()
     inverse = inverse_factors(matrix[:, ::-1, ::-1])
+    matrix[:, range(size), range(size)] -= rule.diagonal
     # sums over all n, and over the first of them
-    every = (np.sin if parity else np.cos)(rule.table.x) / np.pi
-    slow = edge_signs(size) / diagonal
-    column, columns = rule.column(every), np.cumsum(block * slow, axis=2)
+    every = rule.table.waves()[parity] / np.pi
+    slow = edge_signs(size) / rule.diagonal
+    column, columns = rule.column(every), np.cumsum(matrix * slow, axis=2)
     waves = np.cumsum(rule.table.j * slow[:, None], axis=0)
     vectors, sums = {}, {}
     for m in orders:

@@ -18,10 +18,16 @@ from flatpunch.punch.basis import (
     half_space_diagonal,
 )
 from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
-from flatpunch.punch.wavenumbers import BesselTable, bessel_table
+from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
-LARGEST = 300.0
-"""Largest effective beta, cutoff beta/25: beyond it tables take hundreds of megabytes and seconds."""
+RESOLVED = 300.0
+"""Effective beta, cutoff beta/25, up to which the terms suffice for edge and pressure at 1e-10."""
+
+_MOST_TERMS = 300
+"""Terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved."""
+
+LARGEST = 2e5
+"""Largest effective beta that is solved. Beyond it the shortest length of the medium is below 5e-6 of the contact radius."""
 
 
 def effective_beta(kernel: Kernel, beta: float) -> float:
@@ -35,12 +41,17 @@ def effective_beta(kernel: Kernel, beta: float) -> float:
     return beta * kernel.cutoff / 25.0
 
 
+def largest_beta(kernel: Kernel) -> float:
+    """Largest effective beta that is solved; under graded surfaces with their slow edge functionals the resolved one."""
+    return RESOLVED if kernel.graded else LARGEST
+
+
 def sufficient_terms(kernel: Kernel, beta: float) -> int:
     """Number of terms for edge and pressure at 1e-10 (theory page 3, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
     if kernel.graded:
         return graded_terms(kernel, beta)
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))
-    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
+    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, _MOST_TERMS])))
 
 
 def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> Array:
@@ -68,7 +79,7 @@ def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> A
         )
     if kernel.graded:
         return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
-    return remainder_rule(kernel, beta, terms, parity).matrix()
+    return remainder_rule(kernel, beta, terms, parity).matrix() - np.diag(half_space_diagonal(parity, terms))
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,22 +94,39 @@ class RemainderRule:
         2 (L - 1) dx.
     used : ndarray of int, shape (nb,)
         Number of nodes up to which L - 1 is felt.
+    diagonal : ndarray, shape (terms,)
+        D, the half-space's matrix.
+    whole : ndarray, shape (nb, nodes), or None
+        2 L dx, on tables that end at infinity.
     """
 
     table: BesselTable
     weights: Array
     used: Indices
+    diagonal: Array
+    whole: Array | None = None
 
     def matrix(self) -> Array:
-        """B_pq, shape (nb, terms, terms)."""
+        """A_pq, shape (nb, terms, terms).
+
+        On a table that ends at infinity it is 2 int L j_p j_q dx itself, a sum of positive terms: where L is small, under thin
+        incompressible layers, D + B would lose as many digits as Kbar has.
+        """
         terms = self.table.j.shape[0]
         blocks = np.empty((self.used.size, terms, terms))
 
         def fill(i: int) -> None:
             j = self.table.j[:, : self.used[i]]
-            np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
+            if self.whole is None:
+                np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
+                return
+            # a matrix times its own transpose costs half
+            scaled = j * np.sqrt(self.whole[i, : self.used[i]])
+            np.matmul(scaled, scaled.T, out=blocks[i])
 
         in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
+        if self.whole is None:
+            blocks[:, range(terms), range(terms)] += self.diagonal
         return blocks
 
     def column(self, values: Array) -> Array:
@@ -110,19 +138,26 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
     """The quadrature for `terms` orders of a parity at radii beta, shape (nb,)."""
     low, high = float(beta.min()), float(beta.max())
     first = min(0, int(np.floor(np.log(kernel.floor * low) / np.log(4))))
-    table = bessel_table(parity, terms, first, _x_high(kernel, high))
+    table = _table(parity, terms, first, kernel.cutoff * high)
     kappa = table.x / beta[:, None]
-    remainder = np.zeros_like(kappa)
-    live = kappa < kernel.cutoff
+    remainder, live = np.zeros_like(kappa), kappa < kernel.cutoff
+    diagonal = half_space_diagonal(parity, terms)
+    if table.split:
+        whole = np.ones_like(kappa)
+        whole[live] = kernel.response(kappa[live])
+        remainder[live] = whole[live] - 1.0
+        weights, used = 2 * remainder * table.w, np.full(beta.size, table.x.size)
+        return RemainderRule(table, weights, used, diagonal, 2 * whole * table.w)
     remainder[live] = kernel.remainder(kappa[live])
-    return RemainderRule(table, 2 * remainder * table.w, np.searchsorted(table.x, kernel.cutoff * beta))
+    return RemainderRule(table, 2 * remainder * table.w, np.searchsorted(table.x, kernel.cutoff * beta), diagonal)
 
 
-def _x_high(kernel: Kernel, beta: float) -> float:
-    """Upper end of the integral over x, on few levels so that tables are shared between radii."""
-    needed = kernel.cutoff * beta
-    levels = 4.0 * 2.0 ** np.arange(0, 60)
-    return float(levels[np.searchsorted(levels, needed)]) if needed > 4 else 4.0
+def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
+    """Quadrature over x up to `needed`; its end is on few levels so that tables are shared between radii."""
+    window_end = window_start(parity, terms) + WINDOW
+    if needed > 2 * window_end:
+        return split_table(parity, terms, first, int(np.ceil(np.log2(needed / window_end))))
+    return bessel_table(parity, terms, first, 4.0 * 2.0 ** max(0, int(np.ceil(np.log2(max(needed, 4.0) / 4.0)))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,31 +172,40 @@ class Answers:
         A_m^-1 s - D_m^-1 s: S[A_m^-1 b] = S0[b] + b.edge. (For m = 0 edge strength e of the punch: 1/pi + edge_0.)
     slope : ndarray
         A_0^-1 t - D_0^-1 t, the same for the functional t of d'(a); only for m = 0.
+    rounding : ndarray, shape (nb,)
+        Relative error of `flat` from rounding: eps times the largest entry that the matrix is a sum of and the largest of its
+        inverse.
     """
 
     flat: Array
     edge: Array
     slope: Array
+    rounding: Array
 
 
 def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
     if kernel.graded:
-        return Answers(*graded_round(kernel, beta, terms))
+        flat, edge, slope = graded_round(kernel, beta, terms)
+        return Answers(flat, edge, slope, _rounding(flat, np.pi))
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
-    matrix[:, range(terms), range(terms)] += half_space_diagonal(0, terms)
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
     # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
     # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at
     # beta = 100 under a film 1e4 times stiffer than its base.
-    x = rule.table.x
-    value, slope = rule.column(np.cos(x) / np.pi), rule.column(x * np.sin(x) / np.pi)
+    cos, sin = rule.table.waves()
+    value, slope = rule.column(cos / np.pi), rule.column(rule.table.x * sin / np.pi)
     first = np.zeros(terms)
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
     solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    return Answers(solution[..., 0], solution[..., 1], solution[..., 2])
+    flat, edge, slope = np.moveaxis(solution, -1, 0)
+    return Answers(flat, edge, slope, _rounding(flat, np.pi if rule.whole is None else matrix[:, 0, 0]))
+
+
+def _rounding(flat: Array, size: float | Array) -> Array:
+    return np.asarray(16 * np.finfo(float).eps * np.maximum(1.0, flat[:, 0] * size))
 
 
 def edge_strength(answers: Answers) -> Array:

@@ -16,21 +16,26 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import NODES, derivative, nodal_transform, nodes, polynomials, tail
-from flatpunch.punch.matrix import effective_beta
+from flatpunch.punch.matrix import RESOLVED, effective_beta
 
 _TOLERANCE = 1e-10
 _GRADED_TOLERANCE = 1e-9
 """Responses of graded media are interpolated to 2e-12, so that their derivatives, which the edges need, know 1e-10 at best."""
 
+_SKIN_TOLERANCE = 1e-5
+"""Beyond the resolved lengths, where terms leave as much of radii; forces at given depth feel its square."""
+
 _NARROWEST = np.log(10) / 16
 _UNIT = np.log(10) / 8
 _HALF = 4
-_WIDTHS = np.array([8, _HALF, 2, 1])
-"""Widths of panels, in units: a decade, half of one, a quarter, an eighth."""
+_WIDTHS = np.array([8, _HALF, 2, 1, _HALF])
+"""Widths of panels, in units: a decade, half of one, a quarter, an eighth; beyond all resolved lengths half a decade again."""
+_SKIN_NODES = 10
+"""Nodes of a panel beyond the resolved lengths, where 1e-8 is enough of answers that are nearly powers of beta."""
 _NODES = {8: NODES, _HALF: NODES, 2: 16, 1: 12}
 """Nodes by width: 16 and 12 leave the same on the narrow ones (1e-14 to 1e-12 of flat and edge answers)."""
-_ENDS = np.array([0.1, 4.0, 12.0])
-"""Effective beta at the end of a half decade up to which panels are as wide as a decade, half of one, and a quarter."""
+_ENDS = np.array([0.1, 4.0, 12.0, 1.06 * RESOLVED])
+"""Effective beta at the end of a half decade up to which panels are as wide as a decade, half of one, a quarter and an eighth."""
 
 Sampler = Callable[[Array], Array]
 """Radii beta, shape (n,), ascending or not -> values, shape (n, outputs)."""
@@ -100,7 +105,8 @@ class Panels:
             first, units = int(key) // 16, int(key) % 16
             span = (first * _UNIT, (first + units) * _UNIT)
             if span not in self._panels:
-                self._panels[span] = self._build(*span, _NODES[units])
+                skin = self._beyond(span[0])
+                self._panels[span] = self._build(*span, _SKIN_NODES if skin else _NODES[units])
             inside, panels = code == key, self._panels[span]
             for panel in panels:
                 # the ends of the span are where the code has them, not where a second comparison does
@@ -114,11 +120,15 @@ class Panels:
         """Half decades of log(beta) from which on panels are half a decade, a quarter and an eighth wide."""
         if self.kernel.graded:
             # radii of any size cost the same
-            return np.full(3, np.inf)
+            return np.full(4, np.inf)
         with np.errstate(divide="ignore"):
             return np.asarray(
                 np.ceil(np.log(_ENDS / np.float64(effective_beta(self.kernel, 1.0))) / (_HALF * _UNIT) - 1)
             )
+
+    def _beyond(self, log_beta: float) -> bool:
+        """Whether a panel from here on is wider than the shortest length is resolved for."""
+        return bool(log_beta > (self._bounds[-1] * _HALF - 0.5) * _UNIT)
 
     def at(self, logs: Array) -> Array:
         """Values at log(beta), shape (n, outputs); all panels must have the same number of outputs."""
@@ -142,7 +152,7 @@ class Panels:
     def _build(self, low: float, high: float, count: int) -> list[Panel]:
         series = nodal_transform(count) @ self.sample(nodes(low, high, count))
         error = self.judge(series)
-        tolerance = _GRADED_TOLERANCE if self.kernel.graded else _TOLERANCE
+        tolerance = _GRADED_TOLERANCE if self.kernel.graded else _SKIN_TOLERANCE if self._beyond(low) else _TOLERANCE
         if error > max(tolerance, self.floor(series)) and high - low > _NARROWEST:
             middle = (low + high) / 2
             return self._build(low, middle, count) + self._build(middle, high, count)

@@ -14,9 +14,10 @@ from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import Body
+from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
-from flatpunch.punch.matrix import Answers, solve_round, sufficient_terms
+from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_round, sufficient_terms
 
 _QUADRATURE = 2e-12
 """What the quadrature over wavenumbers leaves at most, over random stacks with modulus ratios up to 1e4 (tests measure it)."""
@@ -37,8 +38,11 @@ class FlatPunch:
     coefficients : ndarray, shape (terms,)
         c_n of the pressure E*/a sum c_n p_n(r/a) per unit depth (basis of `flatpunch.punch.basis`, m = 0).
     error : float
-        Estimated relative error of stiffness, edge coefficient and moments: change when the last quarter of the terms is
-        left out, plus rounding and the quadrature over wavenumbers.
+        Estimated relative error of stiffness and moments: change when the last quarter of the terms is left out, plus
+        rounding and the quadrature over wavenumbers.
+    edge_error : float
+        The same of the edge coefficient, which feels the shortest length of the medium most. At radii above about 3000 such
+        lengths the pressure within one length of the rim is not resolved.
     alpha : float
         Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is
         p_0 = 2 (1 + alpha)(1 - rho^2)^alpha.
@@ -51,6 +55,7 @@ class FlatPunch:
     error: float
     _edge: Array = field(repr=False)
     alpha: float = -0.5
+    edge_error: float = 0.0
 
     @property
     def normalized_stiffness(self) -> float:
@@ -149,16 +154,17 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
         answers = punch_family(kernel).at(values("beta", beta))
         rounding = 16 * float(np.finfo(float).eps)
         alpha = (kernel.exponent - 1) / 2
-        return FlatPunch(radius, kernel.modulus, beta, answers.flat[0], rounding, answers.edge[0], alpha)
+        return FlatPunch(radius, kernel.modulus, beta, answers.flat[0], rounding, answers.edge[0], alpha, rounding)
     known = kernel.solution
     if known is not None and known.covers(values("beta", beta)):
         flat, edge, _ = known.round(values("beta", beta))
-        return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0]))
+        return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error))
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
     answers = _solve(kernel, beta, terms)
-    error = _error(kernel, beta, terms, answers)
-    return _checked(FlatPunch(radius, kernel.modulus, beta, answers.flat[0], error, answers.edge[0]))
+    error, edge_error = _errors(kernel, beta, terms, answers)
+    punch = FlatPunch(radius, kernel.modulus, beta, answers.flat[0], error, answers.edge[0], edge_error=edge_error)
+    return _checked(punch)
 
 
 def _checked(punch: FlatPunch) -> FlatPunch:
@@ -174,15 +180,38 @@ def _checked(punch: FlatPunch) -> FlatPunch:
     return punch
 
 
+_STEP = 0.05
+"""Half the interval of ln(radius) over which stiffness is differentiated where the rim is not resolved."""
+
+_STEP_ERROR = 1e-9
+"""What five nodes on that interval leave of the edge coefficient: 3e-10 is the largest found."""
+
+
 def _solve(kernel: Kernel, beta: float, terms: int) -> Answers:
-    return solve_round(kernel, values("beta", beta), terms)
+    """Answers at one radius; where the rim is not resolved, its strength is that of Krein's identity.
+
+    (pi e)^2 = d(beta Kbar)/d beta takes from the stiffness what the alternating sum over all terms cannot give there.
+    """
+    if kernel.graded or effective_beta(kernel, beta) <= RESOLVED:
+        return solve_round(kernel, values("beta", beta), terms)
+    radii = nodes(np.log(beta) - _STEP, np.log(beta) + _STEP, 5)
+    around = solve_round(kernel, radii, terms)
+    kbar = np.pi * around.flat[:, 0]
+    strength = np.sqrt((kbar + log_derivative(radii) @ kbar)[2])
+    edge = np.append((strength - 1) / np.pi, around.edge[2, 1:])
+    return Answers(around.flat[2:3], edge[None], around.slope[2:3], around.rounding[2:3])
 
 
-def _error(kernel: Kernel, beta: float, terms: int, answers: Answers) -> float:
-    """Change of stiffness and edge coefficient when a quarter of the terms is left out, plus rounding."""
+def _errors(kernel: Kernel, beta: float, terms: int, answers: Answers) -> tuple[float, float]:
+    """Changes of stiffness and moments, and of the edge coefficient, without a quarter of the terms; plus rounding."""
     fewer = _solve(kernel, beta, max(terms - max(terms // 4, 2), 2))
     stiffness = abs(fewer.flat[0, 0] / answers.flat[0, 0] - 1)
+    # the first moment is that of a cone, which needs the most terms
+    first, second = (solution.flat[0] @ power_moments(1.0, 0, solution.flat.shape[1]) for solution in (fewer, answers))
+    stiffness = max(stiffness, abs(first / second - 1))
     edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * answers.edge[0, 0]) - 1)
-    # L - 1 is known to eps; under thin incompressible layers the smallest eigenvalue of A is about 1/Kbar
-    rounding = 16 * np.finfo(float).eps * max(1.0, np.pi * float(answers.flat[0, 0]))
-    return float(max(stiffness, edge) + rounding + _QUADRATURE)
+    floor = float(answers.rounding[0]) + _QUADRATURE
+    if not kernel.graded and effective_beta(kernel, beta) > RESOLVED:
+        # the strength of the rim follows from the stiffness, and is no better
+        edge = max(edge, stiffness) + _STEP_ERROR
+    return float(stiffness) + floor, float(edge) + floor

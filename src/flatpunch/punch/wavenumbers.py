@@ -3,6 +3,15 @@
 Everything is integrated over x = k a on panels that do not depend on the medium: geometric up to x = 4, uniform above
 (the products j_p j_q oscillate with period pi). Only the kernel changes with the punch radius, so the table of Bessel
 functions is computed once and one matrix product assembles each punch matrix (T3.2).
+
+Where the medium is felt far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
+of the second kind,
+
+    j_p j_q = (j_p j_q + y_p y_q)/2 + (j_p j_q - y_p y_q)/2:
+
+the first half is smooth and is integrated on panels that double in length; the second oscillates like cos 2x and, switched
+on by a smooth window, integrates to nothing against a smooth L - 1. Functions cos x and sin x in the place of j_p have the
+companions sin x and -cos x in the place of y_p.
 """
 
 from __future__ import annotations
@@ -11,6 +20,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.special import erfc
 
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
@@ -23,13 +33,41 @@ _FIRST_UNIFORM = 4.0
 _FINE_UNTIL = 64.0
 
 
+WINDOW = 104.0
+"""Length in x of the window that switches the oscillating half off."""
+
+_WINDOW_WIDTH = 9.0
+"""Width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order."""
+
+
 @dataclass(frozen=True, slots=True)
 class BesselTable:
-    """Nodes x, weights w, shapes (n,), and j_p(x) for p = parity, parity + 2, ...; shape (terms, n)."""
+    """Nodes, weights and spherical Bessel functions of one parity.
+
+    Attributes
+    ----------
+    x, w : ndarray, shape (n,)
+        Nodes and weights.
+    j : ndarray, shape (terms, n)
+        j_p(x) for p = parity, parity + 2, ...; y_p(x) at the nodes from number `direct` on.
+    direct : int
+        Number of nodes with j_p.
+    """
 
     x: Array
     w: Array
     j: Array
+    direct: int
+
+    @property
+    def split(self) -> bool:
+        """Whether only the smooth half of the products is integrated far out."""
+        return self.direct < self.x.size
+
+    def waves(self) -> tuple[Array, Array]:
+        """cos x and sin x, or their companions where `j` holds y_p; shape (n,) each."""
+        cos, sin, second = np.cos(self.x), np.sin(self.x), np.arange(self.x.size) >= self.direct
+        return np.where(second, sin, cos), np.where(second, -cos, sin)
 
 
 def panel_edges(first: int, x_high: float) -> Array:
@@ -58,7 +96,68 @@ def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTa
         Upper end of the integral; rounded up to a panel edge.
     """
     x, w = composite_gauss(panel_edges(first, x_high))
-    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x)[parity::2][:terms].copy())
+    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x)[parity::2][:terms].copy(), x.size)
+
+
+def window_start(parity: int, terms: int) -> float:
+    """Where the window begins: an edge of a panel beyond the turning points of all orders."""
+    return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _FINE_UNTIL))[-1])
+
+
+@lru_cache(maxsize=8)
+def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
+    """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows.
+
+    Parameters
+    ----------
+    parity, terms, first : int
+        As in `bessel_table`.
+    doublings : int
+        Reach of the panels in x beyond the window, as a power of 2.
+    """
+    start = window_start(parity, terms)
+    end = start + WINDOW
+    highest = parity + 2 * terms
+    near = bessel_table(parity, terms, first, end)
+    # from highest^2/12 on the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
+    edges = far_edges(end, highest, max(end * 2.0**doublings, highest**2 / 12), 1.0)
+    far, far_weight = composite_gauss(edges)
+    inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
+    far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
+    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
+    # nodes of the window and beyond: there both kinds are stable upwards
+    beyond = np.concatenate([near.x[near.x > start], far])
+    half = np.concatenate([(near.w * (1 - whole) / 2)[near.x > start], far_weight / 2])
+    weights = np.concatenate([near.w * (1 + whole) / 2, far_weight / 2])
+    j = np.hstack([near.j, _upward(np.sin(far) / far, -np.cos(far) / far, far, highest)[parity::2][:terms]])
+    y = _upward(-np.cos(beyond) / beyond, -np.sin(beyond) / beyond, beyond, highest)[parity::2][:terms]
+    x = np.concatenate([near.x, far])
+    return BesselTable(np.concatenate([x, beyond]), np.concatenate([weights, half]), np.hstack([j, y]), x.size)
+
+
+def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
+    """Panels from `start` on that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
+
+    Those part by p^2/(2 x^2) per x.
+    """
+    edges = [start]
+    while edges[-1] < end:
+        x = edges[-1]
+        edges.append(x + min(growth * x, 12 * x * x / max(highest, 1) ** 2))
+    return np.array(edges)
+
+
+def _upward(first: Array, side: Array, x: Array, orders: int) -> Array:
+    """Spherical Bessel functions of either kind at x above the orders, shape (orders, n), by upward recurrence.
+
+    f_0 is `first`, and f_1 = f_0/x + `side`.
+    """
+    f = np.empty((max(orders, 2), x.size))
+    f[0] = first
+    f[1] = first / x + side
+    for n in range(2, orders):
+        f[n] = (2 * n - 1) / x * f[n - 1] - f[n - 2]
+    return f[:orders]
 
 
 def composite_gauss(edges: Array) -> tuple[Array, Array]:

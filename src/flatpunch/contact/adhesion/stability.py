@@ -17,7 +17,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Equilibria
 from flatpunch.contact.round.profile import RoundProfile
-from flatpunch.punch.matrix import LARGEST, effective_beta
+from flatpunch.punch.matrix import RESOLVED, effective_beta
 
 Quantity = Literal["depth", "force"]
 QUANTITIES: tuple[Quantity, Quantity] = ("depth", "force")
@@ -161,7 +161,7 @@ def largest_radius(kernel: Kernel, reach: float) -> float:
     """Largest radius at which the branch can be computed [m]: slopes need a little beyond."""
     if kernel.homogeneous or kernel.exponent:
         return min(reach, 1e12)
-    return min(reach, LARGEST / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-6 * STEP)))
+    return min(reach, RESOLVED / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-6 * STEP)))
 
 
 def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:

@@ -71,18 +71,21 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         contour=contour,
         valid=valid & ~lost,
         notes=notes,
-        extra=_trust(kernel, indenter, contact, lost),
+        extra=_trust(kernel, indenter, contact, lost, control),
     )
 
 
-def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags) -> Extra:
+def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags, control: Control) -> Extra:
     """Error estimates, infinite for lost outlines; round contact is exact up to the interpolation over the radius."""
     if not indenter.round:
         force, contour = first_order_error(indenter, contact.radius)
         return estimates(force, np.where(lost, np.inf, contour))
-    own = 1e-10 + (0.0 if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length))
-    error = np.full_like(contact.radius, own)
-    return estimates(error, error)
+    at_depth, size = (0.0, 0.0) if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length)
+    if control.name == "radius":
+        # the force of a cone is K d/2 and d is off by as much as the radius: twice that
+        at_depth = max(at_depth, 2 * size)
+    whole = np.ones_like(contact.radius)
+    return estimates((1e-10 + at_depth) * whole, (1e-10 + size) * whole)
 
 
 class NoSuperposition(ValueError):

@@ -19,7 +19,7 @@ from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.family import UnresolvedLayer
-from flatpunch.punch.matrix import LARGEST, effective_beta, solve_round, sufficient_terms
+from flatpunch.punch.matrix import effective_beta, largest_beta, solve_round, sufficient_terms
 
 _TABLE_NODES = 256
 """Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
@@ -28,6 +28,12 @@ _BEYOND = 30.0
 """Depth over that on a half-space at the same radius which no medium exceeds: films on soft bases come to some times it."""
 
 Evaluate = Callable[[Array], RoundContact]
+
+FAR = 300.0
+"""Contact radius over the shortest length beyond which the search starts near the expected radius, not at that length."""
+
+_GUESSES = 3
+"""Repetitions of the expected radius with the compliance at its own wavelength."""
 
 
 def mean_profile(indenter: Indenter) -> RoundProfile:
@@ -76,7 +82,7 @@ def _on_target(contact: RoundContact, control: Control) -> RoundContact:
 
 def resolved_radius(kernel: Kernel) -> float:
     """Largest contact radius at which the thinnest layer is resolved [m]."""
-    return LARGEST * shortest_length(kernel)
+    return largest_beta(kernel) * shortest_length(kernel)
 
 
 def shortest_length(kernel: Kernel) -> float:
@@ -92,11 +98,8 @@ def searched_radius(
     assert control.name != "radius"
     check_size(kernel, profile, control, reach)
     guess = half_space_radius(kernel, profile, control, reach)
-    try:
-        return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel))
-    except UnresolvedLayer as error:
-        largest = text(float(control.values.max()), UNITS[control.name])
-        raise UnresolvedLayer(f"{control.name} = {largest}: {error}") from None
+    near = guess > FAR * shortest_length(kernel)
+    return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel), near)
 
 
 def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: float) -> None:
@@ -122,8 +125,8 @@ def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: f
     if target > most:
         raise UnresolvedLayer(
             f"{control.name} = {text(target, UNITS[control.name])} is far beyond this body: the contact would be wider than "
-            f"{text(resolved, 'm')}, {LARGEST:g} times its thinnest layer, up to which layers are resolved. Ask for less, or "
-            "check the units."
+            f"{text(resolved, 'm')}, {largest_beta(kernel):g} times its thinnest layer, the largest contact that is solved. Ask "
+            "for less, or check the units."
         )
 
 
@@ -131,15 +134,19 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     """Radius at which the search starts.
 
     It is that on the half-space of the surface material for the largest target, but at most the shortest length of the
-    medium: far beyond it the half-space says little, and large radii cost most.
+    medium: beyond it the half-space says little, and large radii cost most. Where the contact is far larger than the
+    shortest length, the start is that on a half-space as compliant as the medium is at the wavelength of the contact.
     """
     target = control.values.max()
     if target <= 0:
         return 1.0
     radius, depth, force = _half_space_path(profile, reach)
     quantity = kernel.modulus * force if control.name == "force" else depth
-    guess = radius[min(np.searchsorted(quantity, target), radius.size - 1)]
-    return float(min(guess, shortest_length(kernel)))
+    guess, shortest = radius[min(np.searchsorted(quantity, target), radius.size - 1)], shortest_length(kernel)
+    for _ in range(_GUESSES if guess > FAR * shortest else 0):
+        softer = float(kernel.response(np.array([kernel.length / guess]))[0]) if control.name == "force" else 1.0
+        guess = radius[min(np.searchsorted(quantity / softer, target), radius.size - 1)]
+    return float(guess if guess > FAR * shortest else min(guess, shortest))
 
 
 @lru_cache(maxsize=64)

@@ -17,6 +17,7 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import UNITS
 from flatpunch.numerics.hermite import cubic_hermite
+from flatpunch.punch.family import UnresolvedLayer
 
 Quantity = Literal["depth", "force"]
 
@@ -63,6 +64,7 @@ def radius_for(
     guess: float,
     reach: float,
     resolved: float = float("inf"),
+    near: bool = False,
 ) -> Array:
     """Contact radii at which a round contact has the wanted depths or forces.
 
@@ -80,6 +82,8 @@ def radius_for(
         Largest radius the indenter is defined for [m].
     resolved : float
         Largest radius that `evaluate` accepts [m].
+    near : bool
+        Whether the guess is close to the radius of the largest target, so that the search begins just around it.
 
     Returns
     -------
@@ -95,7 +99,7 @@ def radius_for(
     live = target > 0
     if not live.any():
         return radius
-    nodes = _bracket(evaluate, quantity, target[live], min(guess, reach), reach, resolved)
+    nodes = _bracket(evaluate, quantity, target[live], min(guess, reach, resolved), reach, resolved, near)
     # a target that exceeds the last one within reach by rounding is that one
     wanted = np.minimum(target[live], nodes.value.max())
     radius[live] = _newton(evaluate, quantity, wanted, nodes)
@@ -133,11 +137,13 @@ def _bracket(
     guess: float,
     reach: float,
     resolved: float,
+    near: bool,
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
     step = 10 ** (1 / _PER_DECADE)
     decade = np.asarray(step ** np.arange(_PER_DECADE), dtype=float)
-    nodes = _sample(evaluate, quantity, guess / decade[::-1])
+    # large radii cost most: there, about the guess alone
+    nodes = _sample(evaluate, quantity, guess * (step ** np.array([-2.0, -1.0, 0.0]) if near else 1 / decade[::-1]))
     for _ in range(_MOST_DECADES):
         if nodes.value[0] <= wanted.min():
             break
@@ -151,8 +157,10 @@ def _bracket(
         last = float(np.exp(nodes.x[-1]))
         if last >= reach * (1 - 1e-12):
             raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
-        # no further than needed, the cost of a radius grows with it; past `resolved` `evaluate` refuses with its reason
-        most = min(reach, resolved if last < resolved * (1 - 1e-12) else np.inf)
+        if last >= resolved * (1 - 1e-12):
+            raise UnresolvedLayer(_unresolved(quantity, float(wanted.max()), resolved, float(nodes.value.max())))
+        # no further than needed, the cost of a radius grows with it
+        most = min(reach, resolved)
         # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
         enough = last * np.exp(min(left + _SPARE, 1.0))
@@ -165,6 +173,15 @@ def _out_of_range(quantity: Quantity, wanted: float, size: str) -> str:
     return (
         f"{quantity} = {text(wanted, UNITS[quantity])} is too {size}: no contact radius within {_MOST_DECADES} decades of the "
         "expected one belongs to it. Check the units, or prescribe the radius instead."
+    )
+
+
+def _unresolved(quantity: Quantity, wanted: float, resolved: float, most: float) -> str:
+    unit = UNITS[quantity]
+    return (
+        f"{quantity} = {text(wanted, unit)} needs a contact radius above {text(resolved, 'm')}, the largest that is solved on "
+        f"this medium; there the {quantity} is {text(most, unit)}. Check the units of {quantity}, thickness and modulus, or ask "
+        "for less."
     )
 
 
