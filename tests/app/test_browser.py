@@ -183,3 +183,23 @@ def test_case_file_is_opened(visit, tmp_path):
     window.wait_for_function("() => document.querySelector('[name=\"layers.0.young\"]').value === '259 GPa'")
     solved(window)
     assert window.is_hidden("#problems")
+
+
+def test_curve_is_dropped_fitted_and_saved(visit):
+    window = solved(visit())
+    window.select_option("#example", label="Fit: Thin gel under a bead")
+    window.wait_for_selector("#shown :text('What was found')")
+    assert "2.6 kPa" in window.inner_text("#shown table")
+    photo(window, "fit")
+    window.set_input_files(
+        "#curve-file", files=[{"name": "words.csv", "mimeType": "text/csv", "buffer": b"no numbers"}]
+    )
+    window.wait_for_selector("#upload-error:has-text('no rows of numbers')")
+    curve = (FILM.parent / "fit" / "thin_gel.csv").read_bytes()
+    window.set_input_files("#curve-file", files=[{"name": "mine.csv", "mimeType": "text/csv", "buffer": curve}])
+    window.wait_for_selector("#long:has-text('Fit this case')")
+    window.click("#solve")
+    window.wait_for_selector("#shown pre:has-text('mine: 800 points')")
+    with window.expect_download() as saved:
+        window.click("[data-save='csv']")
+    assert "mine" in Path(saved.value.path()).read_text(encoding="utf-8")

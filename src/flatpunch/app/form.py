@@ -35,18 +35,13 @@ _TEXTS = {"title", "method", "kind", "sheet", "decimal"}
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _TAB_TABLES = {
     "press": {"control", "history", "stress", "relaxation"},
-    "coating": {"control", "stress"},
     "fit": {"fit", "curve", "relaxation"},
-    "correct": set(),
-    "compare": {"control"},
 }
 """Tables of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
 _LIMITS = ("min", "max")
-_FIELD = re.compile(
-    r"(?:layers|strengths)\.\d+\.[a-z_]+|(?:base|indenter|control|fit|curve|correct|compare|stress)\.[A-Za-z_]+"
-)
+_FIELD = re.compile(r"layers\.\d+\.[a-z_]+|(?:base|indenter|control|fit|curve)\.[A-Za-z_]+")
 """Names of fields of the page; those that are empty are not in the form."""
 
 
@@ -73,7 +68,7 @@ def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
     ----------
     fields : mapping of str to str
         Texts by dotted names.
-    tab : {"press", "fit", "correct", "coating", "compare"}
+    tab : {"press", "fit"}
         Which tables belong to it; values to be fitted are marked for "fit" only.
 
     Raises
@@ -96,11 +91,10 @@ def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
     data |= {"control": control} if (control := _control(fields)) else {}
     for name in ("fit", "curve"):
         data |= {name: table} if (table := _table(fields, f"{name}.", fitted)) else {}
-    data |= {"stress": stress} if (stress := _stress(fields)) else {}
     for name, value in _more(fields.get("more", "")).items():
-        if name in data and name != "stress":
+        if name in data:
             raise FormError(f"more: {name} has fields of its own above; leave it out here.")
-        data[name] = {**value, **data.get(name, {})} if name == "stress" and isinstance(value, dict) else value
+        data[name] = value
     left_out = _OF_TABS - _TAB_TABLES[tab]
     if tab != "fit" and data.get("method") == "auto":
         del data["method"]
@@ -129,10 +123,6 @@ def form_of(data: Mapping[str, Any]) -> dict[str, str]:
             found |= _flat_table(name, value)
         elif name == "control" and isinstance(value, dict) and (control := _control_form(value)):
             found |= control
-        elif name == "stress" and isinstance(value, dict):
-            strengths, others = _stress_form(value)
-            found |= strengths
-            rest |= {"stress": others} if others else {}
         else:
             rest[name] = value
     if "base" not in data and "upper" in data:
@@ -163,13 +153,13 @@ def field_of(place: str, fields: Mapping[str, str]) -> str:
     fields : mapping
         The form.
     """
-    name = re.sub(r"\[(\d+)\]", r".\1", place).replace("stress.strengths.", "strengths.")
+    name = re.sub(r"\[(\d+)\]", r".\1", place)
     if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
         part = f"control.{name.rpartition('.')[2]}"
         name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
     while name:
         if name in fields or name in _TOP or _FIELD.fullmatch(name):
-            return name
+            return name.rpartition(".")[0] if _is_mark(name, fields) else name
         below = [field for field in fields if field.startswith(f"{name}.")]
         if below:
             return below[0]
@@ -253,29 +243,6 @@ def _control_form(table: Mapping[str, Any]) -> dict[str, str]:
     if isinstance(steps, dict) and set(steps) <= {"start", "stop", "points", "spacing"}:
         return {"control.quantity": quantity, **{f"control.{name}": _text(value) for name, value in steps.items()}}
     return {"control.quantity": quantity, "control.values": _text(steps)}
-
-
-def _stress(fields: Mapping[str, str]) -> dict[str, Any]:
-    """[stress] from strengths of layers, friction and residual stress."""
-    found: dict[str, Any] = (
-        {"friction": _value("friction", fields["stress.friction"])} if fields.get("stress.friction") else {}
-    )
-    given = _indices(fields, "strengths")
-    if given:
-        found["strengths"] = [_table(fields, f"strengths.{i}.", False) for i in range(given[-1] + 1)]
-    return found
-
-
-def _stress_form(table: Mapping[str, Any]) -> tuple[dict[str, str], dict[str, Any]]:
-    """Fields of [stress], and what has none."""
-    found: dict[str, str] = {}
-    rest = dict(table)
-    if isinstance(table.get("friction"), (int, float, str)):
-        found["stress.friction"] = _text(rest.pop("friction"))
-    if _is_list_of_tables(table.get("strengths")):
-        for i, strength in enumerate(rest.pop("strengths")):
-            found |= {f"strengths.{i}.{name}": _text(value) for name, value in strength.items()}
-    return found, rest
 
 
 def _more(text: str) -> dict[str, Any]:

@@ -5,8 +5,9 @@ GET  /api/start             tables of the form, examples
 POST /api/solve             body: form; ?tab=press&run=1 -> a result, or a job
 GET  /api/job?key=...       state of a job; POST /api/stop?key=... ends it
 POST /api/detail            body: form; ?tab=press&name=pressure&step=3
+POST /api/curve?name=...    body: a measured file -> the text of the field `upload`
 POST /api/case              body: text of a case file -> its form
-GET  /file/press.csv?...    the form as query -> a file
+GET, POST /file/press.csv   the form as query or body -> a file
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from flatpunch.app.form import FormError, address_of, case_text, fields_of, form
 from flatpunch.app.store import Store
 from flatpunch.app.tables import page_tables
 from flatpunch.app.tabs import TABS, Tab, script
+from flatpunch.app.uploads import Uploads, shipped_fits
 from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
 from flatpunch.files.cases import LARGEST, parsed
@@ -89,6 +91,7 @@ class Page:
     workers: Workers = field(default_factory=Workers)
 
     def __post_init__(self) -> None:
+        self._uploads = Uploads()
         self._results: Store[dict[str, Any]] = Store(_MEMORY, lambda result: len(result.get("kept", b"")) + 10_000)
 
     def answer(self, request: Request) -> Answer:
@@ -97,7 +100,7 @@ class Page:
             return self._routed(request)
         except NotHere as error:
             return _problem(404, str(error))
-        except (FormError, CaseError, UnicodeDecodeError) as error:
+        except (FormError, CaseError) as error:
             return _problem(400, str(error))
         except Exception as error:
             return _problem(500, message(error))
@@ -122,6 +125,8 @@ class Page:
             if request.path == "/api/stop":
                 self._job(request).stop()
                 return _json({"state": "stopped"})
+            if request.path == "/api/curve":
+                return _json({"upload": self._uploads.put(request.options.get("name", "curve"), request.body)})
             if request.path == "/api/case":
                 return _json({"form": address_of(read_case_text(request.body))})
         raise NotHere(f"{request.method} {request.path} is nothing that this page has.")
@@ -144,7 +149,8 @@ class Page:
             if "kept" in outcome:
                 self._results.put(name, outcome)
 
-        return self.workers.submit(tab.solve, fields, run, long=run, keep=keep)
+        upload = (self._uploads.get(fields.get("upload", "")),) if tab.uploads else ()
+        return self.workers.submit(tab.solve, fields, run, *upload, long=run, keep=keep)
 
     def _state(self, job: Job, seconds: float = 0.0) -> Answer:
         if not job.wait(seconds):
@@ -167,7 +173,11 @@ class Page:
         return kept
 
     def _detail(self, tab: Tab, fields: dict[str, str], options: Mapping[str, str]) -> Answer:
-        function = tab.details.get(options.get("name", ""))
+        name = options.get("name", "")
+        if name in tab.previews:
+            job = self.workers.submit(tab.previews[name], fields, self._uploads.get(fields.get("upload", "")))
+            return self._state(job, _SOON)
+        function = tab.details.get(name)
         if function is None:
             raise NotHere("this tab has no such detail.")
         step = int(options["step"]) if options.get("step", "").isdecimal() else 0
@@ -197,6 +207,10 @@ def start() -> dict[str, Any]:
     for path in shipped_cases():
         fields = form_of(parsed(path.read_text(encoding="utf-8"), path))
         examples.append({"title": fields.get("title", path.stem), "tab": "press", "form": address_of(fields)})
+    for path in shipped_fits():
+        fields = form_of(parsed(path.read_text(encoding="utf-8"), path))
+        fields["upload"] = f"shipped/{path.stem}.csv"
+        examples.append({"title": f"Fit: {fields.get('title', path.stem)}", "tab": "fit", "form": address_of(fields)})
     return {"version": __version__, "tables": page_tables(), "examples": examples}
 
 
@@ -246,4 +260,6 @@ def _json(data: Any, status: int = 200) -> Answer:
 
 
 def _problem(status: int, text: str) -> Answer:
+    if text.startswith("upload: "):
+        return _json({"problems": [{"field": "upload", "text": text.removeprefix("upload: ")}]}, status)
     return _json({"problems": [{"field": "", "text": text}]}, status)

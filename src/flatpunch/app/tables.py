@@ -19,7 +19,6 @@ from flatpunch.contact import METHODS
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, LayerTable
-from flatpunch.files.tables.stress import StrengthTable
 
 _PROPOSED = {
     "young": "5 kPa",
@@ -101,7 +100,6 @@ def page_tables() -> dict[str, Any]:
         "layers": [asdict(field) for field in asked(LayerTable, "layers")],
         "base": _kinds(BaseTable, "base"),
         "indenter": _kinds(IndenterTable, "indenter"),
-        "strengths": [asdict(field) for field in asked(StrengthTable, "strengths")],
         "methods": list(METHODS),
     }
 

@@ -23,7 +23,11 @@ class Tab:
     details : mapping of str to str
         Functions for more of a result: (fields, kept, step) -> plain data.
     script : str
-        Python lines, with {stem} for the name of the files.
+        Python lines, with {stem} for the name of the files and {curve} for that of the measured file.
+    previews : mapping of str to str
+        Functions that need no result: (fields, upload) -> plain data.
+    uploads : bool
+        Whether `solve` takes the uploaded file as well.
     """
 
     name: str
@@ -32,6 +36,8 @@ class Tab:
     files: tuple[str, ...]
     script: str
     details: Mapping[str, str] = field(default_factory=dict)
+    previews: Mapping[str, str] = field(default_factory=dict)
+    uploads: bool = False
 
 
 TABS = {
@@ -51,6 +57,23 @@ fp.save(curve, "{stem}.csv")
 """,
             {"pressure": "press:pressure_map"},
         ),
+        Tab(
+            "fit",
+            "fit:fit_curve",
+            "fit:fit_file",
+            ("toml", "nc", "csv", "png", "svg", "py"),
+            """\
+import flatpunch as fp
+from flatpunch.fit.case import read_fit_case
+
+case = read_fit_case("{stem}.toml")
+found = fp.fit(fp.read_curve("{curve}", **case.reading), case.medium, case.indenter, case.free, **case.arguments)
+print(found.summary())
+""",
+            {"drift": "fit:drift_over_depth"},
+            {"preview": "fit:preview"},
+            uploads=True,
+        ),
     )
 }
 
@@ -58,4 +81,4 @@ fp.save(curve, "{stem}.csv")
 def script(tab: Tab, fields: Mapping[str, str], stem: str) -> str:
     """Return Python lines that do the same as the page, with the case file of that name beside them."""
     case_data(fields, tab.name)
-    return tab.script.format(stem=stem)
+    return tab.script.format(stem=stem, curve=fields.get("upload", "").rpartition("/")[2] or "curve.csv")

@@ -28,8 +28,11 @@ _KEPT = 200
 _FORGOTTEN = 60.0
 """Seconds after which a job is stopped that nobody has asked about: the window was closed."""
 
-MODULES = ("flatpunch.app.press",)
-"""What workers load before their first job."""
+_FIRST, _LATER = ("flatpunch.app.press",), ("flatpunch.app.fit",)
+"""What workers load before their first job, and once they have nothing to do."""
+
+_QUIET = 1.0
+"""Seconds without a job after which workers load the rest."""
 
 
 @dataclass
@@ -255,7 +258,7 @@ def _work(pipe: Connection) -> None:
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening
 
-    for name in MODULES:
+    for name in _FIRST:
         import_module(name).warm_up()
     last = [0.0]
 
@@ -265,8 +268,11 @@ def _work(pipe: Connection) -> None:
             last[0] = time.monotonic()
             pipe.send(("progress", (done, total)))
 
+    later = list(_LATER)
     while True:
         try:
+            while later and not pipe.poll(_QUIET):
+                import_module(later.pop())
             function, arguments = pipe.recv()
         except (EOFError, OSError):
             return

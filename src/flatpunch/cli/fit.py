@@ -206,20 +206,13 @@ def _fit_one(
 
 
 def _drift(curve: Any, case: FitCase, path: Path, style: str) -> Path:
-    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio."""
-    from flatpunch.fit.fitting import fit_ranges
+    """Draw the modulus over the depth up to which was fitted, beside that of a half-space."""
+    from flatpunch.fit.case import DRIFTING, drift
     from flatpunch.fit.pictures import drift_figure
-    from flatpunch.media import HalfSpace
     from flatpunch.plots.result import save_figure
 
-    name = "layers[0].young"
-    if name not in case.free:
-        raise ValueError(f"--drift shows {name}, which is not fitted in this case.")
-    top = case.medium.layers[0]
-    settings = case.arguments
-    layered = fit_ranges(curve, case.medium, case.indenter, case.free, **settings)
-    bulk = fit_ranges(curve, HalfSpace(top.young, top.poisson), case.indenter, ["base.young"], **settings)
-    return save_figure(drift_figure(layered, name, bulk, "base.young", style=style), path)
+    layered, bulk = drift(curve, case)
+    return save_figure(drift_figure(layered, DRIFTING, bulk, "base.young", style=style), path)
 
 
 def _fit_folder(

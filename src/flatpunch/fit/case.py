@@ -25,6 +25,8 @@ from flatpunch.fit.adhesion.model import adhesive_method
 from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable, OneCurveTable
 from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
+from flatpunch.fit.fitting import fit_ranges
+from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.sample import Sample
@@ -32,7 +34,13 @@ from flatpunch.fit.parameters.scaling import scaling
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
+from flatpunch.media import HalfSpace
+
+DRIFTING = "layers[0].young"
+"""What `drift` follows over the depth."""
+
 
 _MEMORY = 300e6
 """Memory of the program with the libraries of a fit [bytes]."""
@@ -160,7 +168,11 @@ def read_fit_case(path: str | Path) -> FitCase:
         If the file is unreadable or describes no fit; all problems found are listed.
     """
     path = Path(path)
-    data = parsed(case_text(path), path)
+    return fit_case_from(parsed(case_text(path), path), path)
+
+
+def fit_case_from(data: dict[str, Any], path: Path) -> FitCase:
+    """Check the tables of a case file of a fit; messages call it `path`, and files that it names are beside it."""
     try:
         plain, found, own = split(data)
     except ValueError as error:
@@ -211,6 +223,34 @@ def read_measured(case: FitCase) -> list[Measured]:
         curve = replace(curve, name=f"{curve.name} #{alike + 1}") if alike else curve
         found.append(Measured(curve, entry["indenter"], entry["values"]))
     return found
+
+
+def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]]:
+    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio.
+
+    Parameters
+    ----------
+    curve : Curve
+        Measured curve.
+    case : FitCase
+        Its top layer's modulus must be free.
+
+    Returns
+    -------
+    layered, half_space : list of FitResult
+        As `fit_ranges` returns them; the modulus is "layers[0].young", and "base.young" of the half-space.
+
+    Raises
+    ------
+    ValueError
+        If that modulus is not fitted.
+    """
+    if DRIFTING not in case.free:
+        raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
+    top = case.medium.layers[0]
+    layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
+    body = HalfSpace(top.young, top.poisson)
+    return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)
 
 
 def _check_segment(case: FitCase) -> None:

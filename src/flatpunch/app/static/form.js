@@ -159,9 +159,6 @@ export function addLayer() {
     const words = { true: "bonded", false: "sliding" };
     layer.append(field(`layers.0.${spec.name}`, { ...spec, words, slides: spec.kind === "quantity", fits: FITTED.includes(spec.name) }));
   }
-  const strengths = element("details", { class: "coating-only" }, element("summary", {}, "Strengths"));
-  for (const spec of tables.strengths) strengths.append(field(`strengths.0.${spec.name}`, spec));
-  layer.append(strengths);
   dragging(layer, handle);
   list.append(layer);
   return layer;
@@ -206,12 +203,12 @@ export function number() {
     layer.querySelector("h3").textContent = i ? `Layer ${i + 1}` : "Layer 1, at the surface";
     for (const box of layer.querySelectorAll("[name], [data-name]")) {
       for (const key of ["name", "data-name"]) {
-        if (box.hasAttribute(key)) box.setAttribute(key, box.getAttribute(key).replace(/^(layers|strengths)\.\d+/, `$1.${i}`));
+        if (box.hasAttribute(key)) box.setAttribute(key, box.getAttribute(key).replace(/^(layers)\.\d+/, `$1.${i}`));
       }
     }
     for (const box of layer.querySelectorAll("[id], [for], [aria-describedby]")) {
       for (const key of ["id", "for", "aria-describedby"]) {
-        if (box.hasAttribute(key)) box.setAttribute(key, box.getAttribute(key).replace(/^(layers|strengths)-\d+/, `$1-${i}`));
+        if (box.hasAttribute(key)) box.setAttribute(key, box.getAttribute(key).replace(/^(layers)-\d+/, `$1-${i}`));
       }
     }
   });
@@ -222,7 +219,7 @@ export function read() {
   const found = new URLSearchParams();
   for (const input of form.elements) {
     if (!input.name || input.value.trim() === "" || (input.type === "checkbox" && !input.checked)) continue;
-    if (input.hidden) continue;
+    if (input.hidden || input.type === "file") continue;
     if (input.name.startsWith("control.") && !input.offsetParent && input.closest("[data-off]")) continue;
     found.append(input.name, input.value.trim());
   }
@@ -242,6 +239,9 @@ export function write(fields) {
     if (kind && [...choose.options].some((option) => option.value === kind)) choose.value = kind;
     fill(section, document.getElementById(section).lastElementChild, choose.value);
   }
+  // what the page has no field for is kept and sent along
+  for (const kept of form.querySelectorAll(".kept")) kept.remove();
+  for (const [name, value] of fields) if (!form.elements[name]) form.append(element("input", { type: "hidden", class: "kept", name, value }));
   for (const input of form.elements) {
     if (!input.name || /\.kind$/.test(input.name)) continue;
     const value = fields.get(input.name) ?? "";
@@ -270,7 +270,7 @@ export function showProblems(problems) {
     const box = name && form.querySelector(`[data-name="${CSS.escape(name)}"]`);
     if (!box || !box.offsetParent) {
       const details = box && box.closest("details");
-      if (!details || details.classList.contains("coating-only")) {
+      if (!details) {
         elsewhere.push(text);
         continue;
       }

@@ -48,6 +48,7 @@ function stale() {
 /** Send the form; while an earlier one is being solved, the latest waits for it. */
 async function go(run) {
   keepAddress();
+  TABS[tab].changed?.(tools, at("shown"));
   const body = formText();
   const asked = `${tab}?${body}`;
   if (sent !== null) {
@@ -72,12 +73,14 @@ async function go(run) {
   }
 }
 
-/** Wait for the end of a job, with its progress. */
-async function finished(state) {
+/** Wait for the end of a job, with its progress if it is a loud one. */
+async function finished(state, loud = true) {
+  let pause = WAIT;
   while (state.state === "waiting" || state.state === "running") {
-    job = state.key;
-    if (state.seconds > 0.4) progress(state);
-    await new Promise((resolve) => setTimeout(resolve, WAIT));
+    if (loud) job = state.key;
+    if (loud && state.seconds > 0.4) progress(state);
+    await new Promise((resolve) => setTimeout(resolve, pause));
+    pause = Math.min(1.2 * pause, 1000);
     state = await ask(`/api/job?key=${state.key}`);
   }
   return state;
@@ -107,6 +110,10 @@ function shown(state, asked) {
     return;
   }
   problems([]);
+  if (typeof result.long === "string") {
+    long(result.long);
+    return;
+  }
   if (result.long) {
     long(result.about.find((line) => line.startsWith("Takes"))?.replace("Takes", "Solving takes").replace(/\s+/g, " ") ?? "");
     return;
@@ -125,6 +132,7 @@ function problems(list) {
 function long(text) {
   at("long").hidden = false;
   at("long").querySelector("p").textContent = text;
+  at("solve").textContent = TABS[tab].verb ?? "Solve";
 }
 
 /** What tabs may do besides drawing. */
@@ -135,6 +143,11 @@ const tools = {
     const end = await finished(state);
     at("status").hidden = true;
     return end.result ?? { none: end.message ?? end.problems?.[0]?.text ?? "It was stopped." };
+  },
+  async preview(name) {
+    const state = await ask(`/api/detail?tab=${tab}&name=${name}`, { method: "POST", body: formText() });
+    const end = await finished(state, false);
+    return end.result ?? { problems: end.problems ?? [{ field: "", text: end.message ?? "It was stopped." }] };
   },
   async save(kind, button) {
     button.disabled = true;

@@ -106,6 +106,7 @@ function show(box, result, tools) {
     map.append(element("p", { class: "about" }, `Mean pressure ${quantity(found.mean, "Pa")}, typical error ${quantity(found.error, "Pa", 2)}.`));
   };
   const askForPressure = () => {
+    if (!box.contains(map)) return null; // another tab is shown
     if (history) map.replaceChildren(element("p", { class: "about" }, "There is no map of pressure for histories of relaxing bodies."));
     else if (result.round) return pressure();
     else {

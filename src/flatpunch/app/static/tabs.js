@@ -1,5 +1,6 @@
 // What each tab asks for besides the sample, and how it shows its result.
 
+import { FIT } from "./fit.js";
 import { PRESS } from "./press.js";
 
-export const TABS = { press: PRESS };
+export const TABS = { press: PRESS, fit: FIT };

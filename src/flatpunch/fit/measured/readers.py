@@ -99,7 +99,7 @@ def read_curve(
         told += [f"sensitivity {afm['sensitivity']:.4g} m/V or m/A (given)"] if afm.get("sensitivity") else []
         lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *told)
         return replace(curve, meta={**curve.meta, "read": lines, "calibration": dict(calibration or {})})
-    tables = _tables(path, columns, decimal, sheet)
+    tables = tables_in(path, columns, decimal, sheet)
     table = tables[_only(path, [t.source for t in tables], index)]
     curve = curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
     return replace(curve, meta={**curve.meta, "calibration": dict(calibration or {})})
@@ -119,8 +119,8 @@ def _only(path: Path, found: list[str], index: int | None) -> int:
     return index or 0
 
 
-def _tables(path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None) -> list[Table]:
-    """All curves of a text or Excel file, as tables."""
+def tables_in(path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None) -> list[Table]:
+    """Return all curves of a text or Excel file as tables, with columns and decimal as for `read_curve`."""
     kind = path.suffix.lower()
     if kind in EXCEL:
         from flatpunch.fit.measured.excel import excel_tables
@@ -159,7 +159,7 @@ def curves_in(
 
         _check_size(path)
         return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
-    return len(_tables(path, columns, decimal, sheet)) if path.suffix.lower() in (*EXCEL, *TEXT) else 1
+    return len(tables_in(path, columns, decimal, sheet)) if path.suffix.lower() in (*EXCEL, *TEXT) else 1
 
 
 def _check_size(path: Path) -> None:

@@ -1,0 +1,273 @@
+"""The job *Fit*: preview of a measured file, fit, drift over depth, all curves of a file. Called in worker processes."""
+
+from __future__ import annotations
+
+import pickle
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch._support.messages import message
+from flatpunch._support.progress import reporting
+from flatpunch._support.sealed import sealed
+from flatpunch.app.form import case_data, case_text
+from flatpunch.app.plain import CALLED, explained, plain, short
+from flatpunch.app.uploads import Upload
+from flatpunch.files.cases import parsed
+from flatpunch.files.results import netcdf
+from flatpunch.files.tables.fields import validated
+from flatpunch.fit.batch import Batch, fit_rows, listed
+from flatpunch.fit.case import DRIFTING, CurveTable, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fit.fitting import fit
+from flatpunch.fit.measured.columns import Table, chosen_columns
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fit.report.estimate import interval_text
+from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.result import FitResult
+from flatpunch.fit.viscoelastic.model import HistoryModel
+
+_POINTS = 1500
+"""Points of a curve that are drawn at most; all are fitted."""
+
+_ROWS = 5
+"""Rows of a table in the preview."""
+
+_OF_TABLES = ("columns", "units", "spring_constant", "skip_nan", "flip")
+"""Settings of reading that `curve_of` takes."""
+
+_LISTED = 200
+"""Curves of a file that are listed by name, and rows of a table of many fits that are shown."""
+
+
+def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
+    """Return what a file holds: its curves and columns, which is taken for what, the first rows, and the curve as it is read.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form, whose part [curve] says how to read.
+    upload : Upload
+        The file.
+    """
+    found: dict[str, Any] = {"name": upload.name, "size": len(upload.content)}
+    try:
+        reading = validated(CurveTable, case_data(fields, "fit").get("curve", {}), CALLED).built
+        with upload.written() as path:
+            if path.suffix.lower() in (*TEXT, *EXCEL) and not reading.get("sensitivity"):
+                # large files are read once
+                tables = tables_in(path, reading["columns"], reading["decimal"], reading["sheet"])
+                found |= {"count": len(tables), **_columns(tables, reading)}
+            else:
+                tables = []
+                found["count"] = curves_in(path, **reading)
+            if len(tables) == 1 and not reading.get("index"):
+                curve = curve_of(tables[0], path.stem, **{name: reading.get(name) for name in _OF_TABLES})
+            else:
+                curve = read_curve(path, **reading)
+        return {**found, "curve": _drawn(curve), "read": list(curve.meta.get("read", ()))}
+    except CurveError as error:
+        return {**found, "problems": [{"field": "upload", "text": str(error)}]}
+    except Exception as error:
+        return {**found, **explained(error, fields, message(error).replace("case.toml: ", "case.toml: curve."))}
+
+
+def _columns(tables: list[Table], reading: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns of the curve that is read, or of the first one."""
+    table = tables[min(reading.get("index", 0), len(tables) - 1)]
+    try:
+        roles = chosen_columns(table, reading["columns"])
+    except CurveError:
+        roles = {}
+    return {
+        "sources": [each.source for each in tables[:_LISTED]],
+        "columns": [[name, unit or "no unit"] for name, unit in zip(table.names, table.units, strict=True)],
+        "roles": roles,
+        "rows": [[str(cell)[:40] for cell in row] for row in table.rows[:_ROWS]],
+    }
+
+
+def fit_curve(fields: Mapping[str, str], run: bool, upload: Upload) -> dict[str, Any]:
+    """Fit the curve of a file, or all its curves if the form says so.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    run : bool
+        Whether to fit; otherwise the form is only checked.
+    upload : Upload
+        The file.
+    """
+    try:
+        case = _case(fields)
+        about = list(describe_fit(case))
+        if not run:
+            return {"about": about, "long": "Fit this case to the curve."}
+        with upload.written() as path:
+            if fields.get("all") == "on":
+                return {"about": about, **_all(case, path)}
+            curve = read_curve(path, **case.reading)
+        return {"about": about, **_one(case, curve)}
+    except CurveError as error:
+        return {"problems": [{"field": "upload", "text": str(error)}]}
+    except Exception as error:
+        return explained(error, fields, message(error))
+
+
+def _case(fields: Mapping[str, str]) -> FitCase:
+    return fit_case_from(parsed(case_text(fields, "fit"), CALLED), CALLED)
+
+
+def _one(case: FitCase, curve: Curve) -> dict[str, Any]:
+    result = _fitted(case, curve)
+    rows = []
+    for name, estimate in result.estimates.items():
+        interval = (
+            "at its limit" if estimate.at_bound and estimate.by == "covariance" else interval_text(estimate, name)
+        )
+        rows.append(
+            [label(name), quantity(estimate.value, unit_of(name)), interval, quantity(estimate.stderr, unit_of(name))]
+        )
+    return {
+        "rows": rows,
+        "values": {name: estimate.value for name, estimate in result.estimates.items()},
+        "level": f"{100 * result.settings.level:g} %",
+        "notes": list(result.notes),
+        "summary": result.summary(),
+        "picture": _picture(result),
+        "drifts": DRIFTING in case.free,
+        "kept": pickle.dumps((curve, None)),
+    }
+
+
+def _fitted(case: FitCase, curve: Curve) -> FitResult:
+    return fit(curve, case.medium, case.indenter, case.free, **case.arguments)
+
+
+def _picture(result: FitResult) -> dict[str, Any]:
+    """Points, fit and residuals over depth, or over time where that is what was fitted."""
+    over_time = isinstance(result.objective.model, HistoryModel)
+    along = result.curve.time if over_time and result.curve.time is not None else result.depth
+    chosen = _some(along.size)
+    order = chosen[np.argsort(along[chosen], kind="stable")]
+    return {
+        "along": ["time", "s"] if over_time else ["indentation depth", "m"],
+        "x": short(along[order]),
+        "force": short(result.curve.force[order]),
+        "fitted": short(result.force[order]),
+        "residual": short(np.where(result.used, result.residual, np.nan)[order]),
+        "points": int(result.used.sum()),
+        "left_out": int((~result.used).sum()),
+    }
+
+
+def _all(case: FitCase, path: Path) -> dict[str, Any]:
+    """Fit every curve of a file, one after the other, with progress."""
+    items = listed([path], case.reading)
+    rows: list[dict[str, Any]] = []
+    with reporting("Fitting", None) as report:
+        for done in fit_rows(
+            items, case.sample, case.free, replace(case.settings, engine="normal-equations"), case.reading, 1
+        ):
+            rows.extend(done)
+            report(len(rows), len(items))
+    batch = Batch(tuple(rows))
+    names = list(case.free)
+    shown = [
+        [
+            str(row["curve"]),
+            *(_number(row.get(name), name) for name in names),
+            "yes" if row["ok"] else str(row["reason"]),
+        ]
+        for row in rows[:_LISTED]
+    ]
+    good = len(rows) - len(batch.failed)
+    return {
+        "all": {
+            "columns": ["curve", *map(label, names), "fitted"],
+            "rows": shown,
+            "caption": f"{good} of {len(rows)} curves fitted"
+            + (f", the first {_LISTED} shown" if len(rows) > _LISTED else ""),
+        },
+        "notes": [],
+        "kept": pickle.dumps((None, batch)),
+    }
+
+
+def _number(value: Any, name: str) -> str:
+    return "–" if value is None else quantity(float(value), unit_of(name))
+
+
+def _drawn(curve: Curve) -> dict[str, Any]:
+    chosen = _some(curve.depth.size)
+    found = {"depth": short(curve.depth[chosen]), "force": short(curve.force[chosen]), "points": curve.depth.size}
+    return found if curve.time is None else {**found, "time": short(curve.time[chosen])}
+
+
+def _some(size: int) -> Array:
+    return np.unique(np.linspace(0, size - 1, min(_POINTS, size)).round().astype(int))
+
+
+def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
+    """Return the modulus over the depth up to which is fitted, of the case and of a half-space.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    kept : bytes
+        What `fit_curve` kept.
+    step : int
+        Not used.
+    """
+    try:
+        curve, _ = pickle.loads(kept)
+        layered, bulk = drift(curve, _case(fields))
+    except Exception as error:
+        return {"none": message(error)}
+
+    def series(results: list[FitResult], name: str) -> dict[str, Any]:
+        estimates = [result.estimates[name] for result in results]
+        return {
+            "depth": [plain(float(result.depth.max())) for result in results],
+            "value": plain([each.value for each in estimates]),
+            "low": plain([each.low for each in estimates]),
+            "high": plain([each.high for each in estimates]),
+        }
+
+    return {"layered": series(layered, DRIFTING), "half_space": series(bulk, "base.young")}
+
+
+def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
+    """Return a fit as a file, the same that the command line writes.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    kept : bytes
+        What `fit_curve` kept.
+    kind : {"nc", "csv", "png", "svg"}
+    """
+    curve, batch = pickle.loads(kept)
+    case = _case(fields)
+    result = None if batch is not None else _fitted(case, curve)
+    if kind == "csv":
+        table = batch if result is None else Batch((result.row(),))
+        return str(table.to_csv()).encode("utf-8")
+    if kind == "nc":
+        return sealed(netcdf((batch if result is None else result).dataset()))
+    from flatpunch.fit.pictures import fit_figure, map_figure
+    from flatpunch.plots.result import save_figure
+
+    if result is None and not case.free:
+        raise ValueError("there is no picture of fits in which nothing of the case is looked for.")
+    drawn = map_figure(batch, next(iter(case.free))) if result is None else fit_figure(result)
+    with tempfile.TemporaryDirectory() as folder:
+        return save_figure(drawn, Path(folder) / f"picture.{kind}").read_bytes()
