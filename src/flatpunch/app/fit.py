@@ -22,7 +22,8 @@ from flatpunch.files.cases import parsed
 from flatpunch.files.results import netcdf
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows, listed
-from flatpunch.fit.case import DRIFTING, CurveTable, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fit.case_tables import CurveTable
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError

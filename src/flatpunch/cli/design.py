@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import friendly, progress, say, say_written
 
 if TYPE_CHECKING:
@@ -19,15 +20,13 @@ if TYPE_CHECKING:
 def add_commands(app: typer.Typer) -> None:
     """Register the command on the command line."""
 
-    @app.command()
+    @app.command(epilog=examples("design"))
     def design(
         case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
         csv: Annotated[Path | None, typer.Option(help="Table of the numbers found as CSV.")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
     ) -> None:
         """Find the numbers of a case that give what its table [bold][[design]][/bold] prescribes.
-
-        [bold]flatpunch design coating.toml --plot coating.png[/bold]
 
         A force, depth, stiffness or contact radius, at one load or along a curve; or the largest load before failure.
         """

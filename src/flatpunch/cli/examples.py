@@ -53,6 +53,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml --plot knee.png",
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml -o knee.nc --csv knee.csv",
     ),
+    "design": (
+        "flatpunch design demo-results/coating_for_a_stiffness.toml",
+        "flatpunch design demo-results/coating_for_a_stiffness.toml --csv coating.csv --plot coating.pdf",
+    ),
     "paper": (
         "flatpunch paper --quick --figures 2",
         "flatpunch paper --quick --figures 2,3 --output my-figures",
