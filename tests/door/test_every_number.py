@@ -154,6 +154,19 @@ CALLS = {
         fp.fit,
         {"curve": CURVE, "medium": BODY, "indenter": BALL, "free": ["base.young"], "contact": 0.0, "level": 0.9},
     ),
+    "fit_together": (
+        fp.fit_together,
+        {
+            "curves": [CURVE, fp.Curve(DEPTH, FORCE, name="other")],
+            "medium": BODY,
+            "indenter": BALL,
+            "free": ["base.young"],
+            "contact": 0.0,
+            "level": 0.9,
+        },
+    ),
+    "plot_medium": (fp.plot_medium, {"medium": GEL, "contact_radius": 1e-7}),
+    "plot_tip": (fp.plot_tip, {"indenter": BALL, "extent": 1e-6}),
     "correct": (
         fp.correct,
         {"reported": 5e3, "medium": GEL, "indenter": BALL, "depth": 1e-8, "reported_poisson": 0.5, "over": "depth"},
@@ -421,6 +434,9 @@ def test_every_public_constructor_and_function_is_here():
         *("load", "save", "read_case", "read_curve"),
         # what functions return, and pictures of it
         *("CriticalLoad", "plot_fields", "plot_sensitivity", "Design", "plot_design"),
+        *("plot_curve", "plot_outline", "plot_pressure", "plot_fit"),
+        # names and their values; test_together
+        "Measured",
         # take case files and curves; their own tests
         *("read_height_map", "sweep", "fit_batch"),
     }

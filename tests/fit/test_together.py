@@ -140,6 +140,8 @@ def test_what_is_refused():
         fit_together([curves[0], Measured(curves[1].curve, values={YOUNG: 1e3})], *case, free=[YOUNG])
     with pytest.raises(ValueError, match="its parameters cannot be shared"):
         fit_together(curves, *case, free=[YOUNG, "indenter.radius"])
+    with pytest.raises(TypeError, match=r"values\['layers\[0\].thickness'\]"):
+        Measured(curves[1].curve, values={"layers[0].thickness": "2e-6"})
     with pytest.raises(TypeError, match="must be a Curve"):
         fit_together([1, 2], *case, free=[YOUNG])
     with pytest.raises(ValueError, match="is not part of this case"):

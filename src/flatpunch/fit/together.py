@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Indices, real
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.fitting import setup_of
 from flatpunch.fit.least_squares.joint import JointObjective
@@ -54,6 +54,10 @@ class Measured:
     curve: Curve
     indenter: Any = None
     values: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        given = {name: real(f"values[{name!r}]", value) for name, value in dict(self.values).items()}
+        object.__setattr__(self, "values", given)
 
 
 @one_blas_thread()

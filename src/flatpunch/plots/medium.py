@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, non_negative
 from flatpunch.files.units import readable
 from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below
@@ -115,6 +115,7 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     body = underlying(medium)
     pair = isinstance(body, TwoBodies)
     bodies = [(body.upper, -1.0), (body.lower, 1.0)] if isinstance(body, TwoBodies) else [(body, 1.0)]
+    contact_radius = non_negative("contact_radius", contact_radius, unit="m")
     reach = 1.5 * contact_radius or _own_length(body)
     profiles = [(profile(body, reach), sign) for body, sign in bodies]
     moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, whole
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.plots.style import BLUE, PALE, axes_or_new, legend_below, plain, scale_of, scaled
@@ -58,7 +58,7 @@ def plot_outline(
     '$x$ (nm)'
     """
     axes = axes_or_new(axes, (4.4, 4.4))
-    last = last_valid(result) if step is None else step
+    last = chosen_step(result, step)
     phi, contour = result["phi"].values, result["contour"].values
     half = half_width(result, indenter, last)
     factor, unit = scale_of([half], "m")
@@ -83,6 +83,15 @@ def _doubt(result: xr.Dataset, step: int) -> str:
     """Estimated error of an outline over its mean radius, where it is worth a word."""
     error = float(result["contour_error"].values[step]) if "contour_error" in result else 0.0
     return f", ± {percent(error)}" if NOTABLE_OUTLINE < error < np.inf else ""
+
+
+def chosen_step(result: xr.Dataset, step: int | None) -> int:
+    """Return the step asked for, counted from the end where it is negative, or the last that can be drawn."""
+    if step is None:
+        return last_valid(result)
+    count = result.sizes["step"]
+    whole("step", step, -count, f"The result has {count} steps, from 0 on.", most=count - 1)
+    return int(step) % count
 
 
 def last_valid(result: xr.Dataset) -> int:

@@ -14,7 +14,7 @@ from flatpunch._support.checks import Array
 from flatpunch.contact import pressure
 from flatpunch.contact.curve import percent
 from flatpunch.indenters.profile import split_angles
-from flatpunch.plots.outline import closed, framed, half_width, last_valid
+from flatpunch.plots.outline import chosen_step, closed, framed, half_width
 from flatpunch.plots.style import axes_or_new, plain, printed, scale_of
 
 _RAYS, _ALONG = 241, 72
@@ -65,7 +65,7 @@ def plot_pressure(
     'Pressure at $F$ = 627 pN'
     """
     axes = axes_or_new(axes, (5.2, 4.4))
-    last = last_valid(result) if step is None else step
+    last = chosen_step(result, step)
     half = half_width(result, indenter, last)
     factor, unit = scale_of([half], "m")
     contour, phi = result["contour"].values[last], result["phi"].values
