@@ -7,21 +7,26 @@ obey y' = A y in the depth k z, and A has the double eigenvalues +-1, so (A^2 - 
 
     exp(-A x) = cosh x + (x/2) sinh x P - A [sinh x + (x cosh x - sinh x) P / 2],      P = A^2 - 1.
 
-The growth exp(x) is divided out, so nothing overflows; every coefficient of A is finite at nu = 1/2.
+The growth exp(x) is divided out, so nothing overflows; every coefficient of A is finite at nu = 1/2. Where x is large both
+carried states are nearly the growing ones, so there the two decaying solutions and what is reflected from below are added.
 Valid for any -1 < nu <= 1/2, any number of layers, sticking or sliding interfaces.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.media import HalfSpace, Layer, Medium
 
 SATURATION = 25.0
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
+
+_DEEP = 2.0
+"""k h above which a layer is solved by reflection: carried states lose (k h)^2 of their digits, small at any smaller k h."""
 
 _THICKNESSES = 8
 """Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
@@ -72,14 +77,13 @@ def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
         flexibility = half_space_flexibility(base, scale, k.shape)
     else:
         flexibility = np.zeros((2, 2, *k.shape))
-    known: dict[float, tuple[Array, Array]] = {}
+    known: dict[float, _Depths] = {}
     for layer in reversed(homogeneous_layers(medium)):
         if layer.thickness not in known:
             if len(known) == _THICKNESSES:
                 known.pop(next(iter(known)))
-            x = k * layer.thickness
-            known[layer.thickness] = (x, _depth_functions(x))
-        flexibility = _carry(layer, flexibility, *known[layer.thickness], scale)
+            known[layer.thickness] = _Depths.of(k * layer.thickness)
+        flexibility = _carry(layer, flexibility, known[layer.thickness], scale)
     return flexibility
 
 
@@ -93,12 +97,48 @@ def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[i
 
 def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
-    x = k * layer.thickness
-    return _carry(layer, below, x, _depth_functions(x), scale)
+    return _carry(layer, below, _Depths.of(k * layer.thickness), scale)
 
 
-def _carry(layer: Layer, below: Array, x: Array, functions: Array, scale: float) -> Array:
-    """Flexibility at the upper face of a layer at x = k h, from the `functions` of its depth, shape (4, n)."""
+@dataclass(frozen=True, slots=True)
+class _Depths:
+    """x = k h of one thickness, sorted by what is done there.
+
+    Attributes
+    ----------
+    shallow, deep : ndarray of int
+        Where states are carried, and where waves are reflected; anywhere else what lies below is hidden.
+    x : ndarray
+        k h where it is deep.
+    functions : ndarray, shape (4, shallow)
+        Functions of the depth where it is shallow.
+    """
+
+    shallow: Indices
+    deep: Indices
+    x: Array
+    functions: Array
+
+    @classmethod
+    def of(cls, x: Array) -> _Depths:
+        shallow, deep = np.flatnonzero(x <= _DEEP), np.flatnonzero((x > _DEEP) & (x < SATURATION))
+        return cls(shallow, deep, x[deep], _depth_functions(x[shallow]))
+
+
+def _carry(layer: Layer, below: Array, depths: _Depths, scale: float) -> Array:
+    """Flexibility at the upper face of a layer."""
+    above = half_space_flexibility(layer, scale, below.shape[2:])
+    for some, found in (
+        (depths.shallow, lambda part: _propagate(layer, part, depths.functions, scale)),
+        (depths.deep, lambda part: _reflect(layer, part, depths.x, scale)),
+    ):
+        if some.size:
+            above[..., some] = found(below[..., some])
+    return above
+
+
+def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
+    """The same at small x = k h, from the `functions` of the depth, shape (4, n): two states are carried through."""
     system = _system(layer, scale)
     nilpotent = system @ system - np.eye(4)
     states = _states_below(layer, below)
@@ -107,11 +147,33 @@ def _carry(layer: Layer, below: Array, x: Array, functions: Array, scale: float)
     # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
     cosh, f1, sinh, f3 = functions
     carried = cosh * states + f1 * first - sinh * second - f3 * third
-    above = _divide(carried[:2], carried[2:])
-    hidden = x >= SATURATION
-    if hidden.any():
-        above[..., hidden] = half_space_flexibility(layer, scale, (int(hidden.sum()),))
-    return above
+    return _divide(carried[:2], carried[2:])
+
+
+def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
+    """The same at large x from solutions exp(-+x) times (v, v x + w): those that decay, and the growing ones that the lower face sends back.
+
+    With N = (1 x; 0 1) both pass through the layer as exp(-x) N and exp(-x) N^-1.
+    """
+    mu, c = _shear_modulus(layer) / scale, 3 - 4 * layer.poisson
+    decaying = np.array([[1, 0], [1, c], [-2 * mu, mu * (1 - c)], [-2 * mu, -mu * (1 + c)]])
+    growing = np.array([[1, 0], [-1, c], [2 * mu, mu * (1 - c)], [-2 * mu, mu * (1 + c)]])
+    arriving, (a, b) = _mismatch(layer, below, decaying), _mismatch(layer, below, growing)
+    back = np.stack([arriving[0] * b[1] - arriving[1] * a[1], arriving[1] * a[0] - arriving[0] * b[0]])
+    back *= -np.exp(-2 * x) / (a[0] * b[1] - a[1] * b[0])
+    back[0] -= x * back[1]
+    back[:, 1] += x * back[:, 0]
+    fields = decaying[:, :, None] + (growing @ back.reshape(2, -1)).reshape(4, 2, -1)
+    return _divide(fields[:2], fields[2:])
+
+
+def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
+    """What two states, shape (4, 2), leave of the conditions at the lower face; shape (2, 2, n)."""
+    if layer.bonded:
+        moved = np.tensordot(states[2:], below, axes=(0, 1)).swapaxes(0, 1)
+        return np.asarray(states[:2, :, None] - moved)
+    normal = states[1, :, None] - below[1, 1] * states[3, :, None]
+    return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
 
 def _states_below(layer: Layer, below: Array) -> Array:
@@ -129,7 +191,6 @@ def _states_below(layer: Layer, below: Array) -> Array:
 
 def _depth_functions(x: Array) -> Array:
     """cosh x, (x/2) sinh x, sinh x and (x cosh x - sinh x)/2, each times exp(-x); shape (4, n)."""
-    x = np.minimum(x, SATURATION)
     decay = np.exp(-2 * x)
     cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
     return np.stack([cosh, x * sinh / 2, sinh, _x_cosh_minus_sinh(x, cosh, sinh) / 2])

@@ -135,18 +135,14 @@ def _solve_parity(
     inverse = inverse_factors(matrix[:, ::-1, ::-1])
     matrix[:, range(size), range(size)] -= rule.diagonal
     # sums over all n, and over the first of them
-    every = rule.table.waves()[parity] / np.pi
-    slow = edge_signs(size) / rule.diagonal
-    column, columns = rule.column(every), np.cumsum(matrix * slow, axis=2)
-    waves = np.cumsum(rule.table.j * slow[:, None], axis=0)
-    vectors, sums = {}, {}
-    for m in orders:
-        start = (m - parity) // 2
-        n, sign = size - start, (-1.0) ** start
-        wave, right = every, column
-        if start:
-            wave, right = every - waves[start - 1], column[:, start:] - columns[:, start:, start - 1]
-        half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right[:, ::-1])
-        vectors[m] = -sign * np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
-        sums[m] = np.sum(half**2, axis=1) - rule.weights @ wave**2
-    return vectors, sums
+    every = rule.table.waves[parity] / np.pi
+    # all orders side by side: sums over the first n of each, then right-hand sides, zero above the block of an order
+    starts = (np.array(orders) - parity) // 2
+    first = np.where(np.arange(size)[:, None] < starts, (edge_signs(size) / rule.diagonal)[:, None], 0.0)
+    waves = every - first.T @ rule.table.j
+    right = np.where(first == 0, rule.column(every)[:, :, None] - matrix @ first, 0.0)
+    half = np.where(first[::-1] == 0, inverse @ right[:, ::-1], 0.0)
+    solved = (np.swapaxes(inverse, 1, 2) @ half)[:, ::-1]
+    own = np.sum(half**2, axis=1) - rule.weights @ (waves**2).T
+    vectors = {m: -((-1.0) ** start) * solved[:, start:, i] for i, (m, start) in enumerate(zip(orders, starts, strict=True))}
+    return vectors, {m: own[:, i] for i, m in enumerate(orders)}

@@ -155,7 +155,7 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
 def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
     """Quadrature over x up to `needed`; its end is on few levels so that tables are shared between radii."""
     window_end = window_start(parity, terms) + WINDOW
-    if needed > 2 * window_end:
+    if needed > 1.5 * window_end:
         return split_table(parity, terms, first, int(np.ceil(np.log2(needed / window_end))))
     return bessel_table(parity, terms, first, 4.0 * 2.0 ** max(0, int(np.ceil(np.log2(max(needed, 4.0) / 4.0)))))
 
@@ -194,7 +194,7 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
     # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at
     # beta = 100 under a film 1e4 times stiffer than its base.
-    cos, sin = rule.table.waves()
+    cos, sin = rule.table.waves
     value, slope = rule.column(cos / np.pi), rule.column(rule.table.x * sin / np.pi)
     first = np.zeros(terms)
     first[0] = 1.0
