@@ -19,7 +19,7 @@ from math import factorial
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array
 from flatpunch.media import HalfSpace, Layer, Medium
 
 SATURATION = 25.0
@@ -72,6 +72,14 @@ def homogeneous_layers(medium: Medium) -> tuple[Layer, ...]:
 
 def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
     """Flexibility H of the stack at its surface, times the shear modulus `scale`; shape (2, 2, n)."""
+    order = np.argsort(k)
+    flexibility = np.empty((2, 2, k.size))
+    flexibility[..., order] = _sorted_flexibility(medium, k[order], scale)
+    return flexibility
+
+
+def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
+    """The same for ascending wavenumbers."""
     base = medium.base
     if isinstance(base, HalfSpace):
         flexibility = half_space_flexibility(base, scale, k.shape)
@@ -83,7 +91,7 @@ def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
             if len(known) == _THICKNESSES:
                 known.pop(next(iter(known)))
             known[layer.thickness] = _Depths.of(k * layer.thickness)
-        flexibility = _carry(layer, flexibility, known[layer.thickness], scale)
+        _carry(layer, flexibility, known[layer.thickness], scale)
     return flexibility
 
 
@@ -97,44 +105,46 @@ def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[i
 
 def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
-    return _carry(layer, below, _Depths.of(k * layer.thickness), scale)
+    order, above = np.argsort(k), np.empty(below.shape)
+    ascending = below[..., order]
+    _carry(layer, ascending, _Depths.of(k[order] * layer.thickness), scale)
+    above[..., order] = ascending
+    return above
 
 
 @dataclass(frozen=True, slots=True)
 class _Depths:
-    """x = k h of one thickness, sorted by what is done there.
+    """Ascending x = k h of one thickness: below `shallow` states are carried, up to `deep` waves are reflected.
 
     Attributes
     ----------
-    shallow, deep : ndarray of int
-        Where states are carried, and where waves are reflected; anywhere else what lies below is hidden.
+    shallow, deep : int
+        Numbers of x up to `_DEEP`, and up to `SATURATION`, beyond which a layer hides what lies below it.
     x : ndarray
         k h where it is deep.
     functions : ndarray, shape (4, shallow)
         Functions of the depth where it is shallow.
     """
 
-    shallow: Indices
-    deep: Indices
+    shallow: int
+    deep: int
     x: Array
     functions: Array
 
     @classmethod
     def of(cls, x: Array) -> _Depths:
-        shallow, deep = np.flatnonzero(x <= _DEEP), np.flatnonzero((x > _DEEP) & (x < SATURATION))
-        return cls(shallow, deep, x[deep], _depth_functions(x[shallow]))
+        shallow, deep = np.searchsorted(x, [_DEEP, SATURATION]).tolist()
+        return cls(shallow, deep, x[shallow:deep], _depth_functions(x[:shallow]))
 
 
-def _carry(layer: Layer, below: Array, depths: _Depths, scale: float) -> Array:
-    """Flexibility at the upper face of a layer."""
-    above = half_space_flexibility(layer, scale, below.shape[2:])
-    for some, found in (
-        (depths.shallow, lambda part: _propagate(layer, part, depths.functions, scale)),
-        (depths.deep, lambda part: _reflect(layer, part, depths.x, scale)),
-    ):
-        if some.size:
-            above[..., some] = found(below[..., some])
-    return above
+def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> None:
+    """Replace the flexibility at the lower face of a layer by that at its upper face."""
+    shallow, deep = depths.shallow, depths.deep
+    if shallow:
+        flexibility[..., :shallow] = _propagate(layer, flexibility[..., :shallow], depths.functions, scale)
+    if deep > shallow:
+        flexibility[..., shallow:deep] = _reflect(layer, flexibility[..., shallow:deep], depths.x, scale)
+    flexibility[..., deep:] = half_space_flexibility(layer, scale, (1,))
 
 
 def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
@@ -151,27 +161,35 @@ def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Ar
 
 
 def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
-    """The same at large x from solutions exp(-+x) times (v, v x + w): those that decay, and the growing ones that the lower face sends back.
+    """The same at large x: decaying solutions, and the growing ones that the lower face sends back.
 
-    With N = (1 x; 0 1) both pass through the layer as exp(-x) N and exp(-x) N^-1.
+    Both are exp(-+x) (v, w + v x) and pass through the layer as exp(-x) N and exp(-x)/N with N = (1 x; 0 1).
     """
-    mu, c = _shear_modulus(layer) / scale, 3 - 4 * layer.poisson
-    decaying = np.array([[1, 0], [1, c], [-2 * mu, mu * (1 - c)], [-2 * mu, -mu * (1 + c)]])
-    growing = np.array([[1, 0], [-1, c], [2 * mu, mu * (1 - c)], [-2 * mu, mu * (1 + c)]])
-    arriving, (a, b) = _mismatch(layer, below, decaying), _mismatch(layer, below, growing)
-    back = np.stack([arriving[0] * b[1] - arriving[1] * a[1], arriving[1] * a[0] - arriving[0] * b[0]])
-    back *= -np.exp(-2 * x) / (a[0] * b[1] - a[1] * b[0])
+    m, c = _shear_modulus(layer) / scale, 3 - 4 * layer.poisson
+    # notation: columns are two decaying and two growing solutions at their own face
+    solutions = np.array(
+        [
+            [1, 0, 1, 0],
+            [1, c, -1, c],
+            [-2 * m, m * (1 - c), 2 * m, m * (1 - c)],
+            [-2 * m, -m * (1 + c), -2 * m, m * (1 + c)],
+        ]
+    )
+    first, second = _mismatch(layer, below, solutions)
+    (p, q), (r, s) = first[2:], second[2:]
+    back = np.empty((2, 2, x.size))
+    back[0], back[1] = first[:2] * s - second[:2] * q, second[:2] * p - first[:2] * r
+    back *= np.exp(-2 * x) / (q * r - p * s)
     back[0] -= x * back[1]
     back[:, 1] += x * back[:, 0]
-    fields = decaying[:, :, None] + (growing @ back.reshape(2, -1)).reshape(4, 2, -1)
+    fields = solutions[:, :2, None] + (solutions[:, 2:] @ back.reshape(2, -1)).reshape(4, 2, -1)
     return _divide(fields[:2], fields[2:])
 
 
 def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
-    """What two states, shape (4, 2), leave of the conditions at the lower face; shape (2, 2, n)."""
+    """What states, shape (4, s), leave of the two conditions at the lower face; shape (2, s, n)."""
     if layer.bonded:
-        moved = np.tensordot(states[2:], below, axes=(0, 1)).swapaxes(0, 1)
-        return np.asarray(states[:2, :, None] - moved)
+        return np.asarray(states[:2, :, None] - states[2:].T @ below)
     normal = states[1, :, None] - below[1, 1] * states[3, :, None]
     return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
@@ -232,5 +250,7 @@ def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:
 def _divide(upper: Array, lower: Array) -> Array:
     """`upper` times the inverse of `lower`, both (2, 2, n)."""
     (a, b), (c, d) = lower
-    product = np.stack([upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b], axis=1)
-    return np.asarray(product / (a * d - b * c))
+    product = np.empty(upper.shape)
+    product[:, 0], product[:, 1] = upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b
+    product /= a * d - b * c
+    return product

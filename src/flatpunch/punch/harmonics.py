@@ -144,5 +144,7 @@ def _solve_parity(
     half = np.where(first[::-1] == 0, inverse @ right[:, ::-1], 0.0)
     solved = (np.swapaxes(inverse, 1, 2) @ half)[:, ::-1]
     own = np.sum(half**2, axis=1) - rule.weights @ (waves**2).T
-    vectors = {m: -((-1.0) ** start) * solved[:, start:, i] for i, (m, start) in enumerate(zip(orders, starts, strict=True))}
+    vectors = {
+        m: -((-1.0) ** start) * solved[:, start:, i] for i, (m, start) in enumerate(zip(orders, starts, strict=True))
+    }
     return vectors, {m: own[:, i] for i, m in enumerate(orders)}

@@ -185,9 +185,14 @@ class Answers:
 
 def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
+    return solve_with_fewer(kernel, beta, terms)[0]
+
+
+def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> list[Answers]:
+    """The same with all terms, and with smaller numbers of them: leading blocks of the same matrix."""
     if kernel.graded:
-        flat, edge, slope = graded_round(kernel, beta, terms)
-        return Answers(flat, edge, slope, _rounding(flat, np.pi))
+        found = [graded_round(kernel, beta, n) for n in (terms, *fewer)]
+        return [Answers(flat, edge, slope, _rounding(flat, np.pi)) for flat, edge, slope in found]
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
@@ -199,9 +204,9 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     first = np.zeros(terms)
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
-    solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    flat, edge, slope = np.moveaxis(solution, -1, 0)
-    return Answers(flat, edge, slope, _rounding(flat, np.pi if rule.whole is None else matrix[:, 0, 0]))
+    size = np.pi if rule.whole is None else matrix[:, 0, 0]
+    solutions = [np.asarray(np.linalg.solve(matrix[:, :n, :n], right[:, :n]), dtype=float) for n in (terms, *fewer)]
+    return [Answers(s[..., 0], s[..., 1], s[..., 2], _rounding(s[..., 0], size)) for s in solutions]
 
 
 def _rounding(flat: Array, size: float | Array) -> Array:
