@@ -115,14 +115,10 @@ class RemainderRule:
         terms = self.table.j.shape[0]
         blocks = np.empty((self.used.size, terms, terms))
 
+        weights = self.weights if self.whole is None else self.whole
+
         def fill(i: int) -> None:
-            j = self.table.j[:, : self.used[i]]
-            if self.whole is None:
-                np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
-                return
-            # a matrix times its own transpose costs half
-            scaled = j * np.sqrt(self.whole[i, : self.used[i]])
-            np.matmul(scaled, scaled.T, out=blocks[i])
+            _fill(blocks[i], self.table.j, weights[i, : self.used[i]])
 
         in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
         if self.whole is None:
@@ -132,6 +128,39 @@ class RemainderRule:
     def column(self, values: Array) -> Array:
         """2 int (L - 1) f j_p dx for a function's values on the nodes, shape (nb, terms)."""
         return np.asarray((self.weights * values) @ self.table.j.T)
+
+
+_BLOCK, _FEW = 256, 64
+"""Nodes that are summed at once, and orders up to which all are summed at once."""
+
+_FADED = 1e-18
+"""Size of j_p below its turning point from which it is left out."""
+
+
+def _fill(matrix: Array, j: Array, weights: Array) -> None:
+    """Sum of weights times j_p j_q over the first nodes.
+
+    Matrices times their own transpose cost half, so the nodes are sorted by the sign of their weight; and at small x the
+    functions of high order have not begun.
+    """
+    if len(j) <= _FEW:
+        np.matmul(j[:, : weights.size] * weights, j[:, : weights.size].T, out=matrix)
+        return
+    matrix[:] = 0.0
+    roots, start = np.sqrt(np.abs(weights)), 0
+    while start < weights.size:
+        end = min(start + _BLOCK, weights.size)
+        orders = int(np.flatnonzero(np.abs(j[:, end - 1]) > _FADED)[-1]) + 1
+        if orders == len(j):
+            end = weights.size
+        scaled, negative = j[:orders, start:end] * roots[start:end], weights[start:end] < 0
+        if negative.all() or not negative.any():
+            part = scaled @ scaled.T
+            matrix[:orders, :orders] += -part if negative[0] else part
+        else:
+            plus, minus = scaled[:, ~negative], scaled[:, negative]
+            matrix[:orders, :orders] += plus @ plus.T - minus @ minus.T
+        start = end
 
 
 def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> RemainderRule:
