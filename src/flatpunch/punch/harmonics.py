@@ -133,7 +133,7 @@ def _solve_parity(
     """v_m, shape (nb, terms of it), and s.v_m, shape (nb,), of orders of one parity."""
     rule = remainder_rule(kernel, beta, size, parity)
     matrix = rule.matrix()
-    factors = np.linalg.cholesky(matrix[:, ::-1, ::-1])
+    factors = np.asarray(np.linalg.cholesky(matrix[:, ::-1, ::-1]), dtype=float)
     matrix[:, range(size), range(size)] -= rule.diagonal
     # sums over all n, and over the first of them
     every = rule.table.waves[parity] / np.pi
