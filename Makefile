@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow benchmarks format format-check lint types docs docs-check lowest wheel integrations picture clean
+.PHONY: help install demo app screenshots test slow benchmarks format format-check lint types docs docs-check lowest wheel integrations picture clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -35,6 +35,9 @@ install: $(VENV)/.installed-test  ## Make the environment and install the packag
 
 demo: $(VENV)/.installed-test  ## Solve the shipped cases: tables here, results and pictures in demo-results/
 	$(BIN)/flatpunch demo --output demo-results
+
+app: $(VENV)/.installed-test  ## Open the page in the browser
+	$(BIN)/flatpunch app
 
 test: $(VENV)/.installed-test  ## Run the whole test suite
 	$(BIN)/python -m pytest -n $(WORKERS)
@@ -88,6 +91,9 @@ integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography,
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
 	$(BIN)/python docs/examples/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
+
+screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium
+	FLATPUNCH_SCREENSHOTS=docs/images $(BIN)/python -m pytest -q -n 0 tests/app/test_browser.py
 
 clean:  ## Remove what was made, the environment included
 	rm -rf docs/_build docs/gallery docs/generated

@@ -16,9 +16,11 @@ _FLOORS = [
     {"bem"},
     {"contact"},
     {"atlas", "fields"},
+    {"sensitivity"},
     {"files", "paper"},
     {"plots", "sweeps"},
     {"fit"},
+    {"app"},
     {"cli"},
 ]
 """Packages from the ground up: a package imports from lower floors only."""
@@ -58,6 +60,7 @@ _INSIDE = {
         {"adhesion", "viscoelastic"},
         {"report"},
         {"fitting", "half_space"},
+        {"many"},
         {"films", "batch", "case"},
         {"pictures"},
         {"__init__"},

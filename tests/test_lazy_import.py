@@ -47,6 +47,19 @@ def test_results_load_no_library_of_units_or_chunks(call):
     assert not {"pint", "dask"} & set(loaded)
 
 
+def test_a_round_contact_loads_of_scipy_the_special_functions_only():
+    """The first call of a process: linear algebra and transforms of SciPy take a tenth of it to load, and NumPy has them."""
+    code = (
+        "import sys, flatpunch as fp; gel, tip = fp.HalfSpace(1.0, 0.3), fp.Sphere(1.0); fp.indent(gel, tip, depth=0.1)"
+    )
+    layered = "fp.indent(fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.RigidBase()), tip, depth=0.1)"
+    loaded = run(f"{code}; {layered}; print(*sorted(sys.modules))")
+    assert "scipy.special" in loaded
+    assert not {f"scipy.{name}" for name in ("fft", "linalg", "interpolate", "integrate", "optimize", "sparse")} & set(
+        loaded
+    )
+
+
 @pytest.mark.parametrize("name", fp.__all__)
 def test_every_name_is_there(name):
     assert getattr(fp, name) is not None

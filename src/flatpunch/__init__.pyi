@@ -65,7 +65,9 @@ from .media import (
     TwoBodies,
 )
 from .plots.fields import plot_fields
+from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
+from .sensitivity import sensitivity
 from .sweeps import sweep
 
 __all__ = [
@@ -134,11 +136,13 @@ __all__ = [
     "indent",
     "load",
     "plot_fields",
+    "plot_sensitivity",
     "pressure",
     "pull_off",
     "read_case",
     "read_curve",
     "read_height_map",
     "save",
+    "sensitivity",
     "sweep",
 ]

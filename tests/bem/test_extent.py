@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flatpunch import indenters, media
-from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve, solve_punch, trace_outline
+from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve
 from flatpunch.bem.bounding_box import Extent, find_extent
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.compliance import compliance
@@ -38,27 +38,6 @@ def test_grid_coordinates():
 def test_grid_checks(arguments, message):
     with pytest.raises(ValueError, match=message):
         Grid(*arguments)
-
-
-def test_grids_of_long_cells():
-    grid = Grid(8, 10, 0.5, center=(1.0, -1.0), stretch=3)
-    assert np.diff(grid.x) == pytest.approx(1.5)
-    assert np.diff(grid.y) == pytest.approx(0.5)
-    assert grid.cell_area == pytest.approx(0.75)
-    assert grid.part(slice(1, 9), slice(0, 8)).length == 1.5
-    with pytest.raises(ValueError, match=r"Grid.stretch = 2 must be an odd number below 100"):
-        Grid(8, 10, 0.5, stretch=2)
-
-
-def test_contacts_want_square_cells():
-    long = Grid(8, 8, 0.5, stretch=3)
-    for refused in (
-        lambda: solve(HALF_SPACE, indenters.Paraboloid(1.0), depths=1e-3, grid=long),
-        lambda: solve_punch(HALF_SPACE, lambda x, y: np.hypot(x, y) < 1, long),
-        lambda: trace_outline(long, np.ones(long.shape)),
-    ):
-        with pytest.raises(ValueError, match=r"grid.stretch = 3 must be 1"):
-            refused()
 
 
 def test_grid_around_an_elongated_contact():

@@ -37,16 +37,6 @@ def test_convolution_is_the_direct_sum(shape, kernel):
     np.testing.assert_allclose(u, direct, rtol=0, atol=1e-13 * direct.max())
 
 
-@pytest.mark.parametrize("mirrored", [(False, False), (False, True)])
-def test_convolution_of_long_cells_is_that_of_the_square_ones_in_them(mirrored):
-    long = Grid(20, 24, 0.3, stretch=3, mirrored=mirrored)
-    square = Grid(60, 24, 0.3, mirrored=mirrored)
-    p = np.random.default_rng(1).random(long.shape)
-    u, of_square = build_operator(SOFT, long).apply(p), build_operator(SOFT, square).apply(np.repeat(p, 3, axis=1))
-    np.testing.assert_allclose(u, of_square[:, 1::3], rtol=0, atol=1e-12 * u.max())
-    np.testing.assert_allclose(long.x, square.x[1::3], rtol=0, atol=1e-12)
-
-
 def test_operator_is_symmetric_and_its_approximate_inverse_positive():
     grid = Grid(24, 30, 0.3)
     operator = build_operator(SOFT, grid)

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from flatpunch._support.messages import message, toml
 from flatpunch.cli.app import app
-from flatpunch.cli.told import message, toml
 from support import case_mutations
 
 CASE = """

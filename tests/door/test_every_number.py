@@ -100,6 +100,8 @@ CALLS = {
     ),
     "BoundaryElements": (fp.BoundaryElements, {"grid": 16, "tolerance": 1e-3, "limit": 50}),
     "Refined": (fp.Refined, {"rtol": 1e-2, "cells": 32}),
+    "sensitivity": (fp.sensitivity, {"medium": GEL, "indenter": BALL, "depth": 1e-7, "z": [2e-7, 1e-6]}),
+    "sensitivity radius": (fp.sensitivity, {"medium": BODY, "indenter": BALL, "radius": 1e-7}),
     "pressure": (fp.pressure, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": [0.0, 1e-8], "depth": 1e-8}),
     "pressure adhesive": (
         fp.pressure,
@@ -405,7 +407,7 @@ def test_every_public_constructor_and_function_is_here():
         *("FirstOrder", "SecondOrder", "FourthOrder"),
         *("load", "save", "read_case", "read_curve"),
         # what functions return, and pictures of it
-        *("CriticalLoad", "plot_fields"),
+        *("CriticalLoad", "plot_fields", "plot_sensitivity"),
         # take case files and curves; their own tests
         *("read_height_map", "sweep", "fit_batch"),
     }

@@ -84,7 +84,6 @@ def test_exponent_zero_is_the_homogeneous_half_space():
         np.testing.assert_allclose(p.power_moments(1.5, m, 5), basis.power_moments(1.5, m, 5), rtol=1e-14)
         assert p.power_edge(1.5, m) == pytest.approx(basis.power_edge(1.5, m), rel=1e-14)
     assert p.outline_response(2, 2) == pytest.approx(2 / 3, rel=1e-14)
-    assert p.force_response(2, 2) == pytest.approx(5 / 24, rel=1e-14)
 
 
 @pytest.mark.parametrize("k", EXPONENTS)

@@ -9,14 +9,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from typing import Any, NoReturn
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+
+
+class ArrayOfNumbers(Protocol):
+    """What NumPy turns into an array: an array itself, a column of a table, a variable of a data set."""
+
+    def __array__(self) -> NDArray[Any]: ...
+
+
+Values = float | Sequence[float] | ArrayOfNumbers
+"""One number or several, as users give them."""
+
 Indices = NDArray[np.intp]
 
 SMALLEST, LARGEST = 1e-50, 1e50

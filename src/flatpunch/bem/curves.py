@@ -22,7 +22,7 @@ from flatpunch.bem.bounding_box import (
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import SMALLEST, Grid, check_square
+from flatpunch.bem.grid import SMALLEST, Grid
 from flatpunch.bem.height import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.resources import announced, fitting_threads
@@ -32,7 +32,7 @@ from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
-from flatpunch.parallel.team import shared_out
+from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
 
@@ -116,9 +116,7 @@ def solve(
     check_tolerance(tolerance, single)
     angles = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
     limit = whole("limit", limit, 1, "It is the largest number of iterations on one grid.")
-    if isinstance(grid, Grid):
-        check_square(grid)
-    elif grid is not None:
+    if grid is not None and not isinstance(grid, Grid):
         grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)

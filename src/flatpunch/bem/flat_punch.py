@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.bem.grid import Grid, Mask, check_square
+from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import PunchHeight
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import trace_outline
@@ -67,7 +67,6 @@ def solve_punch(
     if face is None:
         positive("depth", depth, unit="m")
     check_tolerance(tolerance, single)
-    check_square(grid)
     if callable(planform):
         mask = np.isfinite(PunchHeight(planform)(grid))
     else:

@@ -1,6 +1,6 @@
-"""Grid of square cells, or of longer ones, on which pressure and gap are sampled.
+"""Grid of square cells on which pressure and gap are sampled.
 
-Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) length, y alike with i and spacing: arrays are indexed [y, x]. With
+Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) spacing, y alike with i: arrays are indexed [y, x]. With
 even numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
 
 A contact that is its own mirror image is solved on one half of such a grid, or one quarter: see `Grid.folded`.
@@ -28,21 +28,19 @@ _LONGEST = 16 * CELLS
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Rectangle of equal cells.
+    """Rectangle of equal square cells.
 
     Parameters
     ----------
     nx, ny : int
         Number of cells along x and y, at least 8.
     spacing : float
-        Side of a cell along y [m], > 0.
+        Side of a cell [m], > 0.
     center : (float, float)
         Coordinates of the grid's centre [m]; the indenter first touches at the origin.
     mirrored : (bool, bool)
         Whether the arrays hold the cells at positive x (y) only, all else being mirror images. Such a grid is centred at zero
         along that axis, and nx (ny) counts the cells it holds.
-    stretch : int
-        Length of a cell along x over `spacing`, an odd number: needles are hundreds of times as long as wide.
     """
 
     nx: int
@@ -50,7 +48,6 @@ class Grid:
     spacing: float
     center: tuple[float, float] = (0.0, 0.0)
     mirrored: tuple[bool, bool] = (False, False)
-    stretch: int = 1
 
     def __post_init__(self) -> None:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
@@ -63,11 +60,6 @@ class Grid:
                 "Take wider cells, or a smaller grid."
             )
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing, unit="m"))
-        if self.stretch not in range(1, 100, 2):
-            raise ValueError(
-                f"Grid.stretch = {self.stretch!r} must be an odd number below 100: such cells are rows of square ones."
-            )
-        object.__setattr__(self, "stretch", int(self.stretch))
         object.__setattr__(self, "center", point("Grid.center", self.center, "m"))
 
     @classmethod
@@ -112,20 +104,15 @@ class Grid:
         return self.ny, self.nx
 
     @property
-    def length(self) -> float:
-        """Side of a cell along x [m]."""
-        return self.stretch * self.spacing
-
-    @property
     def cell_area(self) -> float:
         """Area of a cell [m^2]."""
-        return self.length * self.spacing
+        return self.spacing**2
 
     @property
     def x(self) -> Array:
         """Cell centres along x [m], shape (nx,)."""
         first = 0.5 if self.mirrored[0] else -(self.nx - 1) / 2
-        return np.asarray(self.center[0] + (np.arange(self.nx) + first) * self.length)
+        return np.asarray(self.center[0] + (np.arange(self.nx) + first) * self.spacing)
 
     @property
     def y(self) -> Array:
@@ -144,7 +131,7 @@ class Grid:
         nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (whole.nx, whole.ny))
         if min(nx, ny) < 2 * SMALLEST:
             return None
-        return Grid(nx, ny, 2 * self.spacing, self.center, stretch=self.stretch).folded(self.mirrored)
+        return Grid(nx, ny, 2 * self.spacing, self.center).folded(self.mirrored)
 
     def scaled(self, factor: float) -> Grid:
         """The same grid with all lengths multiplied by `factor`."""
@@ -193,14 +180,6 @@ def polar(x: Array, y: Array) -> tuple[Array, Array]:
     angle = np.arctan2(y, x)
     # a tenth of what the remainder takes
     return np.hypot(x, y), np.asarray(angle + 2 * np.pi * (angle < 0))
-
-
-def check_square(grid: Grid) -> None:
-    """Refuse cells that are longer than wide."""
-    if grid.stretch != 1:
-        raise ValueError(
-            f"grid.stretch = {grid.stretch} must be 1: contacts are solved, and outlines traced, on square cells."
-        )
 
 
 def _even(number: float) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from flatpunch.indenters.profile import Indenter, reach_along
 
 Height = Callable[[Grid], Array]
 
-_ANGLES = 64
-_DOUBLINGS = 400
+ANGLES = 64
+"""Directions in which the tip is searched for its bounding box; with half as many the box of a narrow tip is 1 % too small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,46 +55,35 @@ class PunchHeight:
 
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
     """Half-widths of the bounding box of f < depth about the origin [m]: where a rigid surface would be cut."""
-    phi = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
-    reach = reach_along(indenter, phi)
-    radii = np.array([_crossing(partial(_excess, indenter, depth, p), end) for p, end in zip(phi, reach, strict=True)])
+    phi = _directions()
+    radii = _crossing(lambda r, phi: np.asarray(indenter.height(r, phi)) - depth, reach_along(indenter, phi), phi)
     return _box(radii, phi)
 
 
 def loaded_half_widths(indenter: Indenter, force: float, modulus: float) -> tuple[float, float]:
     """Half-widths of the box where force ~ modulus x radius x height [m]: the order of a half-space's contact."""
-    phi = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
-    typical = _crossing(
-        lambda r: modulus * r * float(np.mean([_height(indenter, r, p) for p in phi])) - force, indenter.reach
-    )
-    depth = float(np.mean([_height(indenter, typical, p) for p in phi]))
-    return overlap_half_widths(indenter, depth) if depth > 0 else (typical, typical)
+    phi = _directions()
+
+    def mean_height(r: Array) -> Array:
+        return np.asarray(np.broadcast_to(indenter.height(r[..., None], phi), (*r.shape, phi.size)).mean(axis=-1))
+
+    typical = _crossing(lambda r: modulus * r * mean_height(r) - force, np.array(indenter.reach))
+    depth = float(mean_height(typical))
+    return overlap_half_widths(indenter, depth) if depth > 0 else (float(typical), float(typical))
 
 
-def _excess(indenter: Indenter, depth: float, phi: float, r: float) -> float:
-    return _height(indenter, r, phi) - depth
+def _directions() -> Array:
+    return np.asarray(2 * np.pi * np.arange(ANGLES) / ANGLES)
 
 
-def _height(indenter: Indenter, r: float, phi: float) -> float:
-    return float(indenter.height(np.array([r]), np.array([phi]))[0])
+def _crossing(excess: Callable[..., Array], reach: Array, *arguments: Array) -> Array:
+    """Radii at which increasing functions change sign, to a thousandth, at most the reach; of the shape of `reach`."""
+    from scipy.optimize import elementwise
 
-
-def _crossing(excess: Callable[[float], float], reach: float) -> float:
-    """Radius at which an increasing function changes sign, to a factor of two; at most the reach."""
-    r = min(1.0, reach)
-    for _ in range(_DOUBLINGS):
-        if excess(r) <= 0:
-            break
-        r /= 2
-    for _ in range(_DOUBLINGS):
-        if r >= reach or excess(min(2 * r, reach)) > 0:
-            break
-        r *= 2
-    low, high = r, min(2 * r, reach)
-    for _ in range(12):
-        middle = (low + high) / 2
-        low, high = (middle, high) if excess(middle) <= 0 else (low, middle)
-    return high
+    start = np.minimum(1.0, reach)
+    found = elementwise.bracket_root(excess, start / 2, start, xmin=0.0, xmax=reach, args=arguments)
+    root = elementwise.find_root(excess, found.bracket, args=arguments, tolerances={"xrtol": 1e-3})
+    return np.where(root.success, root.x, reach)
 
 
 def _box(radii: Array, phi: Array) -> tuple[float, float]:

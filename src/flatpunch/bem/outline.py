@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid, Mask, check_square
+from flatpunch.bem.grid import Grid, Mask
 
 EXCESS = 0.13
 """Distance in cells by which cells in contact reach beyond the rim; twice as much makes areas 0.3 % too small at 256 cells."""
@@ -91,7 +91,6 @@ def trace_outline(
     sharp : bool
         Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
     """
-    check_square(grid)
     rays = enough_rays(angles)
     every = slice(None, None, rays // angles)
     phi = 2 * np.pi * np.arange(rays) / rays

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.fit import add_commands
+from flatpunch.cli.page import add_commands as add_page
 from flatpunch.cli.paper import paper
 from flatpunch.cli.streams import finish, prepare
 from flatpunch.cli.stress import add_commands as add_stress
@@ -40,7 +41,6 @@ app = typer.Typer(
 )
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
-_ROWS = 10
 _NOBODY_READS = 141
 """Status of a process whose output nobody reads, as the shell gives it."""
 
@@ -142,6 +142,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     import flatpunch as fp
     from flatpunch._support.progress import listening
     from flatpunch.files import save
+    from flatpunch.files.summary import pull_off_lines
 
     written = []
     with (
@@ -152,7 +153,7 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
         step("solving")
         with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
             result = fp.indent(case.medium, case.indenter, **case.arguments)
-        leaving = [] if case.work_of_adhesion is None else _pull_off(case, case.work_of_adhesion)
+        leaving = pull_off_lines(case)
         for path in outputs:
             step(f"writing {path.name}")
             written.append(save(result, path))
@@ -171,63 +172,19 @@ def _solve(case: Case, outputs: list[Path], plot: Path | None) -> None:
     out.print()
 
 
-def _pull_off(case: Case, work: float) -> list[str]:
-    """Say where the contact is lost."""
-    import flatpunch as fp
-    from flatpunch.files.units import text
-
-    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.range_of_action)
-    lines = [
-        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
-        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
-    ]
-    if lost.tabor is not None:
-        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
-    return lines
-
-
 def _print_curve(case: Case, result: xr.Dataset) -> None:
     """Print about ten evenly chosen steps as a table; every column in the unit that suits its largest value."""
-    import numpy as np
     from rich.table import Table
 
-    from flatpunch.contact.default import EXACT
-    from flatpunch.files.units import readable
+    from flatpunch.files.summary import curve_table
 
-    steps = result.sizes["step"]
-    chosen = np.unique(np.linspace(0, steps - 1, min(_ROWS, steps)).round().astype(int))
-    columns = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
-    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
-    columns = {"time": "s", **columns} if "time" in result else {**columns, "stiffness": "N/m"}
-    table = Table(
-        title=case.title,
-        caption=f"{len(chosen)} of {steps} steps, {_solved_by(result)}",
-        title_justify="left",
-    )
-    shown = []
-    for name, unit in columns.items():
-        values = result[name].values
-        finite = np.abs(values[np.isfinite(values)])
-        factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
-        table.add_column(f"{name}\n{prefixed}".replace("^2", "²"), justify="right")
-        shown.append([f"{values[i] * factor:.4g}" for i in chosen])
-    if "force_error" in result and result.attrs["method_reason"] != EXACT:
-        table.add_column("force error\n%", justify="right")
-        shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
-    valid = result["valid"].values
-    if not valid.all():
-        table.add_column("theory\nholds")
-        shown.append(["yes" if valid[i] else "no" for i in chosen])
-    for row in zip(*shown, strict=True):
+    shown = curve_table(result)
+    table = Table(title=case.title, caption=shown.caption, title_justify="left")
+    for name, unit in shown.columns:
+        table.add_column(f"{name}\n{unit}", justify="right")
+    for row in shown.rows:
         table.add_row(*row)
     Console().print(table)
-
-
-def _solved_by(result: xr.Dataset) -> str:
-    """The method, unless it is exact whatever its name."""
-    from flatpunch.contact.default import EXACT
-
-    return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
 
 
 def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> None:
@@ -242,6 +199,7 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 add_commands(app)
 add_sweep(app)
 add_stress(app)
+add_page(app)
 app.add_typer(atlas_app(), name="atlas")
 
 

@@ -13,7 +13,7 @@ from typing import Protocol
 import typer
 from rich.console import Console
 
-from flatpunch.cli.told import message, wants_traceback
+from flatpunch._support.messages import message, wants_traceback
 
 
 class Step(Protocol):
@@ -27,7 +27,7 @@ class Step(Protocol):
 def friendly(interrupted: str = "No file was left half-written.") -> Iterator[None]:
     """Turn bad input into one message and status 2, and Ctrl-C into one line and status 130.
 
-    What is a mistake of the package is told as one, in one line; `flatpunch.cli.told` says how.
+    What is a mistake of the package is told as one, in one line; `flatpunch._support.messages` says how.
 
     Parameters
     ----------

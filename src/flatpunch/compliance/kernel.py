@@ -21,7 +21,16 @@ from flatpunch.compliance.graded import graded_response, long_wave_power, smalle
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
 from flatpunch.compliance.power_law import power_law_constant
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, PunchSolution, TabulatedMedium, TwoBodies
+from flatpunch.media import (
+    Body,
+    GradedLayer,
+    HalfSpace,
+    Medium,
+    PowerLawHalfSpace,
+    PunchSolution,
+    TabulatedMedium,
+    TwoBodies,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +113,7 @@ class Kernel:
         return np.asarray(2 * self.response(kappa) / (self.modulus * k))
 
 
-def compliance(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium) -> Kernel:
+def compliance(medium: Body) -> Kernel:
     """Surface compliance of a medium.
 
     Parameters

@@ -2,7 +2,17 @@ from .adhesion.loop import adhesion_loop
 from .adhesion.pull_off import PullOff, pull_off
 from .default import Choice
 from .indent import default_choice, default_method, indent, pressure
-from .methods import METHODS, BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder, method_of
+from .methods import (
+    METHODS,
+    BoundaryElements,
+    FirstOrder,
+    FourthOrder,
+    Method,
+    MethodName,
+    Refined,
+    SecondOrder,
+    method_of,
+)
 
 __all__ = [
     "METHODS",
@@ -11,6 +21,7 @@ __all__ = [
     "FirstOrder",
     "FourthOrder",
     "Method",
+    "MethodName",
     "PullOff",
     "Refined",
     "SecondOrder",

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, OUTLINES
-from flatpunch._support.checks import Array, numbers, positive, shown, values, whole
+from flatpunch._support.checks import Array, Values, numbers, positive, shown, values, whole
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
@@ -22,6 +22,7 @@ from flatpunch.contact.limits import deepest, judged
 from flatpunch.contact.methods import (
     BoundaryElements,
     Method,
+    MethodName,
     Refined,
     SecondOrder,
     check_indenter,
@@ -30,6 +31,7 @@ from flatpunch.contact.methods import (
     solver_of,
 )
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.media.relaxation import Relaxation
 from flatpunch.media.tabulated import TabulatedMedium
 
@@ -45,20 +47,57 @@ _VARIABLES = {
 }
 
 
+class Options(TypedDict, total=False):
+    """Arguments of `indent` that go with depths, forces and radii alike."""
+
+    method: MethodName | Method | None
+    angles: int
+    work_of_adhesion: float | None
+    range_of_action: float | None
+
+
+@overload
+def indent(medium: Body, indenter: Indenter, *, depth: Values, **options: Unpack[Options]) -> xr.Dataset: ...
+@overload
+def indent(medium: Body, indenter: Indenter, *, force: Values, **options: Unpack[Options]) -> xr.Dataset: ...
+@overload
+def indent(medium: Body, indenter: Indenter, *, radius: Values, **options: Unpack[Options]) -> xr.Dataset: ...
+@overload
+def indent(
+    medium: Body,
+    indenter: Indenter,
+    *,
+    depth: Values,
+    time: Values,
+    relaxation: Relaxation,
+    method: MethodName | Method | None = None,
+    angles: int = 360,
+) -> xr.Dataset: ...
+@overload
+def indent(
+    medium: Body,
+    indenter: Indenter,
+    *,
+    force: Values,
+    time: Values,
+    relaxation: Relaxation,
+    method: MethodName | Method | None = None,
+    angles: int = 360,
+) -> xr.Dataset: ...
 @one_blas_thread()
 @refused_overflow()
 def indent(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     *,
-    depth: float | Array | None = None,
-    force: float | Array | None = None,
-    radius: float | Array | None = None,
-    method: str | Method | None = None,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
+    method: MethodName | Method | None = None,
     angles: int = 360,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
-    time: Array | None = None,
+    time: Values | None = None,
     relaxation: Relaxation | None = None,
 ) -> xr.Dataset:
     """Press an indenter into a medium: a whole curve in one call.
@@ -127,44 +166,44 @@ def indent(
 
 @overload
 def pressure(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
-    x: float | Array,
-    y: float | Array,
+    x: Values,
+    y: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | Method | None = None,
+    method: MethodName | Method | None = None,
     work_of_adhesion: float | None = None,
     return_error: Literal[False] = False,
 ) -> Array: ...
 @overload
 def pressure(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
-    x: float | Array,
-    y: float | Array,
+    x: Values,
+    y: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | Method | None = None,
+    method: MethodName | Method | None = None,
     work_of_adhesion: float | None = None,
     return_error: Literal[True],
 ) -> tuple[Array, Array]: ...
 @one_blas_thread()
 @refused_overflow()
 def pressure(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
-    x: float | Array,
-    y: float | Array,
+    x: Values,
+    y: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | Method | None = None,
+    method: MethodName | Method | None = None,
     work_of_adhesion: float | None = None,
     return_error: bool = False,
 ) -> Array | tuple[Array, Array]:
@@ -228,11 +267,11 @@ def pressure(
 
 def default_method(
     indenter: Indenter,
-    medium: Any = None,
+    medium: Body | None = None,
     *,
-    depth: float | Array | None = None,
-    force: float | Array | None = None,
-    radius: float | Array | None = None,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
 ) -> str:
     """Short name of the method that `indent` chooses by itself; arguments as for `indent`.
 
@@ -248,11 +287,11 @@ def default_method(
 
 def default_choice(
     indenter: Indenter,
-    medium: Any,
+    medium: Body,
     *,
-    depth: float | Array | None = None,
-    force: float | Array | None = None,
-    radius: float | Array | None = None,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
 ) -> Choice:
     """The method that `indent` chooses by itself, with the reason; see `default_method`."""
     control = control_from(depth=depth, force=force, radius=radius)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 from warnings import warn
 
 import numpy as np
@@ -263,6 +263,9 @@ class FlatEnd:
 
 
 Method = FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
+
+MethodName = Literal["first-order", "second-order", "fourth-order", "refined", "bem"]
+"""Short names of the methods with their default settings."""
 
 METHODS: dict[str, type[Method]] = {
     "first-order": FirstOrder,

@@ -27,7 +27,7 @@ from flatpunch.fields.round_load import round_fields
 from flatpunch.fields.strength import Strength, checked_strengths
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
@@ -94,7 +94,7 @@ class CriticalLoad:
 
 @one_blas_thread()
 def critical_load(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     strengths: Strength | Sequence[Strength | None],
     *,

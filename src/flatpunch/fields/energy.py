@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, Values, values
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -27,7 +27,8 @@ from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.layered import wavenumbers
 from flatpunch.fields.ring_sources import RingSources
 from flatpunch.fields.sources import RoundSource
-from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
@@ -42,13 +43,13 @@ _SHALLOWEST = 1e-3
 
 @one_blas_thread()
 def energy_by_depth(
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    z: Array | None = None,
+    z: Values | None = None,
     work_of_adhesion: float | None = None,
 ) -> xr.Dataset:
     """Elastic energy of a round contact, by layer and below given depths.

@@ -10,19 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flatpunch._support.ceilings import INSIDE
-from flatpunch._support.checks import LARGEST, Array, numbers, real, shown, values
+from flatpunch._support.checks import LARGEST, Array, Values, numbers, real, shown, values
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
-from flatpunch.contact import Method
+from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
+from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
-from flatpunch.media import HalfSpace, Medium, underlying
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,16 +40,16 @@ MOST_FRICTION = 100.0
 @one_blas_thread()
 @refused_overflow()
 def fields(
-    medium: Any,
-    indenter: Any,
-    x: float | Array,
-    y: float | Array,
-    z: float | Array,
+    medium: Body,
+    indenter: Indenter | Load | Sequence[Load],
+    x: Values,
+    y: Values,
+    z: Values,
     *,
     depth: float | None = None,
     force: float | None = None,
     radius: float | None = None,
-    method: str | Method | None = None,
+    method: MethodName | Method | None = None,
     friction: float = 0.0,
     direction: float = 0.0,
     side: Side = "below",

@@ -39,10 +39,6 @@ class UniformDisc:
         """Total load [N]."""
         return float(np.pi * self.radius**2)
 
-    def value_at(self, r: Array) -> Array:
-        """Pressure at r [Pa]."""
-        return np.where(r <= self.radius, 1.0, 0.0)
-
     def transform(self, k: Array) -> Array:
         """P(k) = a J_1(ka)/k [m^2 Pa]."""
         return np.asarray(self.radius * j1(self.radius * k) / k)

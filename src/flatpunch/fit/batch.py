@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -16,16 +16,20 @@ from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
 from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
+from flatpunch.fit.elastic.many import supported
+from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model, model_of
+from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
+"""Curves that are fitted side by side, and between two reports of progress."""
 _TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
@@ -113,7 +117,7 @@ def fit_batch(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Mapping[str, Any] | None = None,
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> Batch:
     """Fit one case to many curves.
 
@@ -138,7 +142,8 @@ def fit_batch(
         One record for each curve, good or bad.
     """
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    chosen = Settings(**{"engine": "normal-equations", **settings})
+    given: SettingsOf = {"engine": "normal-equations", **settings}
+    chosen = Settings(**given)
     rows: list[dict[str, Any]] = []
     for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers):
         rows.extend(done)
@@ -227,15 +232,37 @@ class _Job:
     reading: Mapping[str, Any]
 
     def run(self, items: Sequence[Any]) -> list[dict[str, Any]]:
-        return [self._one(item) for item in items]
+        """Records of some items: plain curves side by side, the others one by one."""
+        model = model_of(self.sample, self.free, self.settings.method)
+        opened = [self._opened(item) for item in items]
+        plain: dict[int, dict[str, Any] | None] = {}
+        if isinstance(model, ForwardModel) and supported(model, self.settings):
+            places = [i for i, (_, curve) in enumerate(opened) if isinstance(curve, Curve)]
+            found = plain_rows([opened[i][1] for i in places], model, self.free, self.settings)
+            plain = dict(zip(places, found, strict=True))
+        rows = []
+        for i, (origin, curve) in enumerate(opened):
+            row = plain.get(i)
+            rows.append({**origin, **row, **_position(curve)} if row else self._one(origin, curve, model))
+        return rows
 
-    def _one(self, item: Any) -> dict[str, Any]:
-        origin: dict[str, Any] = {"curve": item.name} if isinstance(item, Curve) else _origin(item)
+    def _opened(self, item: Any) -> tuple[dict[str, Any], Any]:
+        """Where a curve comes from, and the curve or what is wrong with it."""
+        if isinstance(item, Curve):
+            return {"curve": item.name}, item
+        origin = _origin(item)
+        try:
+            return origin, self._read(item, origin["curve"])
+        except Exception as error:
+            return origin, error
+
+    def _one(self, origin: dict[str, Any], curve: Any, model: Any) -> dict[str, Any]:
         place: dict[str, float] = {}
         try:
-            curve = item if isinstance(item, Curve) else self._read(item, origin["curve"])
+            if isinstance(curve, Exception):
+                raise curve
             place = _position(curve)
-            result = fit_model(curve, model_of(self.sample, self.free, self.settings.method), self.free, self.settings)
+            result = fit_model(curve, model, self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))

@@ -248,8 +248,9 @@ class FitCaseTable(Table):
 
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
-        settings = Settings(method=self.method, **(self.fit.built if self.fit else {}))
-        method_for(self.indenter.built, self.method)
+        method: Any = self.method  # a text until it is checked here
+        settings = Settings(method=method, **(self.fit.built if self.fit else {}))
+        method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
             body(self.layers, self.base, self.upper, self.lower),
@@ -265,7 +266,7 @@ class FitCaseTable(Table):
         # whether its parts go together
         sample = case.sample
         if sample.work_of_adhesion is not None:
-            adhesive_method(sample.indenter, self.method)
+            adhesive_method(sample.indenter, method)
         _check_segment(case)
         return case
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from flatpunch._support.checks import Array, real
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact import Method
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.model import ForwardModel
@@ -24,7 +23,7 @@ from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import noise_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, internal, plain_limits, slope
-from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.parameters.settings import FitMethod, Free, Settings, SettingsOf, as_free
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import judged
 from flatpunch.fit.report.intervals import by_profile
@@ -39,7 +38,7 @@ _ASTRAY = 3.0
 _FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
 
-_MISFIT = 0.8
+MISFIT = 0.8
 """Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
 _FAINT = 0.01
 """Noise of the tip's position, over the depth, below which taking the position as measured biases nothing."""
@@ -59,7 +58,7 @@ def fit(
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
     relaxation: Any = None,
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
 
@@ -99,7 +98,7 @@ def fit(
     return fit_model(curve, model_of(sample, wanted, chosen.method), wanted, chosen)
 
 
-def model_of(sample: Sample, free: Mapping[str, Free], method: str | Method) -> Model:
+def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
     """The forward model of a case, kept for the next curve.
 
     Parameters
@@ -122,11 +121,11 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: str | Method) -> 
 
 
 @lru_cache(maxsize=64)
-def _kept(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
+def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     return _made(sample, free, method)
 
 
-def _made(sample: Sample, free: tuple[str, ...], method: str | Method) -> Model:
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     if sample.work_of_adhesion is not None:
         return AdhesiveModel(sample, free, method)
     if sample.relaxation is not None:
@@ -142,7 +141,7 @@ def fit_ranges(
     free: Any = (),
     *,
     shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> list[FitResult]:
     """Fit the same curve up to several depths: what a right model finds does not depend on the range.
 
@@ -166,7 +165,8 @@ def fit_ranges(
             results.append(whole)
             continue
         try:
-            results.append(fit(curve, medium, indenter, free, **{**settings, "depth_to": contact + share * deepest}))
+            part: SettingsOf = {**settings, "depth_to": contact + share * deepest}
+            results.append(fit(curve, medium, indenter, free, **part))
         except CurveError:
             # too little force above the noise
             continue
@@ -178,7 +178,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     """Fit with a forward model at hand; what `fit` and batches do for each curve."""
     if not isinstance(curve, Curve):
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
-    setup = _setup(curve, model, _bounds(model, free), settings)
+    setup = _setup(curve, model, bounds(model, free), settings)
     setup, found = _searched(setup, curve.name, free, settings)
     if setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = _searched(narrower, curve.name, free, settings)
@@ -264,7 +264,7 @@ def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
         _between(name, what.start if what.start is not None else sample.value(name), what)
 
 
-def _bounds(model: Model, free: Mapping[str, Free]) -> tuple[Array, Array]:
+def bounds(model: Model, free: Mapping[str, Free]) -> tuple[Array, Array]:
     """Limits in internal parameters."""
     starts = model.externals(model.start())
     pairs = [_between(name, starts[name], free[name]) for name in model.free]
@@ -326,7 +326,7 @@ def _unweighted(
     theta, rest = objective.split(found.x)
     inside = objective.depth > rest["contact"]
     r = found.residual[inside]
-    if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > _MISFIT * float(r @ r):
+    if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > MISFIT * float(r @ r):
         return setup, found
     noise = noise_of(np.diff(objective.force[~inside])) / np.sqrt(2)
     if noise / objective.spring > _FAINT * float(objective.depth.max() - rest["contact"]):
@@ -398,7 +398,7 @@ def _follows(setup: Setup, found: Minimum, name: str) -> None:
 
 
 @lru_cache(maxsize=1024)
-def _quantile(level: float, freedom: int) -> float:
+def half_width(level: float, freedom: int) -> float:
     """Half width of a two-sided interval in standard errors."""
     from scipy.stats import t as student
 
@@ -409,7 +409,7 @@ def _estimates(
     objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
 ) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
-    quantile = _quantile(level, max(objective.depth.size - found.x.size, 1))
+    quantile = half_width(level, max(objective.depth.size - found.x.size, 1))
     count = len(objective.model.free)
     start = objective.model.start()
     estimates = {}

@@ -9,7 +9,11 @@ from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, St
 from flatpunch.media.tabulated import PunchSolution, TabulatedMedium, underlying
 from flatpunch.media.two_bodies import TwoBodies
 
+Body = HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium
+"""What an indenter can be pressed into."""
+
 __all__ = [
+    "Body",
     "Constant",
     "DepthTable",
     "ExponentialModulus",

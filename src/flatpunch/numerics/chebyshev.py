@@ -21,19 +21,19 @@ def tail(series: Array) -> float:
 
 def nodes(low: float, high: float, count: int = NODES) -> Array:
     """Radii beta at the Chebyshev nodes of an interval of log(beta), shape (count,)."""
-    return np.asarray(np.exp((low + high) / 2 + (high - low) / 2 * _unit_nodes(count)))
+    return np.asarray(np.exp((low + high) / 2 + (high - low) / 2 * unit_nodes(count)))
 
 
 def nodal_transform(count: int = NODES) -> Array:
     """Matrix from values at the nodes to Chebyshev coefficients."""
-    transform = chebyshev.chebvander(_unit_nodes(count), count - 1).T * 2 / count
+    transform = chebyshev.chebvander(unit_nodes(count), count - 1).T * 2 / count
     transform[0] /= 2
     return np.asarray(transform)
 
 
 def log_derivative(beta: Array) -> Array:
     """Matrix from values at the nodes `beta` of a panel to derivatives by log(beta) there, shape (nodes, nodes)."""
-    t = _unit_nodes(beta.size)
+    t = unit_nodes(beta.size)
     stretch = (t[0] - t[-1]) / np.log(beta[0] / beta[-1])
     coefficients = chebyshev.chebder(nodal_transform(t.size)) * stretch
     return np.asarray(chebyshev.chebvander(t, t.size - 2) @ coefficients)
@@ -53,10 +53,11 @@ def polynomials(x: Array, degree: int = NODES - 1) -> Array:
 
 
 @lru_cache
-def _derivative(count: int) -> Array:
+def derivative(count: int) -> Array:
     """Matrix from Chebyshev coefficients to those of the derivative, shape (count - 1, count)."""
     return np.asarray(chebyshev.chebder(np.eye(count)))
 
 
-def _unit_nodes(count: int) -> Array:
+def unit_nodes(count: int) -> Array:
+    """Chebyshev nodes of [-1, 1], from the right; shape (count,)."""
     return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count))

@@ -10,12 +10,12 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import indent
+from flatpunch.contact import MethodName, indent
 from flatpunch.paper.cases import Body, Shape, indenter, medium
 from flatpunch.paper.plan import Plan, half_space_depth, half_space_force
 from flatpunch.paper.points import Numbers, Store
 
-FAST = ("first-order", "second-order")
+FAST: tuple[MethodName, ...] = ("first-order", "second-order")
 METHODS = ("bem", *FAST)
 NAMES = {"bem": "boundary elements", "first-order": "first order (the paper)", "second-order": "second order"}
 
@@ -84,7 +84,7 @@ def _along(x: Array, y: Array, at: Array) -> Array:
     return np.asarray(PchipInterpolator(x[order], y[order])(np.clip(at, x.min(), x.max())))
 
 
-def _eccentricity(body: Body, e_g: float, radius: Array, method: str) -> Array:
+def _eccentricity(body: Body, e_g: float, radius: Array, method: MethodName) -> Array:
     """e of (26) at mean radii; NaN where the method has no outline, or one that is longer across."""
     result = indent(medium(body), indenter("ellipse", e_g), radius=np.asarray(radius), method=method, angles=4)
     long, short = result.contour.values[:, 0], result.contour.values[:, 1]

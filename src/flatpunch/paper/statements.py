@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import indent
+from flatpunch.contact import MethodName, indent
 from flatpunch.paper import base_stress
-from flatpunch.paper.cases import LAYERS, TITLES, Body, Shape, indenter, medium
+from flatpunch.paper.cases import TITLES, Body, Shape, indenter, medium
 from flatpunch.paper.data import FAST, NAMES, Curves, Map, Outlines
 
 _ALMOST_PERFECT = 0.03
@@ -122,7 +122,7 @@ def _thick(value: float) -> str:
     return f"{value:.2g}" if value < 99 else "100 or more"
 
 
-def _half_space_excess(method: str, e_g: float) -> float:
+def _half_space_excess(method: MethodName, e_g: float) -> float:
     """e - e_g on a half-space; boundary elements are compared with the exact ellipse, which second order's is to 0.1 e^4."""
     from flatpunch.reference import elliptic
 
@@ -262,8 +262,3 @@ def base_tension(
         + "Receding contact matters where nothing presses the layer down, such as its own weight.",
         numbers,
     )
-
-
-def pick(sets: list[Map]) -> Map:
-    """The unbonded layer's map."""
-    return next(m for m in sets if m.body == LAYERS[0])

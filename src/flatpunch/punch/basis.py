@@ -14,7 +14,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg.lapack import dtrtri
 from scipy.special import beta as beta_function
 
 from flatpunch._support.checks import Array
@@ -29,12 +28,6 @@ def half_space_diagonal(m: int, terms: int) -> Array:
 def edge_signs(terms: int) -> Array:
     """Edge coefficients s_n = (-1)^n of the basis; S[c] = s.c is the strength of the edge singularity."""
     return np.where(np.arange(terms) % 2 == 0, 1.0, -1.0)
-
-
-def edge_slopes(terms: int) -> Array:
-    """Weights t_n = -(-1)^n n (2n + 1) of the next term at the edge (m = 0), which governs d'(a)."""
-    n = np.arange(terms)
-    return np.asarray(-edge_signs(terms) * n * (2 * n + 1))
 
 
 def normalisation(terms: int) -> Array:
@@ -95,8 +88,20 @@ def projection(m: int, terms: int, nodes: int) -> tuple[Array, Array]:
 
 def inverse_factors(matrices: Array) -> Array:
     """Inverse Cholesky factors L^-1 of positive definite matrices L L^T, shape (nb, n, n): triangular, in half the time."""
-    factors = np.linalg.cholesky(matrices)
-    for factor in factors:
-        # LAPACK reads rows as columns: the lower triangle is an upper one to it
-        factor[:] = dtrtri(factor.T)[0].T
-    return np.asarray(factors)
+    return _inverse_of_lower(np.asarray(np.linalg.cholesky(matrices), dtype=float))
+
+
+def _inverse_of_lower(factors: Array) -> Array:
+    """Inverse of lower triangular matrices, by halves: [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]].
+
+    NumPy only: LAPACK's own is in `scipy.linalg`, which takes longer to load than a first contact to solve.
+    """
+    size, small = factors.shape[-1], 8
+    if size <= small:
+        return np.asarray(np.tril(np.linalg.inv(factors)))
+    half = size // 2
+    upper, lower = _inverse_of_lower(factors[:, :half, :half]), _inverse_of_lower(factors[:, half:, half:])
+    inverse = np.zeros_like(factors)
+    inverse[:, :half, :half], inverse[:, half:, half:] = upper, lower
+    inverse[:, half:, :half] = -lower @ factors[:, half:, :half] @ upper
+    return inverse

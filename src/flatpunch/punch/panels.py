@@ -15,7 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.numerics.chebyshev import NODES, _derivative, nodal_transform, nodes, polynomials, tail
+from flatpunch.numerics.chebyshev import NODES, derivative, nodal_transform, nodes, polynomials, tail
 from flatpunch.punch.matrix import RESOLVED, effective_beta
 
 _TOLERANCE = 1e-10
@@ -56,7 +56,7 @@ class Panel:
 
     def with_slope(self, log_beta: Array) -> Array:
         """Values and derivatives by log(beta) side by side, shape (n, 2 outputs)."""
-        slopes = _derivative(self.nodes) @ self.series * (2 / (self.high - self.low))
+        slopes = derivative(self.nodes) @ self.series * (2 / (self.high - self.low))
         basis = self._basis(log_beta)
         return np.hstack([basis @ self.series, basis[:, :-1] @ slopes])
 

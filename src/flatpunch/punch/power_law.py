@@ -127,11 +127,6 @@ class PowerLawPunch:
         """R_m of an indenter f = r^n psi(phi): the harmonic m of ln a is -R_m times that of ln psi."""
         return float(np.exp(self._log_edge(exponent, m) - self._log_edge(exponent, 0))) / exponent
 
-    def force_response(self, exponent: float, m: int) -> float:
-        """chi_m of f = r^n psi(phi): ln F = ln F_b + sum chi_m g_m^2, g_m the harmonics of ln psi."""
-        k = self.exponent
-        return (1 + k) * ((exponent + 1 + k) * self.outline_response(exponent, m) ** 2 - 1 / exponent) / 4
-
     def stiffening(self, m: int) -> float:
         """k_m: relative gain of edge strength under the harmonic m of an outline, (m - 1)(1 - k)/2."""
         return (m - 1) * (1 - self.exponent) / 2

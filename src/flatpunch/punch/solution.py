@@ -13,7 +13,7 @@ from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, TabulatedMedium, TwoBodies
+from flatpunch.media import Body
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
@@ -120,9 +120,7 @@ class FlatPunch:
 
 @one_blas_thread()
 @refused_overflow()
-def flat_punch(
-    medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies | TabulatedMedium, radius: float
-) -> FlatPunch:
+def flat_punch(medium: Body, radius: float) -> FlatPunch:
     """Press a rigid cylindrical punch with a flat end into a medium.
 
     Parameters

@@ -232,7 +232,7 @@ def build_operator(
     spectrum = even_transform(g, threads)
     inverse = smoothing = np.empty((0, 0))
     if solving:
-        k = wavenumbers(grid.spacing, periodic, grid.stretch)
+        k = wavenumbers(grid.spacing, periodic)
         inverse, smoothing = (
             whole_plane(half, periodic[0]) for half in (inverse_symbol(kernel, k), np.exp(-k * grid.spacing))
         )
@@ -254,14 +254,14 @@ def padded_shape(grid: Grid) -> tuple[int, int]:
 def coefficients_for(kernel: Kernel, grid: Grid) -> Array:
     """Influence coefficients [m/Pa] at all offsets on the doubled grid, shape (my/2 + 1, mx/2 + 1)."""
     my, mx = padded_shape(grid)
-    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1), grid.stretch)
+    return influence_coefficients(kernel, grid.spacing, (my // 2 + 1, mx // 2 + 1))
 
 
-def wavenumbers(spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
+def wavenumbers(spacing: float, shape: tuple[int, int]) -> Array:
     """|k| [1/m] in one quadrant of a periodic grid, shape (ny/2 + 1, nx/2 + 1)."""
     ny, nx = shape
     ky = 2 * np.pi * np.abs(scipy.fft.fftfreq(ny, spacing))[: ny // 2 + 1]
-    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, stretch * spacing)
+    kx = 2 * np.pi * scipy.fft.rfftfreq(nx, spacing)
     return np.asarray(np.hypot(kx, ky[:, None]))
 
 

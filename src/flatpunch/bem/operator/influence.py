@@ -44,7 +44,7 @@ Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
 
 
-def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int], stretch: int = 1) -> Array:
+def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int]) -> Array:
     """Coefficients g at offsets of (i, j) cells.
 
     Parameters
@@ -52,23 +52,15 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     kernel : Kernel
         Compliance of the medium.
     spacing : float
-        Side of a cell [m], of longer ones that along y.
+        Side of a cell [m].
     shape : (int, int)
         Number of offsets (rows, columns), from zero on.
-    stretch : int
-        Length of a cell along x over `spacing`, odd: the centre of a row of square cells is that of the middle one.
 
     Returns
     -------
     ndarray, shape (rows, columns)
         g [m/Pa]; absolute error below 1e-8 g[0, 0] of a half-space of the same modulus.
     """
-    if stretch > 1:
-        (rows, columns), half = shape, stretch // 2
-        square = influence_coefficients(kernel, spacing, (rows, stretch * (columns - 1) + half + 1))
-        # those of the middle cell reach to its other side
-        square = np.concatenate([square[:, half:0:-1], square], axis=1)
-        return np.asarray(square.reshape(rows, columns, stretch).sum(axis=2))
     exponent = power_exponent(kernel)
     if exponent != 0.0:
         return power_law_coefficients(kernel, exponent, spacing, shape)

@@ -342,7 +342,8 @@ def adhering(
         Iterations taken.
     """
     xp, dtype = operator.xp, operator.spectrum.dtype
-    one, scale = xp.astype(contact, dtype), largest(xp, displacement)
+    # a contact between the centres of cells has no cell
+    one, scale = xp.astype(contact, dtype), largest(xp, displacement) or 1.0
     p, error, iterations = xp.zeros_like(one), 1.0, 0
     gap, removal = -displacement, Removal(operator, operator.single(), once=True)
     while error > tolerance and iterations < limit:

@@ -35,6 +35,7 @@ from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ class _Leg:
 @one_blas_thread()
 @refused_overflow()
 def adhesion_loop(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     *,
     work_of_adhesion: float,

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
@@ -31,6 +30,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.stability import Stretch
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 JKR_FROM = 5.0
 """Tabor parameter above which the pull-off force of JKR is within a few per cent (Johnson and Greenwood 1997)."""
@@ -114,7 +114,7 @@ class PullOff:
 @one_blas_thread()
 @refused_overflow()
 def pull_off(
-    medium: Any, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
+    medium: Body, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
 ) -> PullOff:
     """Pull-off of a round indenter from any medium by JKR theory, exact.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters.geometry.angle_rule import angular_rule
@@ -55,10 +54,10 @@ class Angles:
 
 def act(weights: Array, field: Array) -> Array:
     """Multiply the harmonics m > 0 of angular fields by weights, shape (nb, orders); the mean goes to zero."""
-    spectrum = scipy.fft.rfft(field)
+    spectrum = np.fft.rfft(field)
     weighted = np.zeros((weights.shape[0], spectrum.shape[-1]), dtype=complex)
     weighted[:, 1:] = weights * spectrum[..., 1:]
-    return np.asarray(scipy.fft.irfft(weighted, n=field.shape[-1], axis=-1, overwrite_x=True))
+    return np.asarray(np.fft.irfft(weighted, n=field.shape[-1], axis=-1))
 
 
 def expand(indenter: Indenter, lam: float) -> Angles:

@@ -14,7 +14,8 @@ from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.geometry.symmetry import different_rays
 from flatpunch.indenters.profile import Indenter, height_and_slope
-from flatpunch.numerics.log_table import LogTable
+from flatpunch.numerics.log_table import log_table
+from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import punch_family
 
 _MANY = 96
@@ -103,7 +104,7 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
         read &= a > _BEYOND * indenter.rings[-1]
     terms = np.empty((a.size, different.size + 1))
     if read.any():
-        terms[read] = _table(kernel, indenter, different.tobytes()).at(a[read])[0]
+        terms[read] = _table(kernel, indenter, different.tobytes()).at(np.log(a[read]))
     terms[~read] = _terms(kernel, indenter, a[~read], different)
     terms = terms[:, [*of_ray, -1]]
     denominator = 2 * contact.depth[live] / a * contact.answers.flat[live, 0] - terms[:, -1]
@@ -113,10 +114,10 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
 
 
 @lru_cache(maxsize=16)
-def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> LogTable:
+def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> PiecewiseChebyshev:
     """The terms over ln a: far fewer radii than a long curve has."""
     phi = np.frombuffer(angles)
-    return LogTable(lambda a: _terms(kernel, indenter, a, phi), indenter.reach, kinks=indenter.rings)
+    return log_table(lambda a: _terms(kernel, indenter, a, phi), indenter.reach, kinks=indenter.rings)
 
 
 def _terms(kernel: Kernel, indenter: Indenter, radius: Array, phi: Array) -> Array:

@@ -81,7 +81,7 @@ class BlendedExpansion:
         if both.any():
             phi, share = angular_rule(self.indenter)
             mixed["area"][both] = np.pi * self._outline(radius[both], phi) ** 2 @ share
-        return replace(second, force=path.force, stiffness=path.stiffness, sound=weight == 1, **mixed)
+        return replace(second, force=path.force, stiffness=path.stiffness, **mixed)
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""

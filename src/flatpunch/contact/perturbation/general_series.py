@@ -27,7 +27,7 @@ from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
 from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
 from flatpunch.indenters.geometry.symmetry import sample_radii
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import LogTable
+from flatpunch.numerics.log_table import log_table
 from flatpunch.punch.basis import projection, regular_part
 from flatpunch.punch.edges import PowerLawEdges, edges_of
 from flatpunch.punch.family import SMALLEST
@@ -106,7 +106,8 @@ class GeneralExpansion:
         self._orders = self._shape.orders
         mean = self._geometric or angular_mean(indenter)
         self.base = SampledProfile(mean.height, mean.slope, indenter.rings)
-        self._table = LogTable(self._columns, indenter.reach, kinks=indenter.rings)
+        self._reach = indenter.reach
+        self._table = log_table(self._columns, indenter.reach, kinks=indenter.rings)
 
     def descent(self, radius: Array) -> PathPoint:
         """Depth and its derivative at base radii of shape (n,); here no cheaper than `loading`."""
@@ -135,7 +136,6 @@ class GeneralExpansion:
             area=np.pi * size**2 * np.exp(values.log_square),
             swing=values.swing,
             terms=np.column_stack([values.x2, values.skew, zero]),
-            sound=np.ones(radius.size, dtype=bool),
         )
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
@@ -164,7 +164,7 @@ class GeneralExpansion:
         outputs = len(Terms._fields) - 1 + 2 * self._orders.size
         values, slopes = np.zeros((radius.size, outputs)), np.zeros((radius.size, outputs))
         if live.any():
-            values[live], slopes[live] = self._table.at(radius[live])
+            values[live], slopes[live] = self._table.with_slope(np.log(np.minimum(radius[live], self._reach)))
         return Terms.of(values), Terms.of(slopes)
 
     def _columns(self, radius: Array) -> Array:

@@ -30,8 +30,6 @@ class PerturbedContact:
         Largest |w|.
     terms : ndarray, shape (n, 3)
         x2, x3, x4 of ln F; of general profiles x2, its product with <w^3>/<w^2> (of the size of x3) and zero.
-    sound : ndarray of bool
-        Whether the series holds at the order asked for.
     """
 
     radius: Array
@@ -45,7 +43,6 @@ class PerturbedContact:
     area: Array
     swing: Array
     terms: Array
-    sound: Flags
 
 
 @dataclass(frozen=True, slots=True)

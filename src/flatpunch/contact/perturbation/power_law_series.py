@@ -98,7 +98,6 @@ class PowerExpansion:
             area=np.pi * size**2 * np.exp(shape.log_square),
             swing=shape.swing,
             terms=np.column_stack(values[:3]),
-            sound=np.ones(radius.size, dtype=bool) if self.order == "second" else self.doubt(radius) < 1,
         )
 
     def _shape_at(self, radius: Array, depth: Array, values: Terms) -> tuple[Array, Terms]:

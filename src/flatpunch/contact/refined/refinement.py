@@ -27,7 +27,7 @@ from flatpunch.contact.refined.interpolation import Interpolation
 from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Case, Sample, solved
 from flatpunch.indenters.profile import Indenter
-from flatpunch.parallel.team import shared_out
+from flatpunch.parallel.pool import shared_out
 
 SPACING = 1.2
 """Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""

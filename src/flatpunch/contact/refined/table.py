@@ -146,20 +146,19 @@ def _medium_weights(kernel: Kernel) -> Array | None:
 
 
 def _root_of(wanted: float) -> float | None:
-    """q of the bonded layer whose response at `_WAVES[2]` is the wanted one, by bisection; None outside 0 <= nu <= 1/2."""
+    """q of the bonded layer whose response at `_WAVES[2]` is the wanted one; None outside 0 <= nu <= 1/2."""
 
     def response(root: float) -> float:
         return float(compliance(layer(root)).response(_WAVES[2:3])[0])
 
-    low, high = 0.0, 1.0
-    if abs(response(low) / wanted - 1) < _SAME:
-        return low
-    if not response(low) < wanted <= response(high) * (1 + _SAME):
+    if abs(response(0.0) / wanted - 1) < _SAME:
+        return 0.0
+    if not response(0.0) < wanted <= response(1.0) * (1 + _SAME):
         return None
-    for _ in range(45):
-        middle = (low + high) / 2
-        low, high = (middle, high) if response(middle) < wanted else (low, middle)
-    return (low + high) / 2
+    from scipy.optimize import elementwise
+
+    root = elementwise.find_root(lambda q: np.vectorize(response)(q) - wanted, (0.0, 1.0))
+    return float(root.x) if root.success else 1.0
 
 
 def lagrange(nodes: Array, x: float) -> Array:

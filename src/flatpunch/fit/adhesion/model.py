@@ -14,7 +14,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch.compliance import compliance
-from flatpunch.contact import Method
+from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.indent import indent
 from flatpunch.fit.adhesion.branch import StableBranch
@@ -22,11 +22,12 @@ from flatpunch.fit.adhesion.tables import BranchFamily, BranchTables, branch_tab
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import WORK, Sample
 from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
+from flatpunch.fit.parameters.settings import FitMethod
 
 _METHODS = ("auto", "first-order", "second-order")
 
 
-def adhesive_method(indenter: Any, method: str | Method) -> str:
+def adhesive_method(indenter: Any, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name
     if name not in _METHODS or (name == "first-order" and not indenter.round):
@@ -55,7 +56,7 @@ class AdhesiveModel(SampleParameters):
 
     sample: Sample
     free: tuple[str, ...] = ()
-    method: str | Method = "auto"
+    method: FitMethod = "auto"
     approximate: bool = False
     _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
@@ -147,7 +148,7 @@ class AdhesiveModel(SampleParameters):
                 sample.medium,
                 sample.indenter,
                 depth=depth,
-                method=self.method,
+                method=adhesive_method(sample.indenter, self.method),
                 work_of_adhesion=sample.work_of_adhesion,
                 range_of_action=sample.range_of_action,
                 angles=8,

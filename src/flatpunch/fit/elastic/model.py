@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import Method, indent, method_of
+from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.fit.elastic.table import Table
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
+from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.indenters import Cylinder
 from flatpunch.punch import UnresolvedLayer
 
@@ -31,7 +32,7 @@ _FEW_ANGLES = 8
 _THIRD_OF_DECADE = 10 ** (1 / 3)
 
 
-def method_for(indenter: Any, method: str | Method = "auto") -> str | Method:
+def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method:
     """Contact method of a fit: exact for round tips, else the best of the fast ones.
 
     Parameters
@@ -66,19 +67,20 @@ class ForwardModel(FreeParameters):
     medium: Any
     indenter: Any
     free: tuple[str, ...] = ()
-    method: str | Method = "auto"
+    method: FitMethod = "auto"
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         free = tuple(self.free)
         object.__setattr__(self, "free", free)
-        object.__setattr__(self, "method", method_for(self.indenter, self.method))
+        method = method_for(self.indenter, self.method)
+        object.__setattr__(self, "method", method)
         found = scaling(self.medium, self.indenter, free)
         forms = [self.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
         start = found.problem([c.offset for c in found.coordinates])
-        object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, self.method))
+        object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method))
 
     @property
     def bends(self) -> bool:
@@ -149,7 +151,7 @@ class ForwardModel(FreeParameters):
     def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
         """The same without tables, from `indent`, and the notes of the method."""
         medium, indenter = self.case(values)
-        curve = indent(medium, indenter, depth=depth, method=self.method, angles=_FEW_ANGLES)
+        curve = indent(medium, indenter, depth=depth, method=method_for(indenter, self.method), angles=_FEW_ANGLES)
         # outlines are no part of a fit
         notes = [note for note in str(curve.attrs["notes"]).splitlines() if "the outline" not in note]
         if not indenter.round:
@@ -163,7 +165,7 @@ def free_coordinates(found: Scaling) -> tuple[str, ...]:
     return tuple(c.name for c in found.coordinates)
 
 
-def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: str | Method) -> Table:
+def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: MethodName | Method) -> Table:
     try:
         return _shared(_Family(medium, indenter, tuple(names), method, found))
     except TypeError:
@@ -179,7 +181,7 @@ class _Family:
     medium: Any
     indenter: Any
     names: tuple[str, ...]
-    method: str | Method
+    method: MethodName | Method
     scaling: Scaling = field(compare=False)
 
 
@@ -189,7 +191,7 @@ def _shared(family: _Family) -> Table:
     return Table(solve, family.scaling.coordinates, limit)
 
 
-def _solver(found: Scaling, method: str | Method) -> tuple[Any, Any]:
+def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
     """The exact solution of the scaled problem, and how deep it goes."""
 
     def limit(q: tuple[float, ...]) -> float:

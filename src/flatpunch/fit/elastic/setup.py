@@ -22,7 +22,7 @@ from flatpunch.fit.measured.signal import adhesion_dip, check_rise, check_satura
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
-_SAFE = 0.6
+SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
 _TILTED = 0.02
 """Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
@@ -30,7 +30,7 @@ _BOTH_ENDS = (
     "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
     "second part."
 )
-_IMPRINT, _HARD = 0.2, 1e8
+IMPRINT, HARD = 0.2, 1e8
 """Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
 _WAVING = 0.01
 """Standard deviation of a wave over the rise from which it is worth a note."""
@@ -154,13 +154,22 @@ class Approach:
         back = (
             whole.taken(slice(approach_end(whole), None)) if whole.depth.size - approach_end(whole) > FEWEST else None
         )
-        if back is None or self.part.spring_constant is not None or not young or max(young) < _HARD:
+        if back is None or self.part.spring_constant is not None or not young or max(young) < HARD:
             return
-        rest = self.objective().split(scan.x)[1]
-        pressed = back.force - rest["baseline"] > 0.05 * float(np.ptp(self.part.force))
+        objective = self.objective()
+        rest = objective.split(scan.x)[1]
+        # the speed of the retract is another one: drag is left out of the judgement
+        down, up = (
+            depth_reached(
+                c.depth,
+                c.force - rest["baseline"] - objective.background({**rest, "drag": 0.0}, c.position, None),
+                float(np.ptp(self.part.force)),
+            )
+            for c in (self.part, back)
+        )
         deepest = float(whole.depth.max()) - rest["contact"]
-        left = float(back.depth[pressed].min()) - rest["contact"] if pressed.any() else 0.0
-        if pressed.all() or left < _IMPRINT * deepest:
+        left = up - down
+        if not left > IMPRINT * deepest:
             return
         raise CurveError(
             f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an "
@@ -172,7 +181,7 @@ class Approach:
         """The scan, points that are used and notes, judged over the background."""
         part, objective = self.part, self.objective()
         inside = objective.indentation(part, scan.x)
-        before = inside < (1 - _SAFE) * min(float(inside.min()), 0.0)
+        before = inside < (1 - SAFE) * min(float(inside.min()), 0.0)
         notes: tuple[str, ...] = ()
         if before.sum() >= FEWEST:
             force = over_line(part, before)
@@ -191,7 +200,7 @@ class Approach:
         check_saturation(part, part.position[order], force[order], noise)
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
-            notes = _tilt_note(part, before, float(inside.max()), rise)
+            notes = tilt_note(part.position[before], part.force[before], float(inside.max()), rise)
         if before.sum() >= 4 * _WAVES and self.settings.baseline in ("constant", "linear"):
             notes += _wave_note(part.position[before], force[before], rise)
         if not keep.all():
@@ -209,6 +218,15 @@ class Approach:
         return Setup(self.part, keep, objective, lower, upper, lambda: start, notes, coarse)
 
 
+def depth_reached(depth: Array, over: Array, rise: float) -> float:
+    """Depth at which a tenth of the largest force is reached [m]; as many readings lie beyond it as have that force.
+
+    Nan where all have it: the tip did not withdraw.
+    """
+    pressed = over > 0.1 * rise
+    return float("nan") if pressed.all() else float(np.quantile(depth, 1 - pressed.mean()))
+
+
 def over_line(part: Curve, before: Flags) -> Array:
     """Force over the straight line through the points before the contact [N]."""
     position = part.position - part.position[before].mean()
@@ -218,12 +236,19 @@ def over_line(part: Curve, before: Flags) -> Array:
     return np.asarray(part.force - level - slope * position)
 
 
-def _tilt_note(part: Curve, before: Flags, deepest: float, rise: float) -> tuple[str, ...]:
-    """A tilted background that is fitted as a constant moves contact point and modulus."""
-    here = part.position[before] - part.position[before].mean()
-    force = part.force[before] - part.force[before].mean()
-    slope = float(here @ force) / max(float(here @ here), 1e-300)
-    error = float(np.std(force - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
+def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tuple[str, ...]:
+    """A tilted background that is fitted as a constant moves contact point and modulus.
+
+    Parameters
+    ----------
+    position, force : ndarray, shape (n,)
+        Readings, or means of equal numbers of readings, before the contact [m, N].
+    deepest, rise : float
+        Of the contact [m, N].
+    """
+    here, level = position - position.mean(), force - force.mean()
+    slope = float(here @ level) / max(float(here @ here), 1e-300)
+    error = float(np.std(level - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
     share = slope * deepest / rise
     if abs(share) < _TILTED or abs(slope) < 5 * error:
         return ()
@@ -233,14 +258,19 @@ def _tilt_note(part: Curve, before: Flags, deepest: float, rise: float) -> tuple
     )
 
 
+def waves(means: Array, rise: float) -> bool:
+    """Whether means of the force over its background, over stretches in order, are correlated and change their sign."""
+    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
+    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
+    return not (memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise)
+
+
 def _wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
-    """A wave on the background, told by means over stretches that remember their neighbours and come back."""
+    """A wave on the background."""
     index = uniform(position, _WAVES)
     size = np.bincount(index)
     means = np.bincount(index, force)[size > 0] / size[size > 0]
-    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
-    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
-    if memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise:
+    if not waves(means, rise):
         return ()
     return (
         f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"

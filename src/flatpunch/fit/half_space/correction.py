@@ -17,10 +17,10 @@ from scipy.optimize import brentq
 
 from flatpunch._support.checks import Array, poisson_ratio, positive
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact import Method
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.half_space import published
 from flatpunch.fit.parameters.scaling import replaced
+from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
@@ -148,7 +148,7 @@ def correct(
     model: str | None = None,
     reported_poisson: float | None = None,
     over: Over = "curve",
-    method: str | Method = "auto",
+    method: FitMethod = "auto",
 ) -> Correction:
     """Return the layer modulus behind a reported half-space modulus.
 

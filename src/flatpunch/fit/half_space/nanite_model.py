@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flatpunch.contact import Method
 from flatpunch.files.results import whole_file
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
+from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.media import HalfSpace, Medium, RigidBase
 
 _MOST_COORDINATES = 2
@@ -91,7 +91,7 @@ def write_nanite_model(
     *,
     title: str = "",
     key: str | None = None,
-    method: str | Method = "auto",
+    method: FitMethod = "auto",
 ) -> Path:
     """Write a model file for nanite.
 

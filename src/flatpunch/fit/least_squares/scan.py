@@ -24,7 +24,10 @@ _FINER = 9
 """Contact points tried between the neighbours of the best."""
 _EARLY = 0.15
 """Share of the way that shows the tilt by itself, to start from."""
-_TURNS = 4
+_TURNS = 6
+"""Scans in which the shape of the force curve, or the background behind a cantilever, must settle."""
+_AGREED = 0.01
+"""Change of that background over the force range at which it has settled."""
 _CLOSE = 0.5
 """Change of ln E up to which the shape of the force curve need not be computed again."""
 
@@ -71,16 +74,42 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
     theta = start[: len(objective.model.free)].copy()
     if coarse.spring is None or not {"tilt", "drag"} & set(coarse.nuisance):
         return _settled(coarse, coarse.depth, theta, start[theta.size :], moduli, between)
-    # what moves no tip is in its measured position: it is none, or that of the first part of the way, or what a scan finds
-    early = coarse.position < coarse.frame.first + _EARLY * coarse.frame.way
-    slope = np.polyfit(coarse.position[early], coarse.force[early], 1)[0] if early.sum() > 2 else 0.0
-    found = []
-    for moving in (np.zeros_like(coarse.depth), slope * (coarse.position - coarse.frame.first)):
-        for _ in range(_TURNS):
-            scan = _settled(coarse, coarse.depth + moving / coarse.spring, theta, start[theta.size :], moduli, between)
-            moving = coarse.background(coarse.split(scan.x)[1], coarse.position, coarse.speed)
-            found.append(scan)
+    early = objective.position < objective.frame.first + _EARLY * objective.frame.way
+    slope = _slope(objective.position[early], objective.force[early])
+    starts = (slope * (coarse.position - coarse.frame.first), np.zeros_like(coarse.depth))
+    found = (_consistent(coarse, moving, theta, start[theta.size :], moduli, between) for moving in starts)
     return min(found, key=lambda scan: scan.cost)
+
+
+def _slope(position: Array, force: Array) -> float:
+    """Slope of the straight line through points [N/m]; 0 where there are hardly any."""
+    along = position - position.mean() if position.size > 2 else np.zeros(0)
+    return float(along @ force) / max(float(along @ along), 1e-300)
+
+
+def _consistent(
+    coarse: Objective, moving: Array, theta: Array, rest: Array, moduli: Sequence[int], between: tuple[float, float]
+) -> Scan:
+    """Scan behind a cantilever whose detector reads a tilt or drag that moves no tip.
+
+    The tip's depth follows from that background, and the background from a scan at that depth: a fixed point, found by
+    secants (Anderson's acceleration with one earlier step).
+    """
+    assert coarse.spring is not None
+    before: tuple[Array, Array] | None = None
+    for _ in range(_TURNS):
+        scan = _settled(coarse, coarse.depth + moving / coarse.spring, theta, rest, moduli, between)
+        miss = coarse.background(coarse.split(scan.x)[1], coarse.position, coarse.speed) - moving
+        if np.abs(miss).max() < _AGREED * coarse.frame.span:
+            break
+        last = (moving, miss)
+        moving = moving + miss
+        if before is not None:
+            change = last[1] - before[1]
+            part = float(change @ last[1]) / max(float(change @ change), 1e-300)
+            moving = moving - part * (last[0] - before[0] + change)
+        before, theta = last, scan.x[: theta.size]
+    return scan
 
 
 def _settled(

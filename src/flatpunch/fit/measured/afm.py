@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.ntmdt import free_tip_first
 
 
 def read_afm(
@@ -140,7 +141,11 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
     except ImportError:
         raise CurveError(f"{path.name}: reading it needs afmformats: pip install 'flatpunch[afm]'.") from None
     with _explained(path):
-        return afmformats.load_data(path, meta_override=override)
+        found = afmformats.load_data(path, meta_override=override)
+        if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):
+            columns = free_tip_first(path, override["sensitivity"] * override["spring constant"])
+            return found if columns is None else [_Columns(dict(found[0].metadata), columns)]
+        return found
 
 
 @contextmanager

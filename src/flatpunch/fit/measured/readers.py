@@ -96,7 +96,7 @@ def read_curve(
         curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
         where = "given" if spring_constant is not None else "from the file"
         told = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
-        told += [f"sensitivity {afm['sensitivity']:.4g} m per unit (given)"] if afm.get("sensitivity") else []
+        told += [f"sensitivity {afm['sensitivity']:.4g} m/V or m/A (given)"] if afm.get("sensitivity") else []
         lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *told)
         return replace(curve, meta={**curve.meta, "read": lines, "calibration": dict(calibration or {})})
     tables = _tables(path, columns, decimal, sheet)

@@ -46,11 +46,20 @@ def forwards(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
     )
 
 
+def _middle(values: Array) -> float:
+    """Median; a fifth of the time of NumPy's, which is what reading thousands of curves costs."""
+    half = values.size // 2
+    if values.size % 2:
+        return float(np.partition(values, half)[half])
+    ordered = np.partition(values, (half - 1, half))
+    return float(ordered[half - 1] + ordered[half]) / 2
+
+
 def turning(curve: Curve) -> int:
     """1 if the position grows to a turning point and falls, -1 for the opposite, 0 for a single segment."""
     position = curve.position
     few = max(position.size // 100, 1)
-    begin, end = float(np.median(position[:few])), float(np.median(position[-few:]))
+    begin, end = float(_middle(position[:few])), float(_middle(position[-few:]))
     above, below = float(position.max()) - max(begin, end), min(begin, end) - float(position.min())
     # noise alone makes neither a turning point
     if max(above, below) > max(8 * _wander(position), 0.01 * float(np.ptp(position))):
@@ -61,7 +70,7 @@ def turning(curve: Curve) -> int:
 def _direction(curve: Curve) -> int:
     """1 if the position grows on the approach, else -1."""
     few = max(curve.position.size // 100, 1)
-    grows = np.median(curve.position[-few:]) >= np.median(curve.position[:few])
+    grows = _middle(curve.position[-few:]) >= _middle(curve.position[:few])
     return turning(curve) or (1 if grows else -1)
 
 
@@ -70,7 +79,7 @@ def _wander(position: Array) -> float:
     # neighbours of a thousand points tell as much as those of all
     at = np.arange(0, max(position.size - 2, 0), max(position.size // _TOLD, 1))
     second = position[at + 2] - 2 * position[at + 1] + position[at]
-    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
+    return float(1.4826 * _middle(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
 
 
 def approach(curve: Curve) -> Curve:
@@ -98,7 +107,7 @@ def approach(curve: Curve) -> Curve:
 def approach_end(curve: Curve) -> int:
     """Number of points up to the end of the approach."""
     position = curve.position
-    if curve.segment is not None and np.unique(curve.segment).size > 1:
+    if curve.segment is not None and np.ptp(curve.segment) > 0:
         edges = _edges(curve.segment)
         return edges[int(np.argmax([position[b - 1] - position[a] for a, b in pairwise(edges)])) + 1]
     # pauses are short of the largest position by noise only, and are no approach
@@ -119,7 +128,7 @@ def _edges(segment: Array) -> list[int]:
 
 def leaves(curve: Curve) -> int:
     """First point of the retract: that of its segment, or the last one near the largest position."""
-    if curve.segment is not None and np.unique(curve.segment).size > 1:
+    if curve.segment is not None and np.ptp(curve.segment) > 0:
         return retract_start(curve)
     position = curve.position
     return int(np.flatnonzero(position >= float(position.max()) - 2 * arrival(position))[-1]) + 1
@@ -142,7 +151,7 @@ def without_pause(curve: Curve) -> Curve:
     advance = np.diff(position[edges]) / np.diff(edges)
     moving = advance[advance > _CREEP * advance.max()]
     left = float(position.max()) - position
-    slow = left < _CREEP * float(np.median(moving)) * (n - np.arange(n))
+    slow = left < _CREEP * float(_middle(moving)) * (n - np.arange(n))
     begin = int(np.argmax(slow)) if slow.any() else n
     if n - begin < max(FEWEST, n // 50):
         return curve

@@ -13,7 +13,7 @@ Adhesion = Literal["refuse", "above", "ignore"]
 
 CLEAR = 6.0
 """Noise levels that a rise or a dip must have to count."""
-_DIP = 0.03
+DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing."""
 _UPPER = 0.05
 """Share of the rise, at its end, in which saturation is looked for."""
@@ -131,7 +131,7 @@ def adhesion_dip(
     looked = np.where(before, np.inf, force)
     lowest = int(np.argmin(looked))
     dip = -float(looked[lowest])
-    if adhesion == "ignore" or not dip > max(CLEAR * noise, _DIP * rise) or before.sum() < FEWEST:
+    if adhesion == "ignore" or not dip > max(CLEAR * noise, DIP * rise) or before.sum() < FEWEST:
         return keep, ()
     if adhesion == "refuse":
         raise CurveError(

@@ -5,15 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict
 
 from flatpunch._support.checks import real
-from flatpunch.contact import Method
+from flatpunch.contact import Method, MethodName
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Engine = Literal["lmfit", "normal-equations"]
+Baseline = Literal["constant", "linear", "sine", "none"]
+Segment = Literal["auto", "approach", "retract", "both"]
+FitMethod = Literal["auto"] | MethodName | Method
+"""A contact method, its short name, or the choice of one."""
+
+
+class SettingsOf(TypedDict, total=False):
+    """Fields of `Settings` as keyword arguments."""
+
+    contact: Any
+    baseline: Baseline
+    loss: Loss
+    adhesion: Adhesion
+    depth_to: float | None
+    force_to: float | None
+    method: FitMethod
+    level: float
+    engine: Engine
+    segment: Segment
+    drag: Literal["free"] | float
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,15 +89,15 @@ class Settings:
     """
 
     contact: Any = "free"
-    baseline: Literal["constant", "linear", "sine", "none"] = "constant"
+    baseline: Baseline = "constant"
     loss: Loss = "linear"
     adhesion: Adhesion = "refuse"
     depth_to: float | None = None
     force_to: float | None = None
-    method: str | Method = "auto"
+    method: FitMethod = "auto"
     level: float = 0.95
     engine: Engine = "lmfit"
-    segment: Literal["auto", "approach", "retract", "both"] = "auto"
+    segment: Segment = "auto"
     drag: Literal["free"] | float = 0.0
 
     def __post_init__(self) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch._support.checks import Array
 from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -15,13 +16,12 @@ if TYPE_CHECKING:
 
 _TANGLED = 0.98
 """Correlation from which two parameters count as hard to tell apart, if their intervals are wide as well."""
-_WIDE = 0.1
+WIDE = 0.1
 """Relative standard error that counts as wide."""
 _MEMORY = 0.3
 """Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
 
-
-_TIMES = 10.0
+TIMES = 10.0
 """Residuals so many times the noise of the detector are a fit that missed."""
 
 
@@ -39,19 +39,34 @@ def doubts(result: FitResult) -> tuple[str, ...]:
     inside = result.residual[result.used & (result.depth >= 0)]
     if free.size > 30 and inside.size:
         noise = noise_of(np.diff(free), converter_step(result.curve.force)) / np.sqrt(2)
-        if np.sqrt(np.mean(inside**2)) > _TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
+        if np.sqrt(np.mean(inside**2)) > TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
             found.append(f"the residuals are {np.sqrt(np.mean(inside**2)) / noise:.0f} times the noise")
     return tuple(found)
 
 
 def contact_outside(result: FitResult) -> str:
-    """Whether the data begin in contact, or end before it."""
-    if "contact" not in result.estimates:
-        return ""
+    """Whether the data begin in contact, or end before it.
+
+    Instruments that detect the contact themselves begin at it: a contact point within one reading of the first is inside.
+    """
     shown = result.depth[result.used]
-    if shown.min() >= 0:
+    if "contact" not in result.estimates or not shown.size:
+        return ""
+    if shown.max() <= 0:
+        return "the contact point is outside the data: nothing is in contact"
+    if shown.min() > _spacing(shown):
         return "the contact point is outside the data: they begin in contact, and no baseline is seen"
-    return "the contact point is outside the data: nothing is in contact" if shown.max() <= 0 else ""
+    return ""
+
+
+def _spacing(depth: Array) -> float:
+    """Usual distance of neighbouring readings, and a little for its rounding [m]."""
+    return 1.01 * float(np.median(np.abs(np.diff(depth))))
+
+
+def without_baseline(result: FitResult) -> bool:
+    """Whether no reading was taken before the contact."""
+    return "contact" in result.estimates and bool(result.depth[result.used].min() >= -_spacing(result.depth))
 
 
 def judged(result: FitResult) -> tuple[str, ...]:
@@ -68,7 +83,7 @@ def judged(result: FitResult) -> tuple[str, ...]:
         )
     error = np.sqrt(np.diag(result.covariance))
     table = result.correlation
-    wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > _WIDE}
+    wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > WIDE}
     told = set()
     for j in range(len(free)):
         for k in range(j):
@@ -89,7 +104,9 @@ def judged(result: FitResult) -> tuple[str, ...]:
     for name in sorted(wide - told):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
-    outside = contact_outside(result)
+    outside = contact_outside(result) or (
+        "the data begin at the contact, and no baseline is seen" if without_baseline(result) else ""
+    )
     if outside:
         notes.append(
             f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone."
@@ -99,10 +116,16 @@ def judged(result: FitResult) -> tuple[str, ...]:
         for name, e in result.estimates.items()
         if e.at_bound
     ]
-    if result.memory > _MEMORY and result.minimum.residual.size > 30:
-        factor = np.sqrt((1 + result.memory) / (1 - result.memory))
-        notes.append(
-            f"Neighbouring residuals are correlated ({result.memory:.2f}): drift, or a model that does not fit. The intervals "
-            f"are too small by a factor of about {factor:.1f}."
-        )
+    notes += correlated(result.memory, result.minimum.residual.size)
     return tuple(notes)
+
+
+def correlated(memory: float, size: int) -> tuple[str, ...]:
+    """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
+    if memory <= _MEMORY or size <= 30:
+        return ()
+    factor = np.sqrt((1 + memory) / (1 - memory))
+    return (
+        f"Neighbouring residuals are correlated ({memory:.2f}): drift, or a model that does not fit. The intervals are too small "
+        f"by a factor of about {factor:.1f}.",
+    )

@@ -68,13 +68,7 @@ class FitResult:
     @property
     def read(self) -> tuple[str, ...]:
         """Where the numbers come from: file, sheet, columns with units, calibration, segment."""
-        lines = tuple(self.curve.meta.get("read", ()))
-        if self.curve.segment is not None:
-            numbers = ", ".join(f"{v:g}" for v in np.unique(self.curve.segment))
-            lines += (f"segment {numbers} of the file",)
-        elif lines:
-            lines += (f"segment found from the positions: {self.used.size} points",)
-        return lines
+        return read_lines(self.curve, int(self.used.size))
 
     @property
     def values(self) -> dict[str, float]:
@@ -201,6 +195,18 @@ class FitResult:
             told = "at its limit" if e.at_bound and e.by == "covariance" else interval
             lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {told}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+
+def read_lines(curve: Curve, points: int) -> tuple[str, ...]:
+    """Where the numbers of a fitted curve come from: what the reader noted, and the segment."""
+    lines = tuple(curve.meta.get("read", ()))
+    if curve.segment is not None:
+        first, last = curve.segment[0], curve.segment[-1]
+        numbers = ", ".join(f"{v:g}" for v in (np.unique(curve.segment) if first != last else [first]))
+        lines += (f"segment {numbers} of the file",)
+    elif lines:
+        lines += (f"segment found from the positions: {points} points",)
+    return lines
 
 
 def _end(name: str, value: float) -> float:

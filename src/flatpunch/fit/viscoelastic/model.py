@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.contact import Method
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.settings import FitMethod
 
 _TURNS = 40
 _KEPT = 5
@@ -47,7 +47,7 @@ class HistoryModel(SampleParameters):
 
     sample: Sample
     free: tuple[str, ...] = ()
-    method: str | Method = "auto"
+    method: FitMethod = "auto"
     elastic: ForwardModel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -25,6 +25,8 @@ _CONTACTS = 24
 _AROUND = 0.5
 """Contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve."""
 _SAFE = 0.6
+_FEW = 3
+"""Readings before the contact from which the background's level is judged; a tilt is judged from FEWEST."""
 _DIP = 0.03
 
 
@@ -100,9 +102,9 @@ def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, t
     n, top = curve.force.size, approach_end(curve) - 1
     first = float(curve.depth.min())
     before = (np.arange(n) <= top) & (curve.depth < first + _SAFE * (contact - first))
-    if before.sum() >= FEWEST:
+    if before.sum() >= _FEW:
         force = over_line(curve, before)
-        if settings.baseline == "constant":
+        if settings.baseline == "constant" or before.sum() < FEWEST:
             # what is fitted as a constant is judged as one
             force = curve.force - float(np.median(curve.force[before]))
     elif settings.baseline == "none":

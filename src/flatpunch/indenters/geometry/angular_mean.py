@@ -8,16 +8,16 @@ from a ring, as they do at the corners and sides of a square flat.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.geometry.angle_rule import angular_rule, panel_rule
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
+from flatpunch.numerics.piecewise import PiecewiseChebyshev, Sine
 
 _PER_DECADE = 3
 _NODES = 32
@@ -93,7 +93,9 @@ class AngularTable(ABC):
     def __init__(self, indenter: Indenter, order: int = _ORDER) -> None:
         self._indenter, self._rule = indenter, AngularRule(indenter, order)
         self._cuts = sorted({*indenter.rings, *getattr(indenter, "scales", ())})
-        self._panels: dict[tuple[float, float], Array] = {}
+        self._table = PiecewiseChebyshev(
+            lambda r: self._sample(np.minimum(r, indenter.reach)), self._edges, self._nodes, Sine
+        )
 
     @abstractmethod
     def integrals(self, f: Array, slope: Array, phi: Array, weights: Array) -> Array:
@@ -104,22 +106,10 @@ class AngularTable(ABC):
         r = np.asarray(r, dtype=float)
         flat = r.ravel()
         outside = (flat <= 0) | (flat > self._indenter.reach)
-        inside = np.flatnonzero(~outside)
-        edges = self._edges(flat[inside])
-        panel = np.searchsorted(edges, flat[inside], side="right") - 1
-        parts, lonely = [], [np.flatnonzero(outside)]
-        for k in np.unique(panel):
-            chosen, low, high = inside[panel == k], float(edges[k]), float(edges[k + 1])
-            if chosen.size <= _LONELY and (low, high) not in self._panels:
-                lonely.append(chosen)
-                continue
-            share = np.clip((flat[chosen] - low) / (high - low), 0, 1)
-            coefficients = self._panel(low, high)
-            basis = chebvander(4 / np.pi * np.arcsin(np.sqrt(share)) - 1, coefficients.shape[0] - 1)
-            parts.append((chosen, basis @ coefficients))
-        if any(some.size for some in lonely):
-            chosen = np.concatenate(lonely)
-            parts.append((chosen, self._sample(flat[chosen])))
+        parts = []
+        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=_LONELY))):
+            if chosen.any():
+                parts.append((chosen, read(flat[chosen])))
         result = np.empty((flat.size, parts[0][1].shape[1] if parts else 0))
         for chosen, values in parts:
             result[chosen] = values
@@ -127,8 +117,6 @@ class AngularTable(ABC):
 
     def _edges(self, r: Array) -> Array:
         """Edges of the panels that hold radii r."""
-        if not r.size:
-            return np.zeros(0)
         first = int(np.floor(_PER_DECADE * np.log10(r.min()) - 1e-9))
         last = int(np.ceil(_PER_DECADE * np.log10(r.max()) + 1e-9))
         even = 10 ** (np.arange(first, last + 1) / _PER_DECADE)
@@ -138,17 +126,11 @@ class AngularTable(ABC):
         # a radius at the reach itself belongs to the last panel
         return np.append(edges[:-1], np.nextafter(reach, np.inf)) if edges[-1] == reach else edges
 
-    def _panel(self, low: float, high: float) -> Array:
-        """Chebyshev coefficients in 2 s - 1, shape (nodes, columns)."""
-        if (low, high) not in self._panels:
-            rings, nodes = self._indenter.rings, _NODES
-            if rings and rings[0] <= low < rings[-1]:
-                nodes += int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0])))
-            t = chebpts1(nodes)
-            r = low + (high - low) * np.sin(np.pi * (t + 1) / 4) ** 2
-            basis = chebvander(t, nodes - 1) * np.where(np.arange(nodes) == 0, 1, 2) / nodes
-            self._panels[low, high] = basis.T @ self._sample(np.minimum(r, self._indenter.reach))
-        return self._panels[low, high]
+    def _nodes(self, low: float, high: float) -> int:
+        """Nodes of a panel."""
+        rings = self._indenter.rings
+        between = rings and rings[0] <= low < rings[-1]
+        return _NODES + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
 
     def _sample(self, r: Array) -> Array:
         """Columns by quadrature, shape (n, columns)."""

@@ -18,6 +18,7 @@ The first face looks along +x; Knoop's long diagonal lies along x. Sharp tips ar
 from __future__ import annotations
 
 import math
+from typing import overload
 
 from flatpunch._support.checks import non_negative, real, switch
 from flatpunch.indenters.shapes.cone import Cone
@@ -29,6 +30,12 @@ from flatpunch.indenters.worn.truncated import Truncated
 Tip = Pyramid | FacetedPyramid | Rounded | Truncated
 
 
+@overload
+def Vickers() -> Pyramid: ...
+@overload
+def Vickers(*, tip_radius: float) -> Rounded: ...
+@overload
+def Vickers(*, height_removed: float) -> Truncated: ...
 def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Square diamond, 136 degrees between opposite faces: inclination 22 degrees.
 
@@ -42,6 +49,12 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     return _finished("Vickers", Pyramid(4, math.radians(90 - 136 / 2)), tip_radius, height_removed)
 
 
+@overload
+def Berkovich(*, modified: bool = True) -> Pyramid: ...
+@overload
+def Berkovich(*, modified: bool = True, tip_radius: float) -> Rounded: ...
+@overload
+def Berkovich(*, modified: bool = True, height_removed: float) -> Truncated: ...
 def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Three-sided diamond: 65.27 degrees between axis and face (modified, today's), or the 65.03 degrees of the original.
 
@@ -60,6 +73,12 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
     )
 
 
+@overload
+def CubeCorner() -> Pyramid: ...
+@overload
+def CubeCorner(*, tip_radius: float) -> Rounded: ...
+@overload
+def CubeCorner(*, height_removed: float) -> Truncated: ...
 def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Corner of a cube, three faces at right angles: tan(inclination) = sqrt(2), far from the small slopes of the theory.
 
@@ -71,6 +90,12 @@ def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     return _finished("CubeCorner", Pyramid(3, math.atan(math.sqrt(2))), tip_radius, height_removed)
 
 
+@overload
+def Knoop() -> FacetedPyramid: ...
+@overload
+def Knoop(*, tip_radius: float) -> Rounded: ...
+@overload
+def Knoop(*, height_removed: float) -> Truncated: ...
 def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Rhombic diamond, edges at 172.5 degrees (long diagonal, along x) and 130 degrees (short diagonal, along y).
 
@@ -87,6 +112,12 @@ def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     return _finished("Knoop", FacetedPyramid(directions, (face,) * 4), tip_radius, height_removed)
 
 
+@overload
+def AfmPyramid(front: float, back: float, side: float) -> FacetedPyramid: ...
+@overload
+def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float) -> Rounded: ...
+@overload
+def AfmPyramid(front: float, back: float, side: float, *, height_removed: float) -> Truncated: ...
 def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     """Four-sided AFM tip by the half opening angles of its data sheet.
 

@@ -17,11 +17,16 @@ from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
 
 _ANGLES = 720
-_HALVINGS = 200
+"""Polar angles on which the border of the flat is searched for extremes; half as many miss those 1 degree apart."""
+
 _SAME = 1e-12
-_BISECTIONS, _SECTIONS = 52, 40
-_ALIKE, _MOST_TURNS = 1e-9, 6
-"""Difference between radii at which a border turns that are one, and the most of them that are told of rough borders."""
+"""Relative difference of the border's radii below which it is a circle; below rounding of the tip's heights no tip is round."""
+
+_ALIKE = 1e-9
+"""Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
+
+_MOST_TURNS = 6
+"""Most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +122,18 @@ class Truncated(Shape):
         angles, radii = _border_line(self.tip, self.height_removed)
         inside = r[:, None] < radii
         rows, columns = np.nonzero(inside[:, 1:] != inside[:, :-1])
-        low, high, on = angles[columns], angles[columns + 1], inside[rows, columns]
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2
-            before = (np.asarray(self.tip.height(r[rows], middle)) < self.height_removed) == on
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        low, high = angles[columns], angles[columns + 1]
+
+        def above(phi: Array, radius: Array) -> Array:
+            return np.asarray(self.tip.height(radius, phi)) - self.height_removed
+
+        from scipy.optimize import elementwise
+
+        root = elementwise.find_root(above, (low, high), args=(r[rows],))
         place = np.arange(rows.size) - np.searchsorted(rows, rows)
         found = np.full((r.size, int(place.max(initial=-1)) + 1), np.nan)
-        found[rows, place] = (low + high) / 2
+        # where both ends are at the border to rounding, so is the middle
+        found[rows, place] = np.where(root.success, root.x, (low + high) / 2)
         return found if self._of_tip is None else np.hstack([found, self._of_tip(r)])
 
     @property
@@ -180,13 +189,11 @@ def _signed_radii(tip: Indenter, level: float, sign: int, phi: Array) -> Array:
 
 
 def _least(function: Callable[[Array], Array], about: Array, width: float) -> Array:
-    """Where a function of one variable is least about several places, by golden sections: to the root of rounding."""
-    low, high, share = about - width, about + width, (np.sqrt(5) - 1) / 2
-    for _ in range(_SECTIONS):
-        left, right = high - share * (high - low), low + share * (high - low)
-        first = function(left) <= function(right)
-        low, high = np.where(first, low, left), np.where(first, right, high)
-    return np.asarray((low + high) / 2)
+    """Where a function of one variable is least about several places, to the root of rounding."""
+    from scipy.optimize import elementwise
+
+    found = elementwise.find_minimum(function, (about - width, about, about + width))
+    return np.where(found.success, found.x, about)
 
 
 def _angles(tip: Indenter) -> Array:
@@ -198,17 +205,12 @@ def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
     """Radii at which f reaches the level, infinite where it does not."""
     if tip.exponent is not None:
         return np.asarray((level / np.asarray(tip.height(np.ones_like(phi), phi))) ** (1 / tip.exponent))
-    low, high = np.zeros_like(phi), np.full_like(phi, min(1.0, tip.reach))
-    for _ in range(_HALVINGS):
-        short = (np.asarray(tip.height(high, phi)) < level) & (high < tip.reach)
-        if not short.any():
-            break
-        high = np.where(short, np.minimum(2 * high, tip.reach), high)
-    reached = np.asarray(tip.height(high, phi)) >= level
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        above = np.asarray(tip.height(middle, phi)) >= level
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-        if np.all(high - low <= 4e-16 * high):
-            break
-    return np.where(reached, high, np.inf)
+    from scipy.optimize import elementwise
+
+    def above(r: Array, phi: Array) -> Array:
+        return np.asarray(tip.height(r, phi)) - level
+
+    start = min(1.0, tip.reach)
+    bracket = elementwise.bracket_root(above, start / 2, start, xmin=0.0, xmax=tip.reach, args=(phi,))
+    root = elementwise.find_root(above, bracket.bracket, args=(phi,))
+    return np.where(root.success, root.x, np.inf)

@@ -1,6 +1,6 @@
-"""How errors are told on the command line: one message, in the words of case files, with the path of a file.
+"""Messages of errors for the command line and the page: one text, in the words of case files, with the path of a file.
 
-Errors that the package raises itself say what is wrong and what to do; they are told as they are, with Python's spelling turned
+Errors that the package raises itself say what is wrong and what to do; they are shown as they are, with Python's spelling turned
 into that of TOML. What a library raises, or Python itself, is a mistake of the package: its message would help nobody, so the
 place is named, and the traceback is shown on request.
 """
@@ -24,7 +24,7 @@ _RAISED = (ValueError, TypeError, OSError)
 
 
 def message(error: BaseException) -> str:
-    """Return the message of an error for the command line."""
+    """Return the message of an error for people who write case files."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
     if isinstance(error, OSError) and error.filename is not None:

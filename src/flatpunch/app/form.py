@@ -1,0 +1,324 @@
+"""The form of the page: fields with dotted names and texts as values, which are the address of the page as well.
+
+    layers.0.young = "5 kPa"      base.kind = "rigid"      control.quantity = "depth"      control.start = "10 nm"
+
+`case_text` turns them into the text of a case file, `form_of` a case file into fields. A text in brackets is taken as TOML, so
+that every value of a case file has a place: `{ law = "linear", top = "5 kPa", bottom = "9 kPa" }` as a modulus. Tables for which
+the page has no fields stay as lines of TOML in the field `more`. What a fit looks for has the fields .fit ("on"), .min and .max.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Any
+from urllib.parse import parse_qsl, urlencode
+
+from flatpunch._support.ceilings import LAYERS
+from flatpunch.app.toml import toml_text, toml_value
+from flatpunch.files.nesting import check_nesting
+
+LONGEST = 200_000
+"""Characters of a form."""
+
+_TWO_BODIES = "two bodies"
+"""Choice of base for cases with [upper] and [lower], which stand in the field `more`."""
+
+_HISTORY = "history"
+"""Choice of what is prescribed for cases with [history], which stands in the field `more`."""
+
+_TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
+_TEXTS = {"title", "method", "kind", "sheet", "decimal"}
+"""Fields that are texts whatever they look like."""
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_TAB_TABLES = {
+    "press": {"control", "history", "stress", "relaxation"},
+    "coating": {"control", "stress"},
+    "fit": {"fit", "curve", "relaxation"},
+    "correct": set(),
+    "compare": {"control"},
+}
+"""Tables of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
+
+_OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
+_LIMITS = ("min", "max")
+_FIELD = re.compile(
+    r"(?:layers|strengths)\.\d+\.[a-z_]+|(?:base|indenter|control|fit|curve|correct|compare|stress)\.[A-Za-z_]+"
+)
+"""Names of fields of the page; those that are empty are not in the form."""
+
+
+class FormError(ValueError):
+    """A form that is no case; the message names the field in the words of case files."""
+
+
+def fields_of(query: str) -> dict[str, str]:
+    """Return the fields of an address or of a request, the last value of each name."""
+    if len(query) > 3 * LONGEST:
+        raise FormError(f"the form has {len(query)} characters; at most {LONGEST} are read.")
+    return {name: value.strip() for name, value in parse_qsl(query, keep_blank_values=True) if value.strip()}
+
+
+def address_of(fields: Mapping[str, str]) -> str:
+    """Return fields as the query of an address, which `fields_of` reads."""
+    return urlencode({name: value for name, value in fields.items() if value.strip()})
+
+
+def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
+    """Return the case file that a form means.
+
+    Parameters
+    ----------
+    fields : mapping of str to str
+        Texts by dotted names.
+    tab : {"press", "fit", "correct", "coating", "compare"}
+        Which tables belong to it; values to be fitted are marked for "fit" only.
+
+    Raises
+    ------
+    FormError
+        If the lines in `more` are no TOML, or a list is too long.
+    """
+    return toml_text(case_data(fields, tab))
+
+
+def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
+    """Return the tables of the case file that a form means; as for `case_text`."""
+    fitted, two = tab == "fit", fields.get("base.kind") == _TWO_BODIES
+    data: dict[str, Any] = {name: _marked(name, fields, fitted) for name in _TOP if fields.get(name)}
+    if not two:
+        layers = [_table(fields, f"layers.{i}.", fitted) for i in _indices(fields, "layers")]
+        data |= {"layers": layers} if layers else {}
+        data |= {"base": base} if (base := _table(fields, "base.", fitted)) else {}
+    data["indenter"] = _table(fields, "indenter.", fitted)
+    data |= {"control": control} if (control := _control(fields)) else {}
+    for name in ("fit", "curve"):
+        data |= {name: table} if (table := _table(fields, f"{name}.", fitted)) else {}
+    data |= {"stress": stress} if (stress := _stress(fields)) else {}
+    for name, value in _more(fields.get("more", "")).items():
+        if name in data and name != "stress":
+            raise FormError(f"more: {name} has fields of its own above; leave it out here.")
+        data[name] = {**value, **data.get(name, {})} if name == "stress" and isinstance(value, dict) else value
+    left_out = _OF_TABS - _TAB_TABLES[tab]
+    if tab != "fit" and data.get("method") == "auto":
+        del data["method"]
+    if isinstance(data["indenter"], dict) and "file" in data["indenter"]:
+        raise FormError("indenter.file: the page reads no files that a case names. Solve it with `flatpunch solve`.")
+    return {name: value for name, value in data.items() if name not in left_out}
+
+
+def form_of(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return the fields of a case file.
+
+    Parameters
+    ----------
+    data : mapping
+        Its tables, as `tomllib.loads` returns them.
+    """
+    found: dict[str, str] = {}
+    rest: dict[str, Any] = {}
+    for name, value in data.items():
+        if name in _TOP:
+            found |= _flat(name, value)
+        elif name == "layers" and _is_list_of_tables(value):
+            for i, layer in enumerate(value):
+                found |= _flat_table(f"layers.{i}", layer)
+        elif name in ("base", "indenter", "fit", "curve") and isinstance(value, dict):
+            found |= _flat_table(name, value)
+        elif name == "control" and isinstance(value, dict) and (control := _control_form(value)):
+            found |= control
+        elif name == "stress" and isinstance(value, dict):
+            strengths, others = _stress_form(value)
+            found |= strengths
+            rest |= {"stress": others} if others else {}
+        else:
+            rest[name] = value
+    if "base" not in data and "upper" in data:
+        found["base.kind"] = _TWO_BODIES
+    if "history" in data:
+        found["control.quantity"] = _HISTORY
+    if rest:
+        found["more"] = toml_text(rest).strip()
+    return {name: text for name, text in found.items() if text.strip()}
+
+
+def _flat_table(prefix: str, table: Mapping[str, Any]) -> dict[str, str]:
+    """Fields of a table; those of columns and their units one level deeper."""
+    found: dict[str, str] = {}
+    for name, value in table.items():
+        deeper = prefix == "curve" and name in ("columns", "units") and isinstance(value, dict)
+        found |= _flat_table(f"{prefix}.{name}", value) if deeper else _flat(f"{prefix}.{name}", value)
+    return found
+
+
+def field_of(place: str, fields: Mapping[str, str]) -> str:
+    """Return the field of the form that a place in a case file is about: "layers.0.young" for "layers[0].young"; "" for none.
+
+    Parameters
+    ----------
+    place : str
+        As messages begin.
+    fields : mapping
+        The form.
+    """
+    name = re.sub(r"\[(\d+)\]", r".\1", place).replace("stress.strengths.", "strengths.")
+    if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
+        part = f"control.{name.rpartition('.')[2]}"
+        name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
+    while name:
+        if name in fields or name in _TOP or _FIELD.fullmatch(name):
+            return name
+        below = [field for field in fields if field.startswith(f"{name}.")]
+        if below:
+            return below[0]
+        name = name.rpartition(".")[0]
+    return ""
+
+
+def _indices(fields: Mapping[str, str], name: str) -> list[int]:
+    """Numbers of the entries of a list, ascending; gaps do not count."""
+    found = {int(match[1]) for field in fields if (match := re.match(rf"{name}\.(\d{{1,6}})\.", field))}
+    if len(found) > LAYERS:
+        raise FormError(f"{name} has {len(found)} entries; at most {LAYERS} are solved.")
+    return sorted(found)
+
+
+def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> dict[str, Any]:
+    """Fields below a prefix as a table, with tables inside it for names with a dot."""
+    found: dict[str, Any] = {}
+    for field in fields:
+        *above, name = field.removeprefix(prefix).split(".")
+        if not field.startswith(prefix) or _is_mark(field, fields):
+            continue
+        table = found
+        for step in above:
+            table = table.setdefault(step, {})
+        table[name] = _marked(field, fields, fitted)
+    return {} if found.get("kind") == _TWO_BODIES else found
+
+
+def _is_mark(field: str, fields: Mapping[str, str]) -> bool:
+    """Whether a field says of another one how it is fitted."""
+    owner, _, part = field.rpartition(".")
+    return owner in fields and part in ("fit", *_LIMITS)
+
+
+def _marked(field: str, fields: Mapping[str, str], fitted: bool) -> Any:
+    """Value of a field; in a fit as { fit = ..., min = ..., max = ... } if it is looked for."""
+    value = _value(field.rpartition(".")[2], fields[field])
+    if not fitted or fields.get(f"{field}.fit") != "on":
+        return value
+    limits = {end: _value(end, text) for end in _LIMITS if (text := fields.get(f"{field}.{end}"))}
+    return {"fit": value, **limits}
+
+
+def _value(name: str, text: str) -> Any:
+    """Value of a text in a case file: TOML in brackets, a number, true or false, or the text itself."""
+    if name in _TEXTS:
+        return text
+    if _NUMBER.fullmatch(text):
+        return int(text) if re.fullmatch(r"[+-]?(?:0|[1-9][0-9]{0,17})", text) else float(text)
+    if text in ("true", "false"):
+        return text == "true"
+    if text[:1] in "[{" and text[-1:] in "]}":
+        try:
+            check_nesting(text)
+            return tomllib.loads(f"v = {text}")["v"]
+        except (ValueError, RecursionError):
+            return text
+    return text
+
+
+def _control(fields: Mapping[str, str]) -> dict[str, Any]:
+    quantity = fields.get("control.quantity", "")
+    if not quantity or quantity == _HISTORY:
+        return {}
+    if "control.values" in fields:
+        return {quantity: _value("values", fields["control.values"])}
+    steps = {
+        name: _value(name, fields[f"control.{name}"])
+        for name in ("start", "stop", "points", "spacing")
+        if f"control.{name}" in fields
+    }
+    return {quantity: steps}
+
+
+def _control_form(table: Mapping[str, Any]) -> dict[str, str]:
+    """Fields of [control]; none if it is not of one quantity."""
+    if len(table) != 1:
+        return {}
+    ((quantity, steps),) = table.items()
+    if isinstance(steps, dict) and set(steps) <= {"start", "stop", "points", "spacing"}:
+        return {"control.quantity": quantity, **{f"control.{name}": _text(value) for name, value in steps.items()}}
+    return {"control.quantity": quantity, "control.values": _text(steps)}
+
+
+def _stress(fields: Mapping[str, str]) -> dict[str, Any]:
+    """[stress] from strengths of layers, friction and residual stress."""
+    found: dict[str, Any] = (
+        {"friction": _value("friction", fields["stress.friction"])} if fields.get("stress.friction") else {}
+    )
+    given = _indices(fields, "strengths")
+    if given:
+        found["strengths"] = [_table(fields, f"strengths.{i}.", False) for i in range(given[-1] + 1)]
+    return found
+
+
+def _stress_form(table: Mapping[str, Any]) -> tuple[dict[str, str], dict[str, Any]]:
+    """Fields of [stress], and what has none."""
+    found: dict[str, str] = {}
+    rest = dict(table)
+    if isinstance(table.get("friction"), (int, float, str)):
+        found["stress.friction"] = _text(rest.pop("friction"))
+    if _is_list_of_tables(table.get("strengths")):
+        for i, strength in enumerate(rest.pop("strengths")):
+            found |= {f"strengths.{i}.{name}": _text(value) for name, value in strength.items()}
+    return found, rest
+
+
+def _more(text: str) -> dict[str, Any]:
+    if not text:
+        return {}
+    try:
+        check_nesting(text)
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FormError(f"more: not valid TOML: {error}") from None
+
+
+def _flat(name: str, value: Any) -> dict[str, str]:
+    """Fields of a value, which may be one to be fitted."""
+    if isinstance(value, dict) and "fit" in value and set(value) <= {"fit", *_LIMITS}:
+        limits = {f"{name}.{end}": _text(value[end]) for end in _LIMITS if end in value}
+        return {name: _text(value["fit"]), f"{name}.fit": "on", **limits}
+    return {name: _text(value)}
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else toml_value(value)
+
+
+def _is_list_of_tables(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
+
+
+def problems(error: Exception, fields: Mapping[str, str], message: str) -> Iterator[tuple[str, str]]:
+    """Yield (field, message) for each line of a message; the field is empty where a line is about none.
+
+    Parameters
+    ----------
+    error : Exception
+        What was raised, for its kind.
+    fields : mapping
+        The form.
+    message : str
+        Its text.
+    """
+    for line in message.splitlines():
+        text = re.sub(r"^case\.toml: ", "", line)
+        place = re.match(
+            r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.[A-Za-z_]\w*(?:\[\d+\])?)*)(?= = | is | has |: | must )", text
+        )
+        yield (field_of(place[1], fields) if place else ""), text

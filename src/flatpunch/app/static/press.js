@@ -1,0 +1,176 @@
+// The tab *Press*: curve, outline, pressure, table.
+
+import { lines, plane, quantity, section } from "./charts.js";
+import { controlFields, element, field } from "./form.js";
+
+/** A card with a title. */
+export function card(title, wide, ...children) {
+  return element("section", { class: wide ? "card wide" : "card" }, element("h3", {}, title), ...children);
+}
+
+/** Buttons that save files of a tab: {kind: label}. */
+export function saves(kinds, tools) {
+  const bar = element("div", { class: "saves" }, element("h3", {}, "Save"));
+  for (const [kind, label] of Object.entries(kinds)) {
+    const button = element("button", { type: "button", "data-save": kind }, label);
+    button.addEventListener("click", () => tools.save(kind, button));
+    bar.append(button);
+  }
+  return element("section", { class: "card wide" }, bar);
+}
+
+/** A table of texts. */
+export function table(columns, rows, caption, kind = "") {
+  const head = element("tr", {}, ...columns.map((column) => element("th", { scope: "col" }, Array.isArray(column) ? `${column[0]} (${column[1]})` : column)));
+  const body = rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))));
+  const made = element("table", { class: kind }, element("thead", {}, head), element("tbody", {}, ...body));
+  if (caption) made.prepend(element("caption", {}, caption));
+  return element("div", { class: "scroll" }, made);
+}
+
+export function notes(list) {
+  return element("ul", { class: "notes wide", hidden: !list.length }, ...list.map((line) => element("li", {}, line)));
+}
+
+function fields() {
+  const methods = ["", "first-order", "second-order", "fourth-order", "refined", "bem"];
+  const words = { "": "chosen by itself", bem: "boundary elements" };
+  return [
+    controlFields(),
+    field("method", { label: "Method", kind: "choice", value: "", choices: methods, words }),
+    element(
+      "details",
+      {},
+      element("summary", {}, "Adhesion, outline"),
+      field("work_of_adhesion", { label: "Work of adhesion", kind: "quantity", value: "", example: "50 mJ/m^2", fits: true }),
+      field("range_of_action", { label: "Range of action", kind: "quantity", value: "", example: "1 nm" }),
+      field("angles", { label: "Polar angles", kind: "number", value: "", example: "360" }),
+    ),
+  ];
+}
+
+function show(box, result, tools) {
+  const { curve } = result;
+  const steps = curve.depth.length;
+  const [drawing, force, outline, map] = [0, 1, 2, 3].map(() => element("div"));
+  const slide = element("input", { type: "range", min: 0, max: steps - 1, value: bestStep(curve), "aria-label": "Step" });
+  const readout = element("ul", { class: "readout", "aria-live": "off" });
+  const history = "time" in curve;
+  const pressureCard = card("Contact pressure", false, map);
+  const button = element("button", { type: "button", class: "main" }, "Compute the pressure of this step");
+  const grid = element(
+    "div",
+    { class: "grid" },
+    notes([...result.notes, ...result.leaving]),
+    card(history ? "Force over time" : "Force and stiffness over depth", false, force),
+    card("Section, to scale", false, result.sketch ? drawing : element("p", { class: "about" }, "Two bodies are not drawn.")),
+    card("Step of the curve", true, element("div", { class: "steps" }, slide), readout),
+    card("Contact outline", false, outline),
+    pressureCard,
+    card(result.title || "Result", true, table(result.table.columns, result.table.rows, result.table.caption)),
+    saves({ toml: "Case file", nc: "NetCDF", csv: "CSV", png: "PNG", svg: "SVG", py: "Python" }, tools),
+  );
+  box.replaceChildren(grid);
+  if (result.sketch) section(drawing, { ...result.sketch, title: "Section through layers and tip" });
+
+  const draw = () => {
+    const i = Number(slide.value);
+    curvePicture(force, result, i);
+    const widest = Math.max(...result.contour.flat().filter(Number.isFinite)) || curve.radius[i] || 1e-9;
+    const earlier = [0.25, 0.5, 0.75].map((share) => Math.round(share * i)).filter((each) => each !== i);
+    plane(outline, { half: 1.2 * widest, outlines: [...earlier.map((each) => ({ phi: result.phi, r: result.contour[each], faint: true })), { phi: result.phi, r: result.contour[i] }], title: "Contact outline" });
+    const said = [["step", `${i + 1} of ${steps}`]];
+    if (history) said.push(["time", quantity(curve.time[i], "s")]);
+    said.push(["depth", quantity(curve.depth[i], "m", 6)], ["force", quantity(curve.force[i], "N", 6)], ["radius", quantity(curve.radius[i], "m", 6)]);
+    if (!history) said.push(["stiffness", quantity(curve.stiffness[i], "N/m", 6)]);
+    if (result.exact) said.push(["error", "exact (round tip)"]);
+    else if (curve.force_error) said.push(["force error", `${percent(curve.force_error[i])}`], ["outline error", `${percent(curve.contour_error?.[i])}`]);
+    if (!curve.valid[i]) said.push(["theory", "does not hold here"]);
+    readout.replaceChildren(...said.map(([name, value]) => element("li", {}, `${name} `, element("b", {}, value))));
+  };
+  const pressure = async () => {
+    const i = Number(slide.value);
+    const found = await tools.detail("pressure", i);
+    if (!box.contains(map) || i !== Number(slide.value)) return;
+    if (found.none) {
+      map.replaceChildren(element("p", { class: "about" }, found.none));
+      return;
+    }
+    map.replaceChildren();
+    plane(map, {
+      half: found.half,
+      map: { ...found, label: "pressure", unit: "Pa" },
+      outlines: [{ phi: result.phi, r: result.contour[i] }],
+      title: "Contact pressure",
+    });
+    map.append(element("p", { class: "about" }, `Mean pressure ${quantity(found.mean, "Pa")}, typical error ${quantity(found.error, "Pa", 2)}.`));
+  };
+  const askForPressure = () => {
+    if (history) map.replaceChildren(element("p", { class: "about" }, "There is no map of pressure for histories of relaxing bodies."));
+    else if (result.round) return pressure();
+    else {
+      button.disabled = false;
+      map.replaceChildren(button);
+    }
+    return null;
+  };
+  button.addEventListener("click", async () => {
+    button.disabled = true;
+    await pressure();
+  });
+  let waiting = null;
+  slide.addEventListener("input", () => {
+    draw();
+    clearTimeout(waiting);
+    waiting = setTimeout(askForPressure, 300);
+  });
+  draw();
+  waiting = setTimeout(askForPressure, 400);
+}
+
+const percent = (value) => (value === null || value === undefined ? "–" : `${Number((100 * value).toPrecision(2))} %`);
+
+/** The last step at which the theory holds and there is a contact. */
+function bestStep(curve) {
+  for (let i = curve.depth.length - 1; i >= 0; i--) if (curve.valid[i] && curve.radius[i] > 0) return i;
+  return curve.depth.length - 1;
+}
+
+function curvePicture(box, result, i) {
+  const { curve } = result;
+  if ("time" in curve) {
+    lines(box, {
+      x: { label: "time", unit: "s" },
+      y: { label: "force", unit: "N", colour: "var(--one)" },
+      right: { label: "depth", unit: "m", colour: "var(--two)" },
+      series: [
+        { x: curve.time, y: curve.force, colour: "var(--one)", label: "force" },
+        { x: curve.time, y: curve.depth, colour: "var(--two)", dash: "6 4", label: "depth", right: true },
+      ],
+      marker: { x: curve.time[i], ys: [{ y: curve.force[i], colour: "var(--one)" }, { y: curve.depth[i], right: true, colour: "var(--two)" }] },
+      title: "Force and depth over time",
+    });
+    return;
+  }
+  const held = (values, yes) => values.map((value, k) => (curve.valid[k] === yes ? value : null));
+  const error = curve.force_error?.map((value) => value ?? 0);
+  const series = [
+    { x: curve.depth, y: held(curve.force, true), colour: "var(--one)", label: "force" },
+    { x: curve.depth, y: held(curve.stiffness, true), colour: "var(--two)", dash: "6 4", label: "stiffness", right: true },
+  ];
+  if (error && !result.exact) series[0].band = [-1, 1].map((sign) => curve.force.map((value, k) => (value === null ? null : value * (1 + sign * error[k]))));
+  if (error && !result.exact) series[0].label = `force, with its error of ${percent(Math.max(...error))} or less`;
+  if (curve.valid.includes(false)) {
+    series.push({ x: curve.depth, y: held(curve.force, false), colour: "var(--grey)", label: "force where the theory does not hold" });
+  }
+  lines(box, {
+    x: { label: "indentation depth", unit: "m" },
+    y: { label: "force", unit: "N", colour: "var(--one)" },
+    right: { label: "stiffness", unit: "N/m", colour: "var(--two)" },
+    series,
+    marker: { x: curve.depth[i], ys: [{ y: curve.force[i], colour: "var(--one)" }, { y: curve.stiffness[i], right: true, colour: "var(--two)" }] },
+    title: "Force and stiffness over indentation depth",
+  });
+}
+
+export const PRESS = { title: "Press", fields, show };

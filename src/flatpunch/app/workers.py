@@ -1,0 +1,282 @@
+"""Worker processes of the page: each has loaded what it calls and does one job at a time; a job is stopped by ending its process.
+
+The page stays usable while they calculate, and no calculation can take the page down with it. Workers end by themselves when this
+process is gone: their pipe is closed then.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from multiprocessing.connection import Connection
+from typing import Any
+
+from flatpunch._support.threads import allowed_threads
+from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
+from flatpunch.parallel.processes import fresh, no_main
+from flatpunch.parallel.threads import one_thread
+
+_KEPT = 200
+"""Jobs whose outcome is kept until it is fetched."""
+
+_FORGOTTEN = 60.0
+"""Seconds after which a job is stopped that nobody has asked about: the window was closed."""
+
+MODULES = ("flatpunch.app.press",)
+"""What workers load before their first job."""
+
+
+@dataclass
+class Job:
+    """One calculation: what has become of it so far.
+
+    Attributes
+    ----------
+    key : str
+        Names it in requests; cannot be guessed.
+    state : {"waiting", "running", "done", "failed", "stopped"}
+    progress : (int, int) or None
+        Steps done, steps in all.
+    outcome : object
+        What it returned, or the message of its error.
+    """
+
+    key: str
+    call: tuple[str, tuple[Any, ...]]
+    long: bool
+    state: str = "waiting"
+    progress: tuple[int, int] | None = None
+    outcome: Any = None
+    started: float = field(default_factory=time.monotonic)
+    asked: float = field(default_factory=time.monotonic)
+    ended: threading.Event = field(default_factory=threading.Event)
+    stop: Callable[[], None] = lambda: None
+    keep: Callable[[Any], None] = lambda outcome: None
+
+    def finish(self, state: str, outcome: Any = None) -> None:
+        """Set the outcome, once."""
+        if not self.ended.is_set():
+            self.state, self.outcome = state, outcome
+            if state == "done":
+                self.keep(outcome)
+            self.ended.set()
+
+    @property
+    def seconds(self) -> float:
+        """Time since it was submitted [s]."""
+        return time.monotonic() - self.started
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait for the end of the job; return whether it has ended."""
+        limit = None if seconds is None else time.monotonic() + seconds
+        while not self.ended.is_set():
+            self.asked = time.monotonic()
+            left = 1.0 if limit is None else min(1.0, limit - time.monotonic())
+            if left <= 0:
+                break
+            self.ended.wait(left)
+        return self.ended.is_set()
+
+
+class Workers:
+    """A few processes, started when they are needed, and the jobs that wait for them.
+
+    Parameters
+    ----------
+    most : int, optional
+        Processes at most; two more than there are cores if left out. One of them is left to short jobs.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self.most = max(2, most or allowed_threads() + 2)
+        self._jobs: OrderedDict[str, Job] = OrderedDict()
+        self._waiting: list[Job] = []
+        self._idle: list[_Worker] = []
+        self._busy: dict[str, _Worker | None] = {}
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def warm(self) -> None:
+        """Start one process, so that the next job finds it ready."""
+        worker = _Worker()
+        with self._lock:
+            if not self._closed and len(self._idle) + len(self._busy) < self.most:
+                self._idle.append(worker)
+                return
+        worker.end()
+
+    def submit(
+        self, function: str, *arguments: Any, long: bool = False, keep: Callable[[Any], None] = lambda outcome: None
+    ) -> Job:
+        """Queue a call.
+
+        Parameters
+        ----------
+        function : str
+            "module:name" of a function below `flatpunch.app`.
+        *arguments
+            What it is called with; goes through a pipe.
+        long : bool
+            Whether it may take longer than a second; one process is always left for those that do not.
+        keep : callable, optional
+            Called with the outcome before anybody hears of it.
+        """
+        job = Job(secrets.token_urlsafe(16), (function, arguments), long, keep=keep)
+        job.stop = lambda: self._stop(job)
+        with self._lock:
+            self._jobs[job.key] = job
+            while len(self._jobs) > _KEPT:
+                _, old = self._jobs.popitem(last=False)
+                if not old.ended.is_set():
+                    self._jobs[old.key] = old
+                    break
+            self._waiting.append(job)
+        self._next()
+        return job
+
+    def find(self, key: str) -> Job | None:
+        """Return the job of a key."""
+        job = self._jobs.get(key)
+        if job is not None:
+            job.asked = time.monotonic()
+        return job
+
+    def close(self) -> None:
+        """Stop all jobs and end all processes."""
+        with self._lock:
+            self._closed = True
+            waiting, self._waiting = self._waiting, []
+            workers = [*self._idle, *(worker for worker in self._busy.values() if worker)]
+            self._idle = []
+        for job in waiting:
+            job.finish("stopped")
+        for worker in workers:
+            worker.end()
+
+    def _stop(self, job: Job) -> None:
+        with self._lock:
+            if job in self._waiting:
+                self._waiting.remove(job)
+            worker = self._busy.get(job.key)
+        job.finish("stopped")
+        if worker is not None:
+            worker.end()
+
+    def _next(self) -> None:
+        """Give waiting jobs to processes."""
+        with self._lock:
+            if self._closed:
+                return
+            for job in list(self._waiting):
+                free = self.most - len(self._busy)
+                long = sum(self._jobs[key].long for key in self._busy if key in self._jobs)
+                if not free or (job.long and long >= self.most - 1):
+                    continue
+                self._waiting.remove(job)
+                self._busy[job.key] = None
+                threading.Thread(target=self._run, args=(job,), daemon=True, name=f"job-{job.key[:4]}").start()
+
+    def _run(self, job: Job) -> None:
+        with self._lock:
+            worker = self._idle.pop() if self._idle else None
+            spare = job.long and not self._idle and len(self._busy) < self.most
+        if spare:
+            threading.Thread(target=self.warm, daemon=True).start()
+        end: tuple[str, Any]
+        try:
+            worker = worker or _Worker()
+            with self._lock:
+                self._busy[job.key] = worker
+            end = ("stopped", None) if job.ended.is_set() else worker.run(job)
+        except Exception as error:  # a process that cannot be started must not leave a job without an end
+            end = ("failed", f"the calculation could not be started ({type(error).__name__}: {error}).")
+        with self._lock:
+            # before anybody hears of the end: the next job may follow at once
+            self._busy.pop(job.key, None)
+            if worker is not None and worker.usable and not self._closed:
+                self._idle.append(worker)
+                worker = None
+        job.finish(*end)
+        if worker is not None:
+            worker.end()
+        self._next()
+
+
+class _Worker:
+    """A process and the pipe to it."""
+
+    def __init__(self) -> None:
+        self._pipe, end = fresh.Pipe()
+        # not a daemon: boundary elements may share their work out to processes of their own
+        self._process = fresh.Process(target=_work, args=(end,), name="flatpunch-app", daemon=False)
+        with one_thread(), unheard_by_children(), no_main():
+            self._process.start()
+        end.close()
+        self.usable = True
+
+    def run(self, job: Job) -> tuple[str, Any]:
+        """Do a job; return its last state and outcome."""
+        job.state = "running"
+        try:
+            self._pipe.send(job.call)
+            while not job.ended.is_set():
+                if not self._pipe.poll(1.0):
+                    if time.monotonic() - job.asked > _FORGOTTEN:
+                        break
+                    continue
+                kind, what = self._pipe.recv()
+                if kind != "progress":
+                    return kind, what
+                job.progress = what
+        except (EOFError, OSError):
+            self.usable = False
+            return "failed", "the process that calculated ended unexpectedly; there may not have been enough memory."
+        self.usable = False
+        return "stopped", None
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self.usable = False
+        self._process.kill()
+        with contextlib.suppress(OSError):
+            self._pipe.close()
+        self._process.join(5)
+
+
+def _work(pipe: Connection) -> None:
+    """Main function of the process."""
+    left_to_parent()
+    from flatpunch._support.messages import message
+    from flatpunch._support.progress import listening
+
+    for name in MODULES:
+        import_module(name).warm_up()
+    last = [0.0]
+
+    def report(done: int, total: int) -> None:
+        # a pipe that nobody reads as fast as this writes would hold the calculation up
+        if time.monotonic() - last[0] > 0.1 or done == total:
+            last[0] = time.monotonic()
+            pipe.send(("progress", (done, total)))
+
+    while True:
+        try:
+            function, arguments = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            module, name = function.split(":")
+            with listening(report):
+                outcome = ("done", getattr(import_module(f"flatpunch.app.{module}"), name)(*arguments))
+        except Exception as error:
+            outcome = ("failed", message(error))
+        try:
+            pipe.send(outcome)
+        except OSError:
+            return

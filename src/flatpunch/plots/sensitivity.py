@@ -1,0 +1,140 @@
+"""Pictures of depth sensitivities: how much of a force comes from which depth, at one contact or over a whole curve."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flatpunch._support.checks import Array
+from flatpunch.files.units import readable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PLACE = re.compile(r"(?P<side>upper\.|lower\.)?(?:layers\[(?P<layer>\d+)\]|base)\.")
+_LINE, _FACE, _CONTACT = "#1f4e79", "#8c8c8c", "#c1121f"
+
+
+def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
+    """Draw the depth sensitivity of one contact beside its layers, or that of a curve as a map over depth and indentation depth.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `sensitivity` returned.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If the result has no depth sensitivity.
+
+    Examples
+    --------
+    >>> import flatpunch as fp
+    >>> film = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
+    >>> axes = fp.plot_sensitivity(fp.sensitivity(film, fp.Sphere(20e-6), depth=100e-9))
+    """
+    if "depth_sensitivity" not in result:
+        raise ValueError("result has no depth_sensitivity: that of a power-law half-space is not computed.")
+    axes = Figure(figsize=(5.2, 4.0), layout="constrained").subplots() if axes is None else axes
+    if "step" in result["depth_sensitivity"].dims:
+        _map(result, axes)
+    else:
+        _profile(result, axes)
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+    return axes
+
+
+def _profile(result: xr.Dataset, axes: Axes) -> None:
+    z, layer, values = (result[name].values for name in ("z", "layer", "depth_sensitivity"))
+    radius = float(result["contact_radius"])
+    # the base goes on without end; what is below a few radii hardly counts
+    shown = np.abs(z) <= max(4 * radius, 1.25 * float(np.abs(_faces(z, layer)).max(initial=0.0)))
+    factor, unit = readable(float(np.abs(z[shown]).max()), "m")
+    for start, end in _pieces(z, layer):
+        part = np.arange(start, end)[shown[start:end]]
+        if not part.size:
+            continue
+        top = 0.0 if start == 0 and z[0] > 0 else z[start]
+        depth = np.concatenate([[top], z[part]]) if top != z[start] else z[part]
+        drawn = np.concatenate([values[part][:1], values[part]]) if top != z[start] else values[part]
+        axes.plot(drawn / factor, depth * factor, color=_LINE, linewidth=1.6)
+        axes.fill_betweenx(depth * factor, 0, drawn / factor, color=_LINE, alpha=0.15, linewidth=0)
+    for (start, end), share in zip(_pieces(z, layer), layer_shares(result), strict=True):
+        seen = z[start:end][shown[start:end]]
+        if seen.size and np.isfinite(share):
+            middle = (seen[0] + seen[-1]) / 2 * factor
+            place = (0.98, middle)
+            axes.annotate(f"{100 * share:.1f} %", place, xycoords=("axes fraction", "data"), ha="right", va="center")
+    for face in _faces(z, layer):
+        axes.axhline(face * factor, color=_FACE, linewidth=0.9)
+    axes.axhline(radius * factor, color=_CONTACT, linewidth=0.9, linestyle="--")
+    axes.annotate(
+        "contact radius", (0.02, radius * factor), xycoords=("axes fraction", "data"), va="bottom", color=_CONTACT
+    )
+    axes.set_ylim(top=max(float(z[shown].max()), 0.0) * factor, bottom=min(float(z[shown].min()), 0.0) * factor)
+    axes.set_xlim(left=min(0.0, 1.05 * float(values[shown].min()) / factor))
+    axes.set_xlabel(rf"$\partial \ln F/\partial \ln E(z)$ (1/{unit})")
+    axes.set_ylabel(f"$z$ ({unit})")
+
+
+def _map(result: xr.Dataset, axes: Axes) -> None:
+    z, values = result["z"].values, result["depth_sensitivity"].values
+    depth, radius = result["contact_depth"].values, result["contact_radius"].values
+    shown = np.abs(z) <= max(
+        2.5 * float(radius.max()), 1.25 * float(np.abs(_faces(z, result["layer"].values)).max(initial=0.0))
+    )
+    down, down_unit = readable(float(np.abs(z[shown]).max()), "m")
+    along, along_unit = readable(float(depth.max()), "m")
+    # faces are there twice; the map takes both sides a little apart
+    places = z[shown] + 1e-9 * np.abs(z[shown]).max() * np.arange(shown.sum())
+    mesh = axes.pcolormesh(
+        depth * along, places * down, values[:, shown].T / down, shading="nearest", cmap="viridis", rasterized=True
+    )
+    for face in _faces(z, result["layer"].values):
+        axes.axhline(face * down, color="white", linewidth=0.9)
+    axes.plot(depth * along, radius * down, color="white", linestyle="--", linewidth=0.9)
+    axes.set_ylim(top=max(float(z[shown].max()), 0.0) * down, bottom=min(float(z[shown].min()), 0.0) * down)
+    figure: Any = axes.get_figure()
+    figure.colorbar(mesh, ax=axes, label=rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})")
+    axes.set_xlabel(f"indentation depth ({along_unit})")
+    axes.set_ylabel(f"$z$ ({down_unit})")
+
+
+def layer_shares(result: xr.Dataset) -> list[float]:
+    """Share of each layer in the force, in the order of the drawn depths: the sum over its moduli; NaN where a law has none."""
+    names, units, force = (result[name].values for name in ("parameter", "unit", "force"))
+    z, layer = result["z"].values, result["layer"].values
+    layers = {sign: int(layer[np.sign(z) == sign].max(initial=0)) for sign in (-1.0, 1.0)}
+    found: dict[tuple[float, int], float] = {}
+    for name, unit, share in zip(names, units, force, strict=True):
+        place = _PLACE.match(name)
+        if place is not None and unit == "Pa":
+            sign = -1.0 if place["side"] == "upper." else 1.0
+            key = sign, int(place["layer"]) if place["layer"] else layers[sign]
+            found[key] = found.get(key, 0.0) + float(share)
+    return [found.get((float(np.sign(z[a])), int(layer[a])), float("nan")) for a, _ in _pieces(z, layer)]
+
+
+def _pieces(z: Array, layer: Any) -> list[tuple[int, int]]:
+    """First and last depth of each layer; of two bodies each has its own layers."""
+    jumps = np.flatnonzero((np.diff(layer) != 0) | (np.diff(np.sign(z)) != 0)) + 1
+    ends = [0, *jumps.tolist(), z.size]
+    return list(pairwise(ends))
+
+
+def _faces(z: Array, layer: Any) -> Array:
+    """Depths at which layers meet, 0 between two bodies."""
+    return np.array([0.0 if z[b - 1] < 0 < z[b] else z[b] for _, b in _pieces(z, layer)[:-1]])

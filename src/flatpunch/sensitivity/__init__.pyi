@@ -1,0 +1,3 @@
+from .sensitivity import sensitivity
+
+__all__ = ["sensitivity"]

@@ -1,0 +1,123 @@
+"""Contacts on cells: the weights over the wavenumber from the correlation of two pressures.
+
+With Q(D) the correlation of p* and p at the distance vector D, the angular mean of P* P is the sum of Q J_0(k |D|): one sum over
+the different distances on the grid, exact in the angle. A pressure acts through its mean displacement of a cell, which at
+wavelengths beyond a few cells is sin(kh/2)/(kh/2) of that at its centre.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from flatpunch import bem
+from flatpunch._support.checks import Array, Indices
+from flatpunch.compliance import Kernel
+from flatpunch.contact.curve import Control
+from flatpunch.contact.methods import BoundaryElements
+from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
+from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.spectrum import Spectrum
+
+_TOLERANCE = 1e-8
+"""Largest gap error over the depth: derivatives take the pressure itself, not only the force."""
+
+_CUTOFF = 12.0
+"""Wavenumber times the length of a homogeneous surface layer at which integrals end: exp(-24) of the layers' response is left."""
+
+_FINEST = 4.0
+"""Wavenumber times the width of a cell at which all integrals end."""
+
+_CHUNK = 4_000_000
+"""Numbers in one table of Bessel functions."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellContact:
+    """A contact solved on cells, and the flat punch on the same cells.
+
+    Attributes
+    ----------
+    solution : bem.Solution
+        The contact.
+    punch : ndarray, shape (ny, nx)
+        Pressure of the flat punch on the same cells per depth [Pa/m].
+    stiffness : float
+        dF/dd [N/m].
+    """
+
+    solution: bem.Solution
+    punch: Array
+    stiffness: float
+
+
+def cell_contact(kernel: Kernel, indenter: Indenter, control: Control, method: BoundaryElements) -> CellContact:
+    """Solve one contact on cells, and the flat punch under it."""
+    targets: dict[str, Any] = {"depths" if control.name == "depth" else "forces": control.values}
+    tolerance = _TOLERANCE if method.tolerance is None else method.tolerance
+    (solution,) = bem.solve(kernel, indenter, **targets, grid=method.grid, tolerance=tolerance, limit=method.limit)
+    flat = bem.solve_punch(kernel, solution.contact, solution.grid, tolerance=tolerance, limit=method.limit, angles=8)
+    return CellContact(solution, np.asarray(flat.pressure) * solution.contact, flat.force)
+
+
+def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float = 0.0) -> Spectrum:
+    """Weights of the force at fixed depth, up to k times the half-width = `reach` at least."""
+    grid = contact.solution.grid
+    distances, pairs = _correlation(contact.punch, contact.solution.pressure)
+    h = grid.spacing
+    a = h * float(np.sqrt(distances[-1])) / 2
+    last = _FINEST * a / h
+    if not kernel.graded:
+        felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * _CUTOFF / 25
+        last = min(last, max(4.0, felt, reach))
+    first = 0
+    if not kernel.homogeneous:
+        floor = kernel.series.floor if kernel.series is not None else kernel.floor
+        first = min(0, int(np.floor(np.log(floor * a / kernel.length) / np.log(4))))
+    x, w = composite_gauss(panel_edges(first, last))
+    k = x / a
+    mean = np.empty(k.size)
+    step = max(1, _CHUNK // distances.size)
+    r = h * np.sqrt(distances)
+    for start in range(0, k.size, step):
+        some = slice(start, start + step)
+        mean[some] = scipy.special.j0(np.outer(k[some], r)) @ pairs
+    smeared = np.sinc(k * h / (2 * np.pi))
+    weights = -(w / a) * k * mean * smeared * h**4 / (2 * np.pi)
+    return Spectrum(k, weights[None], np.array([-contact.solution.force]))
+
+
+def _correlation(first: Array, second: Array) -> tuple[Indices, Array]:
+    """Squares of the different distances between cells [cells^2], ascending, and the sums of first times second over them."""
+    rows, columns = np.flatnonzero(second.any(axis=1)), np.flatnonzero(second.any(axis=0))
+    window = np.ix_(range(rows[0], rows[-1] + 1), range(columns[0], columns[-1] + 1))
+    first, second = first[window], second[window]
+    ny, nx = first.shape
+    shape = tuple(scipy.fft.next_fast_len(2 * n - 1, real=True) for n in (ny, nx))
+    spectrum = np.conj(scipy.fft.rfft2(first, shape)) * scipy.fft.rfft2(second, shape)
+    product = scipy.fft.irfft2(spectrum, shape)
+    dy, dx = (np.minimum(np.arange(n), n - np.arange(n)) for n in shape)
+    square = dy[:, None] ** 2 + dx[None, :] ** 2
+    inside = (dy[:, None] < ny) & (dx[None, :] < nx)
+    total = np.bincount(square[inside], weights=product[inside])
+    found = np.flatnonzero(np.bincount(square[inside]))
+    return found, np.asarray(total[found], dtype=float)
+
+
+def force_by_tip(indenter: Indenter, contact: CellContact, wanted: list[Parameter]) -> Array:
+    """Derivatives of the force at fixed depth by numbers of the tip: minus the work of p* on the change of the shape."""
+    solution = contact.solution
+    r, phi = (values[solution.contact] for values in solution.grid.polar)
+    weight = contact.punch[solution.contact] * solution.grid.cell_area
+    found = np.empty(len(wanted))
+    for column, parameter in enumerate(wanted):
+
+        def height(value: float, name: str = parameter.name) -> Array:
+            return np.asarray(with_values(None, indenter, {name: value})[1].height(r, phi))
+
+        found[column] = -float(weight @ difference(height, parameter.value, parameter.step))
+    return found

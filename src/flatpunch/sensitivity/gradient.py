@@ -1,0 +1,208 @@
+"""All derivatives of one contact by all numbers of its medium and tip, and how they combine at given depth, force or radius."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.curve import Control
+from flatpunch.contact.indent import indent
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method
+from flatpunch.contact.round.mean_profile import mean_profile
+from flatpunch.contact.round.profile import PowerProfile
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.shape import RoundShape
+from flatpunch.media import PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.sensitivity import cells
+from flatpunch.sensitivity import round as discs
+from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.spectrum import Spectrum, by_medium
+
+
+@dataclass(frozen=True, slots=True)
+class Gradient:
+    """Derivatives of one contact by parameters, per unit of each; shape (n,), NaN where a method does not know them.
+
+    Attributes
+    ----------
+    contact : Contact
+        The contact.
+    force, stiffness, radius : ndarray
+        dF, dK and da at fixed depth.
+    spectrum : callable or None
+        k times the contact radius up to which they are wanted -> weights over the wavenumber; None for power-law half-spaces.
+    notes : str
+        Limits of the contact's own solution.
+    """
+
+    contact: discs.Contact
+    force: Array
+    stiffness: Array
+    radius: Array
+    spectrum: Callable[[float], Spectrum] | None
+    notes: str = ""
+
+    @property
+    def depth(self) -> Array:
+        """Change of the depth at fixed force."""
+        return np.asarray(-self.force / self.contact.stiffness)
+
+    @property
+    def stiffness_at_force(self) -> Array:
+        """Change of the stiffness at fixed force."""
+        return np.asarray(self.stiffness + self.contact.stiffening / self.contact.growth * self.depth)
+
+    @property
+    def radius_at_force(self) -> Array:
+        """Change of the contact radius at fixed force."""
+        return np.asarray(self.radius + self.depth / self.contact.growth)
+
+    @property
+    def depth_at_radius(self) -> Array:
+        """Change of the depth at fixed contact radius."""
+        return np.asarray(-self.radius * self.contact.growth)
+
+    @property
+    def force_at_radius(self) -> Array:
+        """Change of the force at fixed contact radius."""
+        return np.asarray(self.force + self.contact.stiffness * self.depth_at_radius)
+
+
+def gradients(
+    medium: Any, indenter: Indenter, control: Control, method: Method, wanted: list[Parameter]
+) -> list[Gradient]:
+    """Derivatives at each prescribed depth, force or radius, all > 0."""
+    medium = underlying(medium)
+    kernel = compliance(medium)
+    if isinstance(method, BoundaryElements):
+        return [
+            _on_cells(medium, kernel, indenter, Control(control.name, value[None]), method, wanted)
+            for value in control.values
+        ]
+    given: dict[str, Any] = {control.name: control.values}
+    curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
+    notes = curve.attrs["notes"]
+    tip = indenter if indenter.round else _mean_tip(indenter)
+    found = []
+    for radius, depth in zip(curve["radius"].values, curve["depth"].values, strict=True):
+        contact = discs.contact_at(kernel, tip, float(radius), float(depth))
+        gradient = _of_disc(medium, kernel, tip, indenter, contact, wanted)
+        found.append(replace(gradient, notes=notes))
+    return found
+
+
+def _of_disc(
+    medium: Any,
+    kernel: Kernel,
+    tip: Indenter,
+    indenter: Indenter,
+    contact: discs.Contact,
+    wanted: list[Parameter],
+) -> Gradient:
+    of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
+    mine = [each for each in wanted if each.body < 0]
+    rest = [each for each in wanted if each.body >= 0]
+    spectrum: Callable[[float], Spectrum] | None = None
+    if has_power_law(medium):
+        by_constants = _by_power_law(medium, kernel, tip, contact, rest)
+    else:
+        spectrum = partial(discs.spectrum_of, kernel, tip, contact)
+        by_constants = by_medium(medium, kernel, spectrum(0.0), rest)
+    by_shape = discs.by_tip(kernel, indenter, contact, mine)
+    force, stiffness, depth = np.empty((3, len(wanted)))
+    force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
+    force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
+    if isinstance(indenter, Cylinder):
+        # the contact is the end face, whatever the body
+        radius = np.array([float(each.body < 0) for each in wanted])
+    else:
+        radius = -depth / contact.growth
+        stiffness = stiffness + contact.stiffening * radius
+    return Gradient(contact, force, stiffness, radius, spectrum)
+
+
+def _on_cells(
+    medium: Any,
+    kernel: Kernel,
+    indenter: Indenter,
+    control: Control,
+    method: BoundaryElements,
+    wanted: list[Parameter],
+) -> Gradient:
+    if has_power_law(medium):
+        raise ValueError(
+            "medium is a power-law half-space, whose derivatives are known under round tips only. Describe its grading by a "
+            "GradedLayer with a modulus > 0 at the surface."
+        )
+    found = cells.cell_contact(kernel, indenter, control, method)
+    solution = found.solution
+    rest = [each for each in wanted if each.body >= 0]
+    spectrum = partial(cells.spectrum_of_cells, kernel, found)
+    of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
+    force = np.empty(len(wanted))
+    force[~of_tip] = by_medium(medium, kernel, spectrum(0.0), rest)[0]
+    force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
+    unknown = np.full(len(wanted), np.nan)
+    contact = discs.Contact(solution.radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)
+    return Gradient(contact, force, unknown, unknown, spectrum, "\n".join(solution.notes))
+
+
+def has_power_law(medium: Any) -> bool:
+    """Whether a body is a power-law half-space, which the wave solution does not divide by depth."""
+    bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
+    return any(isinstance(body, PowerLawHalfSpace) for body in bodies)
+
+
+def _by_power_law(medium: Any, kernel: Kernel, tip: Indenter, contact: discs.Contact, wanted: list[Parameter]) -> Array:
+    """Derivatives of F at fixed depth, K and d at fixed radius, of closed forms."""
+    found = np.empty((3, len(wanted)))
+    for column, parameter in enumerate(wanted):
+
+        def solved(value: float, name: str = parameter.name) -> Array:
+            changed, _ = with_values(medium, tip, {name: value})
+            at = discs.contact_at(compliance(changed), tip, contact.radius, contact.depth)
+            return np.array([at.force, at.stiffness, at.depth])
+
+        force, stiffness, depth = difference(solved, parameter.value, parameter.step)
+        found[:, column] = force - contact.stiffness * depth, stiffness, depth
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _MeanTip(RoundShape):
+    """The round tip of the mean profile, whose contact the first order takes."""
+
+    tip: Indenter
+
+    @property
+    def exponent(self) -> float | None:
+        return self.tip.exponent
+
+    @property
+    def reach(self) -> float:
+        return self.tip.reach
+
+    @property
+    def rings(self) -> tuple[float, ...]:
+        return self.tip.rings
+
+    @property
+    def tabulated(self) -> bool:
+        return not isinstance(mean_profile(self.tip), PowerProfile)
+
+    def height(self, r: Array, phi: Array) -> Array:
+        return np.asarray(mean_profile(self.tip).height(np.asarray(r)) + np.zeros_like(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        return np.asarray(mean_profile(self.tip).slope(np.asarray(r)) + np.zeros_like(phi))
+
+
+def _mean_tip(indenter: Indenter) -> Indenter:
+    return _MeanTip(indenter)

@@ -1,0 +1,289 @@
+"""The numbers of a medium and a tip, by name: what may be varied.
+
+Names are attribute paths: "layers[0].young", "base.poisson", "layers[1].young.entries[3]" (a node of a table),
+"upper.layers[0].thickness" of two bodies, "indenter.radius". A half-space by itself is its own base.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.indenters import RadialProfile
+from flatpunch.media import (
+    Constant,
+    DepthTable,
+    GradedLayer,
+    HalfSpace,
+    Layer,
+    Medium,
+    PowerLawHalfSpace,
+    RigidBase,
+    TwoBodies,
+)
+from flatpunch.media.laws import Law
+
+UNITS = {
+    **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
+    **dict.fromkeys(("thickness", "depth", "radius", "height_removed", "f"), "m"),
+    **dict.fromkeys(("half_x", "half_y", "half_z", "half_width", "half_height", "height_at_axes"), "m"),
+    **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y"), "rad"),
+    **dict.fromkeys(("A", "B"), "1/m"),
+}
+"""SI units by the name of an attribute; numbers that are not listed have none."""
+
+_NO_SHAPE = {"r", "kinks", "limit", "unit", "start", "smoothing", "near", "reach", "corners"}
+"""Numbers of indenters that say where and how a shape is given, not which shape it is."""
+
+_WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+"""Central difference of order eight: its error is the eighth power of the step times the ninth derivative over 630."""
+
+_STEP = 1e-2
+"""Step over the number itself: the difference of an analytic function of order one is then exact to 1e-13."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number.
+
+    Attributes
+    ----------
+    name : str
+        Attribute path.
+    value : float
+        Its value [SI].
+    unit : str
+        SI unit.
+    body : int
+        Which of the elastic bodies it belongs to; -1 for the tip.
+    part : int
+        Layer from the surface down; the base comes last.
+    kind : str
+        "young", "poisson" or "thickness" of a layer or base; of others the name of the attribute.
+    law : callable or None
+        Of a number in a law of depth: the law with another value.
+    step : float
+        Scale of the differences by which laws and shapes are differentiated.
+    """
+
+    name: str
+    value: float
+    unit: str
+    body: int
+    part: int
+    kind: str
+    law: Callable[[float], Law] | None = None
+    step: float = 0.0
+
+
+def parameters(medium: Any, indenter: Any) -> list[Parameter]:
+    """All numbers of a medium and a tip that can be varied."""
+    found = medium_parameters(medium)
+    if dataclasses.is_dataclass(indenter) and not isinstance(indenter, type):
+        found += _tip_parameters(indenter, "indenter")
+    return found
+
+
+def medium_parameters(medium: Any) -> list[Parameter]:
+    """All numbers of a medium that can be varied."""
+    found = []
+    if isinstance(medium, TwoBodies):
+        elastic = 0
+        for side in ("upper", "lower"):
+            body = getattr(medium, side)
+            if not isinstance(body, RigidBase):
+                found += _body_parameters(body, f"{side}.", elastic)
+                elastic += 1
+        return found
+    return _body_parameters(medium, "", 0)
+
+
+def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+    """Medium and tip with some numbers replaced; those of one table or list are replaced together."""
+    both = {"medium": medium, "indenter": indenter}
+    tree: dict[Any, Any] = {}
+    for name, value in values.items():
+        path = [int(step) if step.isdigit() else step for step in re.findall(r"[^.\[\]]+", name)]
+        side = "indenter" if path[0] == "indenter" else "medium"
+        branch = tree.setdefault(side, {})
+        *way, last = path[1:] if side == "indenter" else path
+        for step in way:
+            branch = branch.setdefault(step, {})
+        branch[last] = float(value)
+    both |= {side: _replaced(both[side], changes) for side, changes in tree.items()}
+    return both["medium"], both["indenter"]
+
+
+def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
+    """Derivative of an analytic function by a central difference of order eight.
+
+    Steps at which the function refuses its argument are made shorter.
+    """
+    refused: Exception | None = None
+    for scale in (1.0, 0.1, 0.01):
+        h = step * scale
+        try:
+            return np.asarray(
+                sum(w * (function(value + j * h) - function(value - j * h)) for j, w in enumerate(_WEIGHTS, 1)) / h
+            )
+        except ValueError as error:
+            refused = error
+    assert refused is not None
+    raise refused
+
+
+def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
+    found: list[Parameter] = []
+    layers = body.layers if isinstance(body, Medium) else ()
+    for i, layer in enumerate(layers):
+        name = f"{prefix}layers[{i}]"
+        if isinstance(layer, Layer):
+            found += [
+                Parameter(f"{name}.{kind}", getattr(layer, kind), UNITS.get(kind, ""), index, i, kind)
+                for kind in ("young", "poisson", "thickness")
+            ]
+        else:
+            found += _law_parameters(layer, name, index, i)
+    base = body.base if isinstance(body, Medium) else body
+    if isinstance(base, HalfSpace):
+        found += [
+            Parameter(f"{prefix}base.{kind}", getattr(base, kind), UNITS.get(kind, ""), index, len(layers), kind)
+            for kind in ("young", "poisson")
+        ]
+    if isinstance(base, PowerLawHalfSpace):
+        found += [
+            Parameter(
+                f"{prefix}base.{kind}",
+                getattr(base, kind),
+                UNITS.get(kind, ""),
+                index,
+                0,
+                kind,
+                step=_step(getattr(base, kind)),
+            )
+            for kind in ("modulus", "depth", "exponent", "poisson")
+        ]
+    return found
+
+
+def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> list[Parameter]:
+    found = []
+    for kind in ("young", "poisson"):
+        law = getattr(layer, kind)
+        if isinstance(law, Constant):
+            found.append(
+                Parameter(
+                    f"{name}.{kind}", law.value, UNITS.get(kind, ""), index, part, kind, Constant, _step(law.value)
+                )
+            )
+        elif isinstance(law, DepthTable):
+            for j, value in enumerate(law.entries):
+                found.append(
+                    Parameter(
+                        f"{name}.{kind}.entries[{j}]",
+                        value,
+                        UNITS.get(kind, ""),
+                        index,
+                        part,
+                        kind,
+                        _table_with(law, j),
+                        _table_step(law, j),
+                    )
+                )
+        elif dataclasses.is_dataclass(law):
+            for field in dataclasses.fields(law):
+                value = getattr(law, field.name)
+                if field.init and _is_number(value):
+                    found.append(
+                        Parameter(
+                            f"{name}.{kind}.{field.name}",
+                            value,
+                            UNITS.get(field.name, ""),
+                            index,
+                            part,
+                            kind,
+                            _law_with(law, field.name),
+                            _step(value),
+                        )
+                    )
+    found.append(Parameter(f"{name}.thickness", layer.thickness, "m", index, part, "thickness"))
+    return found
+
+
+def _tip_parameters(tip: Any, name: str) -> list[Parameter]:
+    found = []
+    for field in dataclasses.fields(tip):
+        value = getattr(tip, field.name)
+        if not field.init or field.name in _NO_SHAPE:
+            continue
+        unit = UNITS.get(field.name, "")
+        if _is_number(value) and value != 0:
+            found.append(Parameter(f"{name}.{field.name}", float(value), unit, -1, 0, field.name, step=_step(value)))
+        elif isinstance(value, tuple) and value and all(map(_is_number, value)):
+            step = _heights_step(value) if isinstance(tip, RadialProfile) else None
+            found += [
+                Parameter(f"{name}.{field.name}[{j}]", each, unit, -1, 0, field.name, step=step or _step(each))
+                for j, each in enumerate(value)
+                if each != 0
+            ]
+        elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+            found += _tip_parameters(value, f"{name}.{field.name}")
+    return found
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float)
+
+
+def _step(value: float) -> float:
+    return _STEP * abs(value) if value else _STEP
+
+
+def _heights_step(heights: Iterable[float]) -> float:
+    """Heights of a profile ascend; the slopes between them must not change their sign."""
+    rises = np.diff(np.array(list(heights)))
+    return float(_STEP * rises[rises > 0].min(initial=np.inf))
+
+
+def _table_step(law: DepthTable, j: int) -> float:
+    """A step that leaves the signs of the slopes on both sides, on which the monotone cubic depends, as they are."""
+    entries = np.array(law.entries)
+    rises = np.abs(np.diff(entries[max(j - 1, 0) : j + 2]))
+    return float(_STEP * min(abs(entries[j]) or 1.0, *rises[rises > 0], np.inf))
+
+
+def _table_with(law: DepthTable, j: int) -> Callable[[float], Law]:
+    def changed(value: float) -> Law:
+        return DepthTable(law.depths, (*law.entries[:j], value, *law.entries[j + 1 :]))
+
+    return changed
+
+
+def _law_with(law: Any, field: str) -> Callable[[float], Law]:
+    def changed(value: float) -> Law:
+        found: Law = dataclasses.replace(law, **{field: value})
+        return found
+
+    return changed
+
+
+def _replaced(thing: Any, changes: Any) -> Any:
+    """A frozen object with the numbers of nested `changes` in their places."""
+    if not isinstance(changes, dict):
+        return Constant(changes) if isinstance(thing, Constant) else changes
+    if isinstance(thing, tuple):
+        entries = list(thing)
+        for j, change in changes.items():
+            entries[j] = _replaced(entries[j], change)
+        return tuple(entries)
+    if isinstance(thing, (HalfSpace, PowerLawHalfSpace)) and "base" in changes:
+        return _replaced(thing, changes["base"])
+    return dataclasses.replace(
+        thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
+    )

@@ -1,0 +1,249 @@
+"""All derivatives of a contact from two pressures, against differences of order eight of public results."""
+
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+from flatpunch.sensitivity.parameters import difference, parameters, with_values
+
+FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
+STACK = fp.Medium(
+    [fp.Layer(2.0, 0.45, 1.0), fp.Layer(0.5, 0.1, 0.4, bonded=False), fp.Layer(10.0, 0.3, 2.0)],
+    base=fp.HalfSpace(3.0, 0.25),
+)
+GEL = fp.Medium([fp.Layer(2.0, 0.49, 1.0)], base=fp.RigidBase())
+PAIR = fp.TwoBodies(FILM, fp.Medium([fp.Layer(1.0, 0.2, 0.8)], base=fp.HalfSpace(8.0, 0.1)))
+GRADED = fp.Medium(
+    [fp.GradedLayer(([0.0, 0.3, 0.6, 1.0], [1.0, 2.0, 2.5, 4.0]), 0.3, 1.0)], base=fp.HalfSpace(4.0, 0.25)
+)
+BURIED = fp.Medium(
+    [fp.Layer(2.0, 0.3, 0.5), fp.GradedLayer(fp.ExponentialModulus(1.0, 5.0, 1.0), 0.3, 0.8)], base=fp.RigidBase()
+)
+POWER = fp.PowerLawHalfSpace(2.0, 1.0, 0.3, 0.3)
+
+ON_HOMOGENEOUS, ON_GRADED = 1e-8, 1e-6
+"""Accuracies that `sensitivity` states, here absolute: logarithmic derivatives are of order one."""
+
+CASES = [
+    (fp.HalfSpace(2.0, 0.3), fp.Paraboloid(1.0), 0.3, ON_HOMOGENEOUS),
+    (FILM, fp.Cone(0.3), 0.5, ON_HOMOGENEOUS),
+    (FILM, fp.SpheroCone(0.4, 0.5), 1.5, ON_HOMOGENEOUS),
+    (FILM, fp.Truncated(fp.Cone(0.3), 0.02), 0.5, ON_HOMOGENEOUS),
+    (STACK, fp.Sphere(9.0), 4.0, ON_HOMOGENEOUS),
+    (STACK, fp.PowerLaw(3.0, 0.2), 0.5, ON_HOMOGENEOUS),
+    (GEL, fp.Paraboloid(2.0), 3.0, ON_HOMOGENEOUS),
+    (PAIR, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
+    (BURIED, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
+    (POWER, fp.Cone(0.3), 0.5, ON_HOMOGENEOUS),
+    (GRADED, fp.Paraboloid(2.0), 1.0, ON_GRADED),
+]
+
+
+FEW = {
+    GRADED: ("layers[0].young.entries[1]", "base.young"),
+    BURIED: ("layers[1].young.bottom", "layers[1].thickness"),
+    STACK: ("layers[0].poisson", "layers[1].thickness", "layers[2].young", "indenter.radius"),
+    PAIR: ("upper.layers[0].young", "lower.base.poisson", "lower.layers[0].thickness", "indenter.radius"),
+}
+"""Parameters that are compared where others take long."""
+
+
+def solved(medium, tip, **given):
+    curve = fp.indent(medium, tip, method="first-order", angles=1, **given)
+    return np.array([float(curve[name][0]) for name in ("force", "depth", "stiffness", "radius")])
+
+
+def logarithmic(medium, tip, parameter, **given):
+    """d ln of force, depth, stiffness and radius by d ln of one parameter, from public results."""
+
+    def at(value):
+        return np.log(solved(*with_values(medium, tip, {parameter.name: value}), **given))
+
+    step = parameter.step or (2e-3 if parameter.kind == "poisson" else 1e-2 * parameter.value)
+    return parameter.value * difference(at, parameter.value, step)
+
+
+@pytest.mark.parametrize(
+    ("medium", "tip", "radius", "accuracy"),
+    # gradings take seconds each
+    [*CASES[:-1], pytest.param(*CASES[-1], marks=pytest.mark.slow)],
+    ids=[f"{type(case[1]).__name__} {i}" for i, case in enumerate(CASES)],
+)
+@pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
+def test_against_differences_of_public_results(medium, tip, radius, accuracy):
+    force, depth, _, _ = solved(medium, tip, radius=radius)
+    found = fp.sensitivity(medium, tip, depth=depth)
+    chosen = parameters(medium, tip)
+    if medium in FEW:
+        chosen = [each for each in chosen if each.name in FEW[medium]]
+    for parameter in chosen:
+        at = found.sel(parameter=parameter.name)
+        at_depth = logarithmic(medium, tip, parameter, depth=depth)
+        assert float(at.force) == pytest.approx(at_depth[0], rel=accuracy, abs=accuracy), parameter.name
+        assert float(at.stiffness) == pytest.approx(at_depth[2], rel=accuracy, abs=accuracy), parameter.name
+        assert float(at.radius) == pytest.approx(at_depth[3], rel=accuracy, abs=accuracy), parameter.name
+        if medium not in FEW:
+            at_force = logarithmic(medium, tip, parameter, force=force)
+            assert float(at.depth) == pytest.approx(at_force[1], rel=accuracy, abs=accuracy), parameter.name
+            assert float(at.stiffness_at_force) == pytest.approx(at_force[2], rel=accuracy, abs=accuracy), (
+                parameter.name
+            )
+            assert float(at.radius_at_force) == pytest.approx(at_force[3], rel=accuracy, abs=accuracy), parameter.name
+
+
+@pytest.mark.parametrize(("medium", "tip", "radius", "accuracy"), CASES)
+@pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
+def test_dimensions(medium, tip, radius, accuracy):
+    """F is E times the square of a length times a function of ratios, whatever the moduli and lengths are."""
+    found = fp.sensitivity(medium, tip, radius=radius)
+    units = found.unit.values
+    growth = float(found.contact_stiffness * found.contact_depth / found.contact_force)
+    assert float(found.force.values[units == "Pa"].sum()) == pytest.approx(1.0, abs=accuracy)
+    # a table has its depths as well, a power law a number with a fractional power of length
+    if medium is not GRADED and tip.exponent in (None, 1, 2):
+        assert float(found.force.values[units == "m"].sum()) + growth == pytest.approx(2.0, abs=accuracy)
+    assert float(found.depth.values[units == "Pa"].sum()) == pytest.approx(-1 / growth, abs=accuracy)
+
+
+def test_flat_end():
+    tip = fp.Cylinder(0.7)
+    found = fp.sensitivity(FILM, tip, depth=0.01)
+    for parameter in parameters(FILM, tip):
+        wanted = logarithmic(FILM, tip, parameter, depth=0.01)
+        at = found.sel(parameter=parameter.name)
+        assert [float(at.force), float(at.stiffness), float(at.radius)] == pytest.approx(wanted[[0, 2, 3]], abs=1e-9)
+
+
+@pytest.mark.parametrize("medium", [FILM, STACK, PAIR, BURIED])
+def test_depth_sensitivity_of_a_layer_is_that_of_its_modulus(medium):
+    """Integrated over a layer below the first, where no short waves are needed."""
+    bodies = {"upper.": medium.upper, "lower.": medium.lower} if isinstance(medium, fp.TwoBodies) else {"": medium}
+    x, w = np.polynomial.legendre.leggauss(40)
+    for prefix, body in bodies.items():
+        if isinstance(body.base, fp.RigidBase):
+            continue
+        # the base: z = top + s/(1 - s)
+        s = (1 + x) / 2
+        z, weight = body.thickness + s / (1 - s), w / 2 / (1 - s) ** 2
+        sign = -1 if prefix == "upper." else 1
+        found = fp.sensitivity(medium, fp.Paraboloid(2.0), radius=1.5, z=sign * z)
+        total = float(found.depth_sensitivity.values[::sign] @ weight)
+        assert total == pytest.approx(float(found.force.sel(parameter=f"{prefix}base.young")), rel=1e-6)
+
+
+def test_depth_sensitivity_integrates_to_one():
+    """What is above 0.01 contact radii is taken as constant: it changes by per cents there."""
+    x, w = np.polynomial.legendre.leggauss(16)
+    edges = [0.01, 0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 100.0, 1e3, 1e5]
+    z = np.concatenate([(a + b) / 2 + (b - a) / 2 * x for a, b in pairwise(edges)])
+    weight = np.concatenate([(b - a) / 2 * w for a, b in pairwise(edges)])
+    found = fp.sensitivity(FILM, fp.Paraboloid(2.0), radius=1.0, z=z)
+    near = 0.01 * float(found.depth_sensitivity[0])
+    assert near + float(found.depth_sensitivity.values @ weight) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_default_depths_show_both_sides_of_interfaces():
+    found = fp.sensitivity(STACK, fp.Paraboloid(2.0), radius=[0.5, 1.0])
+    assert found.depth_sensitivity.dims == ("step", "z")
+    face = found.z.values == 1.0
+    assert face.sum() == 2
+    assert sorted(found.layer.values[face]) == [0, 1]
+    assert set(found.layer.values) == {0, 1, 2, 3}
+
+
+GRID = fp.bem.Grid.around((1.3, 1.3), 96)
+
+
+@pytest.mark.parametrize(
+    ("medium", "tip"), [(FILM, fp.Pyramid(4, 0.3)), (FILM, fp.EllipticParaboloid(0.2, 0.3)), (PAIR, fp.Paraboloid(2.0))]
+)
+def test_cells_against_differences_on_the_same_cells(medium, tip):
+    method = fp.BoundaryElements(grid=GRID, tolerance=1e-8)
+    found = fp.sensitivity(medium, tip, depth=0.3, method=method)
+    for parameter in parameters(medium, tip):
+
+        def force(value, name=parameter.name):
+            body, shape = with_values(medium, tip, {name: value})
+            (solution,) = fp.bem.solve(fp.compliance(body), shape, depths=0.3, grid=GRID, tolerance=1e-9)
+            return np.log(solution.force)
+
+        step = 2e-3 if parameter.kind == "poisson" else 1e-2 * parameter.value
+        # two-point: cells join and leave the contact between the steps
+        wanted = parameter.value * (force(parameter.value + step) - force(parameter.value - step)) / (2 * step)
+        # the punch's pressure is singular at the edge, where the change of the tip is largest: each cell that joins counts
+        accuracy = 2e-3 if parameter.body < 0 else 2e-4
+        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted, abs=accuracy), parameter.name
+    assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_cells_agree_with_the_round_contact():
+    exact = fp.sensitivity(FILM, fp.Paraboloid(2.0), depth=0.3)
+    cells = fp.sensitivity(FILM, fp.Paraboloid(2.0), depth=0.3, method=fp.BoundaryElements(grid=96))
+    # what cells of a fiftieth of the radius leave
+    np.testing.assert_allclose(cells.force, exact.force, atol=5e-3)
+    assert np.isnan(cells.radius.values).all()
+
+
+def test_first_order_of_the_mean_profile():
+    tip = fp.Pyramid(4, 0.3)
+    found = fp.sensitivity(FILM, tip, depth=0.2, method="first-order")
+    for parameter in parameters(FILM, tip):
+        wanted = logarithmic(FILM, tip, parameter, depth=0.2)
+        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted[0], abs=1e-8)
+
+
+def test_fifty_layers_cost_less_than_two_evaluations():
+    from flatpunch.contact.curve import Control
+    from flatpunch.sensitivity.gradient import gradients
+
+    rng = np.random.default_rng(1)
+    layers = [fp.Layer(10 ** rng.uniform(-1, 1), 0.3, 0.1) for _ in range(50)]
+    medium, tip = fp.Medium(layers, base=fp.HalfSpace(5.0, 0.25)), fp.Paraboloid(10.0)
+    start = time.process_time()
+    fp.indent(medium, tip, radius=1.0, angles=1)
+    evaluation = time.process_time() - start
+    start = time.process_time()
+    (found,) = gradients(medium, tip, Control("radius", np.array([1.0])), fp.FirstOrder(), parameters(medium, tip))
+    assert time.process_time() - start < 2 * evaluation
+    assert found.force.size == 3 * 50 + 2 + 1
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"depth": 0.0}, "must be > 0"),
+        ({}, "exactly one"),
+        ({"depth": 0.1, "z": 1e-9}, "too many wavenumbers"),
+        ({"depth": 0.1, "z": -1.0}, "above the surface"),
+    ],
+)
+def test_bad_input(given, message):
+    with pytest.raises(ValueError, match=message):
+        fp.sensitivity(FILM, fp.Paraboloid(2.0), **given)
+
+
+def test_what_has_no_derivatives_is_refused():
+    with pytest.raises(ValueError, match="no derivatives of its own"):
+        fp.sensitivity(FILM, fp.Pyramid(4, 0.3), depth=0.1, method="second-order")
+    with pytest.raises(ValueError, match="cannot control"):
+        fp.sensitivity(FILM, fp.Pyramid(4, 0.3), radius=0.1)
+    with pytest.raises(ValueError, match="power-law"):
+        fp.sensitivity(POWER, fp.Paraboloid(1.0), depth=0.1, z=1.0)
+    with pytest.raises(ValueError, match="inside the rigid base"):
+        fp.sensitivity(GEL, fp.Paraboloid(1.0), depth=0.1, z=1.5)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "error", "share"),
+    [(0.01, 0.19, 0.002), (0.1, 0.16, 0.022), (0.5, 0.08, 0.085), (2.0, -0.11, 0.20), (10.0, -0.42, 0.34)],
+)
+def test_table_of_the_one_tenth_rule(ratio, error, share):
+    """As printed on the page about AFM and nanoindentation."""
+    body, tip = fp.Medium([fp.Layer(ratio, 0.3, 1.0)], fp.HalfSpace(1.0, 0.3)), fp.Cone(np.radians(19.7))
+    found = fp.sensitivity(body, tip, depth=0.1)
+    alone = float(fp.indent(fp.HalfSpace(ratio, 0.3), tip, depth=0.1).force[0])
+    assert float(found.contact_force) / alone - 1 == pytest.approx(error, abs=0.006)
+    assert float(found.force.sel(parameter="base.young")) == pytest.approx(share, rel=0.03, abs=0.0005)
