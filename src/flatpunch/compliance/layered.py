@@ -7,12 +7,14 @@ obey y' = A y in the depth k z, and A has the double eigenvalues +-1, so (A^2 - 
 
     exp(-A x) = cosh x + (x/2) sinh x P - A [sinh x + (x cosh x - sinh x) P / 2],      P = A^2 - 1.
 
-The growth exp(x) is divided out, so nothing overflows; every coefficient of A is finite at nu = 1/2.
+The growth exp(x) is divided out, so nothing overflows; every coefficient of A is finite at nu = 1/2. Where x is large both
+carried states are nearly the growing ones, so there the two decaying solutions and what is reflected from below are added.
 Valid for any -1 < nu <= 1/2, any number of layers, sticking or sliding interfaces.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
@@ -22,6 +24,9 @@ from flatpunch.media import HalfSpace, Layer, Medium
 
 SATURATION = 25.0
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
+
+_DEEP = 2.0
+"""k h above which a layer is solved by reflection: carried states lose (k h)^2 of their digits, small at any smaller k h."""
 
 _THICKNESSES = 8
 """Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
@@ -67,19 +72,26 @@ def homogeneous_layers(medium: Medium) -> tuple[Layer, ...]:
 
 def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
     """Flexibility H of the stack at its surface, times the shear modulus `scale`; shape (2, 2, n)."""
+    order = np.argsort(k)
+    flexibility = np.empty((2, 2, k.size))
+    flexibility[..., order] = _sorted_flexibility(medium, k[order], scale)
+    return flexibility
+
+
+def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
+    """The same for ascending wavenumbers."""
     base = medium.base
     if isinstance(base, HalfSpace):
         flexibility = half_space_flexibility(base, scale, k.shape)
     else:
         flexibility = np.zeros((2, 2, *k.shape))
-    known: dict[float, tuple[Array, Array]] = {}
+    known: dict[float, _Depths] = {}
     for layer in reversed(homogeneous_layers(medium)):
         if layer.thickness not in known:
             if len(known) == _THICKNESSES:
                 known.pop(next(iter(known)))
-            x = k * layer.thickness
-            known[layer.thickness] = (x, _depth_functions(x))
-        flexibility = _carry(layer, flexibility, *known[layer.thickness], scale)
+            known[layer.thickness] = _Depths.of(k * layer.thickness)
+        _carry(layer, flexibility, known[layer.thickness], scale)
     return flexibility
 
 
@@ -93,12 +105,50 @@ def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[i
 
 def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
-    x = k * layer.thickness
-    return _carry(layer, below, x, _depth_functions(x), scale)
+    order, above = np.argsort(k), np.empty(below.shape)
+    ascending = below[..., order]
+    _carry(layer, ascending, _Depths.of(k[order] * layer.thickness), scale)
+    above[..., order] = ascending
+    return above
 
 
-def _carry(layer: Layer, below: Array, x: Array, functions: Array, scale: float) -> Array:
-    """Flexibility at the upper face of a layer at x = k h, from the `functions` of its depth, shape (4, n)."""
+@dataclass(frozen=True, slots=True)
+class _Depths:
+    """Ascending x = k h of one thickness: below `shallow` states are carried, up to `deep` waves are reflected.
+
+    Attributes
+    ----------
+    shallow, deep : int
+        Numbers of x up to `_DEEP`, and up to `SATURATION`, beyond which a layer hides what lies below it.
+    x : ndarray
+        k h where it is deep.
+    functions : ndarray, shape (4, shallow)
+        Functions of the depth where it is shallow.
+    """
+
+    shallow: int
+    deep: int
+    x: Array
+    functions: Array
+
+    @classmethod
+    def of(cls, x: Array) -> _Depths:
+        shallow, deep = np.searchsorted(x, [_DEEP, SATURATION]).tolist()
+        return cls(shallow, deep, x[shallow:deep], _depth_functions(x[:shallow]))
+
+
+def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> None:
+    """Replace the flexibility at the lower face of a layer by that at its upper face."""
+    shallow, deep = depths.shallow, depths.deep
+    if shallow:
+        flexibility[..., :shallow] = _propagate(layer, flexibility[..., :shallow], depths.functions, scale)
+    if deep > shallow:
+        flexibility[..., shallow:deep] = _reflect(layer, flexibility[..., shallow:deep], depths.x, scale)
+    flexibility[..., deep:] = half_space_flexibility(layer, scale, (1,))
+
+
+def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
+    """The same at small x = k h, from the `functions` of the depth, shape (4, n): two states are carried through."""
     system = _system(layer, scale)
     nilpotent = system @ system - np.eye(4)
     states = _states_below(layer, below)
@@ -107,11 +157,41 @@ def _carry(layer: Layer, below: Array, x: Array, functions: Array, scale: float)
     # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
     cosh, f1, sinh, f3 = functions
     carried = cosh * states + f1 * first - sinh * second - f3 * third
-    above = _divide(carried[:2], carried[2:])
-    hidden = x >= SATURATION
-    if hidden.any():
-        above[..., hidden] = half_space_flexibility(layer, scale, (int(hidden.sum()),))
-    return above
+    return _divide(carried[:2], carried[2:])
+
+
+def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
+    """The same at large x: decaying solutions, and the growing ones that the lower face sends back.
+
+    Both are exp(-+x) (v, w + v x) and pass through the layer as exp(-x) N and exp(-x)/N with N = (1 x; 0 1).
+    """
+    m, c = _shear_modulus(layer) / scale, 3 - 4 * layer.poisson
+    # notation: columns are two decaying and two growing solutions at their own face
+    solutions = np.array(
+        [
+            [1, 0, 1, 0],
+            [1, c, -1, c],
+            [-2 * m, m * (1 - c), 2 * m, m * (1 - c)],
+            [-2 * m, -m * (1 + c), -2 * m, m * (1 + c)],
+        ]
+    )
+    first, second = _mismatch(layer, below, solutions)
+    (p, q), (r, s) = first[2:], second[2:]
+    back = np.empty((2, 2, x.size))
+    back[0], back[1] = first[:2] * s - second[:2] * q, second[:2] * p - first[:2] * r
+    back *= np.exp(-2 * x) / (q * r - p * s)
+    back[0] -= x * back[1]
+    back[:, 1] += x * back[:, 0]
+    fields = solutions[:, :2, None] + (solutions[:, 2:] @ back.reshape(2, -1)).reshape(4, 2, -1)
+    return _divide(fields[:2], fields[2:])
+
+
+def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
+    """What states, shape (4, s), leave of the two conditions at the lower face; shape (2, s, n)."""
+    if layer.bonded:
+        return np.asarray(states[:2, :, None] - states[2:].T @ below)
+    normal = states[1, :, None] - below[1, 1] * states[3, :, None]
+    return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
 
 def _states_below(layer: Layer, below: Array) -> Array:
@@ -129,7 +209,6 @@ def _states_below(layer: Layer, below: Array) -> Array:
 
 def _depth_functions(x: Array) -> Array:
     """cosh x, (x/2) sinh x, sinh x and (x cosh x - sinh x)/2, each times exp(-x); shape (4, n)."""
-    x = np.minimum(x, SATURATION)
     decay = np.exp(-2 * x)
     cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
     return np.stack([cosh, x * sinh / 2, sinh, _x_cosh_minus_sinh(x, cosh, sinh) / 2])
@@ -171,5 +250,7 @@ def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:
 def _divide(upper: Array, lower: Array) -> Array:
     """`upper` times the inverse of `lower`, both (2, 2, n)."""
     (a, b), (c, d) = lower
-    product = np.stack([upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b], axis=1)
-    return np.asarray(product / (a * d - b * c))
+    product = np.empty(upper.shape)
+    product[:, 0], product[:, 1] = upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b
+    product /= a * d - b * c
+    return product

@@ -22,6 +22,7 @@ from flatpunch.punch.matrix import (
     effective_beta,
     largest_beta,
     solve_round,
+    solve_with_fewer,
     sufficient_terms,
 )
 from flatpunch.punch.panels import panels, polynomials_on
@@ -149,11 +150,11 @@ class PunchFamily:
         A quarter of the terms is left out.
         """
         terms, found = sufficient_terms(self.kernel, beta), []
-        for n in (3 * terms // 4, terms):
-            answers, b = solve_round(self.kernel, np.array([beta]), n), power_moments(1.0, 0, n)
+        for answers in solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4):
+            b = power_moments(1.0, 0, answers.flat.shape[1])
             depth = (power_edge(1.0, 0) + b @ answers.edge[0]) / edge_strength(answers)[0]
             found.append((answers.flat[0, 0], depth, depth * answers.flat[0, 0] - b @ answers.flat[0]))
-        (stiff, shallow, force), (stiffness, depth, whole) = found
+        (stiffness, depth, whole), (stiff, shallow, force) = found
         at_depth = (force + stiff * (depth - shallow)) / whole - 1
         return float(max(abs(stiff / stiffness - 1), abs(at_depth))), float(abs(shallow / depth - 1))
 
@@ -163,7 +164,7 @@ class PunchFamily:
         if beta * self.kernel.series.sharpness < _SURELY_RESOLVED:
             return _KINKS
         terms = sufficient_terms(self.kernel, beta)
-        few, many = (solve_round(self.kernel, np.array([beta]), n) for n in (3 * terms // 4, terms))
+        many, few = solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4)
         stiffness = abs(few.flat[0, 0] / many.flat[0, 0] - 1)
         edge = abs((1 + np.pi * few.edge[0, 0]) / (1 + np.pi * many.edge[0, 0]) - 1)
         # the force F ~ d^3 of thin layers has three times the error of its depth

@@ -18,11 +18,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.blas import dtrsm
 from scipy.special import gammaln
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import edge_signs, inverse_factors, power_moments
+from flatpunch.punch.basis import edge_signs, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms
 
@@ -132,21 +133,34 @@ def _solve_parity(
     """v_m, shape (nb, terms of it), and s.v_m, shape (nb,), of orders of one parity."""
     rule = remainder_rule(kernel, beta, size, parity)
     matrix = rule.matrix()
-    inverse = inverse_factors(matrix[:, ::-1, ::-1])
+    factors = np.asarray(np.linalg.cholesky(matrix[:, ::-1, ::-1]), dtype=float)
     matrix[:, range(size), range(size)] -= rule.diagonal
     # sums over all n, and over the first of them
-    every = rule.table.waves()[parity] / np.pi
-    slow = edge_signs(size) / rule.diagonal
-    column, columns = rule.column(every), np.cumsum(matrix * slow, axis=2)
-    waves = np.cumsum(rule.table.j * slow[:, None], axis=0)
-    vectors, sums = {}, {}
-    for m in orders:
-        start = (m - parity) // 2
-        n, sign = size - start, (-1.0) ** start
-        wave, right = every, column
-        if start:
-            wave, right = every - waves[start - 1], column[:, start:] - columns[:, start:, start - 1]
-        half = np.einsum("bij,bj->bi", inverse[:, :n, :n], right[:, ::-1])
-        vectors[m] = -sign * np.einsum("bji,bj->bi", inverse[:, :n, :n], half)[:, ::-1]
-        sums[m] = np.sum(half**2, axis=1) - rule.weights @ wave**2
-    return vectors, sums
+    every = rule.table.waves[parity] / np.pi
+    # all orders side by side: sums over the first n of each, then right-hand sides, zero above the block of an order
+    starts = (np.array(orders) - parity) // 2
+    first = np.where(np.arange(size)[:, None] < starts, (edge_signs(size) / rule.diagonal)[:, None], 0.0)
+    waves = every - first.T @ rule.table.j
+    right = np.where(first == 0, rule.column(every)[:, :, None] - matrix @ first, 0.0)
+    half, solved = _block_solutions(factors, right, starts)
+    own = np.sum(half**2, axis=1) - rule.weights @ (waves**2).T
+    vectors = {
+        m: -((-1.0) ** start) * solved[:, start:, i] for i, (m, start) in enumerate(zip(orders, starts, strict=True))
+    }
+    return vectors, {m: own[:, i] for i, m in enumerate(orders)}
+
+
+def _block_solutions(factors: Array, right: Array, starts: Indices) -> tuple[Array, Array]:
+    """L^-1 r and (L L^T)^-1 r for columns r, each with the block of the matrix that begins at its `starts`.
+
+    Turned end to end the blocks are leading ones, whose solutions are those of the whole with zeros below.
+    """
+    size = right.shape[1]
+    half, solved = np.empty_like(right), np.empty_like(right)
+    outside = np.arange(size)[::-1, None] < starts
+    for i, factor in enumerate(factors):
+        # LAPACK reads rows as columns: the lower triangle is an upper one to it
+        part = dtrsm(1.0, factor.T, right[i, ::-1], trans_a=1)
+        part[outside] = 0.0
+        half[i], solved[i] = part, dtrsm(1.0, factor.T, part)[::-1]
+    return half, solved

@@ -115,14 +115,10 @@ class RemainderRule:
         terms = self.table.j.shape[0]
         blocks = np.empty((self.used.size, terms, terms))
 
+        weights = self.weights if self.whole is None else self.whole
+
         def fill(i: int) -> None:
-            j = self.table.j[:, : self.used[i]]
-            if self.whole is None:
-                np.matmul(j * self.weights[i, : self.used[i]], j.T, out=blocks[i])
-                return
-            # a matrix times its own transpose costs half
-            scaled = j * np.sqrt(self.whole[i, : self.used[i]])
-            np.matmul(scaled, scaled.T, out=blocks[i])
+            _fill(blocks[i], self.table.j, weights[i, : self.used[i]])
 
         in_threads(fill, self.used.size, operations=2.0 * terms**2 * float(self.used.sum()))
         if self.whole is None:
@@ -132,6 +128,39 @@ class RemainderRule:
     def column(self, values: Array) -> Array:
         """2 int (L - 1) f j_p dx for a function's values on the nodes, shape (nb, terms)."""
         return np.asarray((self.weights * values) @ self.table.j.T)
+
+
+_BLOCK, _FEW = 256, 64
+"""Nodes that are summed at once, and orders up to which all are summed at once."""
+
+_FADED = 1e-18
+"""Size of j_p below its turning point from which it is left out."""
+
+
+def _fill(matrix: Array, j: Array, weights: Array) -> None:
+    """Sum of weights times j_p j_q over the first nodes.
+
+    Matrices times their own transpose cost half, so the nodes are sorted by the sign of their weight; and at small x the
+    functions of high order have not begun.
+    """
+    if len(j) <= _FEW:
+        np.matmul(j[:, : weights.size] * weights, j[:, : weights.size].T, out=matrix)
+        return
+    matrix[:] = 0.0
+    roots, start = np.sqrt(np.abs(weights)), 0
+    while start < weights.size:
+        end = min(start + _BLOCK, weights.size)
+        orders = int(np.flatnonzero(np.abs(j[:, end - 1]) > _FADED)[-1]) + 1
+        if orders == len(j):
+            end = weights.size
+        scaled, negative = j[:orders, start:end] * roots[start:end], weights[start:end] < 0
+        if negative.all() or not negative.any():
+            part = scaled @ scaled.T
+            matrix[:orders, :orders] += -part if negative[0] else part
+        else:
+            plus, minus = scaled[:, ~negative], scaled[:, negative]
+            matrix[:orders, :orders] += plus @ plus.T - minus @ minus.T
+        start = end
 
 
 def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> RemainderRule:
@@ -155,7 +184,7 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
 def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
     """Quadrature over x up to `needed`; its end is on few levels so that tables are shared between radii."""
     window_end = window_start(parity, terms) + WINDOW
-    if needed > 2 * window_end:
+    if needed > 1.5 * window_end:
         return split_table(parity, terms, first, int(np.ceil(np.log2(needed / window_end))))
     return bessel_table(parity, terms, first, 4.0 * 2.0 ** max(0, int(np.ceil(np.log2(max(needed, 4.0) / 4.0)))))
 
@@ -185,23 +214,28 @@ class Answers:
 
 def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
+    return solve_with_fewer(kernel, beta, terms)[0]
+
+
+def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> list[Answers]:
+    """The same with all terms, and with smaller numbers of them: leading blocks of the same matrix."""
     if kernel.graded:
-        flat, edge, slope = graded_round(kernel, beta, terms)
-        return Answers(flat, edge, slope, _rounding(flat, np.pi))
+        found = [graded_round(kernel, beta, n) for n in (terms, *fewer)]
+        return [Answers(flat, edge, slope, _rounding(flat, np.pi)) for flat, edge, slope in found]
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
     # sum_n s_n/D_n j_2n = cos(x)/pi and, with P'_2n(1) = n (2n + 1), sum_n t_n/D_n j_2n = x sin(x)/pi. Summed up to the size
     # of the matrix instead, what is slow in n (cones on films that are thin against the punch) is lost: 1e-3 of the depth at
     # beta = 100 under a film 1e4 times stiffer than its base.
-    cos, sin = rule.table.waves()
+    cos, sin = rule.table.waves
     value, slope = rule.column(cos / np.pi), rule.column(rule.table.x * sin / np.pi)
     first = np.zeros(terms)
     first[0] = 1.0
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
-    solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    flat, edge, slope = np.moveaxis(solution, -1, 0)
-    return Answers(flat, edge, slope, _rounding(flat, np.pi if rule.whole is None else matrix[:, 0, 0]))
+    size = np.pi if rule.whole is None else matrix[:, 0, 0]
+    solutions = [np.asarray(np.linalg.solve(matrix[:, :n, :n], right[:, :n]), dtype=float) for n in (terms, *fewer)]
+    return [Answers(s[..., 0], s[..., 1], s[..., 2], _rounding(s[..., 0], size)) for s in solutions]
 
 
 def _rounding(flat: Array, size: float | Array) -> Array:

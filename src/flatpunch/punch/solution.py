@@ -17,7 +17,7 @@ from flatpunch.media import Body
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
-from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_round, sufficient_terms
+from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_with_fewer, sufficient_terms
 
 _QUADRATURE = 2e-12
 """What the quadrature over wavenumbers leaves at most, over random stacks with modulus ratios up to 1e4 (tests measure it)."""
@@ -167,8 +167,8 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
         return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error))
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
-    answers = _solve(kernel, beta, terms)
-    error, edge_error = _errors(kernel, beta, terms, answers)
+    answers, fewer = _solve(kernel, beta, terms, max(terms - max(terms // 4, 2), 2))
+    error, edge_error = _errors(kernel, beta, answers, fewer)
     punch = FlatPunch(radius, kernel.modulus, beta, answers.flat[0], error, answers.edge[0], edge_error=edge_error)
     return _checked(punch)
 
@@ -193,24 +193,31 @@ _STEP_ERROR = 1e-9
 """What five nodes on that interval leave of the edge coefficient: 3e-10 is the largest found."""
 
 
-def _solve(kernel: Kernel, beta: float, terms: int) -> Answers:
-    """Answers at one radius; where the rim is not resolved, its strength is that of Krein's identity.
+def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Answers, Answers]:
+    """Answers at one radius, with all terms and with fewer.
 
-    (pi e)^2 = d(beta Kbar)/d beta takes from the stiffness what the alternating sum over all terms cannot give there.
+    Where the rim is not resolved, its strength is that of Krein's identity: (pi e)^2 = d(beta Kbar)/d beta takes from the
+    stiffness what the alternating sum over all terms cannot give there.
     """
     if kernel.graded or effective_beta(kernel, beta) <= RESOLVED:
-        return solve_round(kernel, values("beta", beta), terms)
+        many, few = solve_with_fewer(kernel, values("beta", beta), terms, fewer)
+        return many, few
     radii = nodes(np.log(beta) - _STEP, np.log(beta) + _STEP, 5)
-    around = solve_round(kernel, radii, terms)
+    derivative = log_derivative(radii)
+    many, few = (_with_rim(around, derivative) for around in solve_with_fewer(kernel, radii, terms, fewer))
+    return many, few
+
+
+def _with_rim(around: Answers, derivative: Array) -> Answers:
+    """The answer in the middle of five radii, with the rim's strength from the growth of the stiffness."""
     kbar = np.pi * around.flat[:, 0]
-    strength = np.sqrt((kbar + log_derivative(radii) @ kbar)[2])
+    strength = np.sqrt((kbar + derivative @ kbar)[2])
     edge = np.append((strength - 1) / np.pi, around.edge[2, 1:])
     return Answers(around.flat[2:3], edge[None], around.slope[2:3], around.rounding[2:3])
 
 
-def _errors(kernel: Kernel, beta: float, terms: int, answers: Answers) -> tuple[float, float]:
+def _errors(kernel: Kernel, beta: float, answers: Answers, fewer: Answers) -> tuple[float, float]:
     """Changes of stiffness and moments, and of the edge coefficient, without a quarter of the terms; plus rounding."""
-    fewer = _solve(kernel, beta, max(terms - max(terms // 4, 2), 2))
     stiffness = abs(fewer.flat[0, 0] / answers.flat[0, 0] - 1)
     # the first moment is that of a cone, which needs the most terms
     first, second = (solution.flat[0] @ power_moments(1.0, 0, solution.flat.shape[1]) for solution in (fewer, answers))

@@ -27,16 +27,17 @@ from flatpunch.numerics.gauss import gauss
 
 NODES = 20
 """Gauss nodes per panel. On a panel (x, 4x) a pole at 0 leaves 3^-40; stiff films over sliding or soft layers have sharper
-peaks in L and leave 1e-12 (16 nodes: 1.5e-10). On (x, x + 8) the product j_p j_q leaves 1e-15."""
+peaks in L and leave 1e-12 (16 nodes: 1.5e-10). On (x, x + 8) the product j_p j_q leaves 1e-15,
+and so does twice the number on (x, x + 32)."""
 
 _FIRST_UNIFORM = 4.0
-_FINE_UNTIL = 64.0
+_FINE_UNTIL, _SHORT_UNTIL = 64.0, 128.0
+"""x up to which panels are 4 and 8 long; above they are 32 long."""
 
+WINDOW = 128.0
+"""Length in x of the window that switches the oscillating half off: some of the longest panels."""
 
-WINDOW = 104.0
-"""Length in x of the window that switches the oscillating half off."""
-
-_WINDOW_WIDTH = 9.0
+_WINDOW_WIDTH = 11.0
 """Width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order."""
 
 
@@ -50,6 +51,8 @@ class BesselTable:
         Nodes and weights.
     j : ndarray, shape (terms, n)
         j_p(x) for p = parity, parity + 2, ...; y_p(x) at the nodes from number `direct` on.
+    waves : ndarray, shape (2, n)
+        cos x and sin x, or their companions where `j` holds y_p.
     direct : int
         Number of nodes with j_p.
     """
@@ -57,6 +60,7 @@ class BesselTable:
     x: Array
     w: Array
     j: Array
+    waves: Array
     direct: int
 
     @property
@@ -64,18 +68,13 @@ class BesselTable:
         """Whether only the smooth half of the products is integrated far out."""
         return self.direct < self.x.size
 
-    def waves(self) -> tuple[Array, Array]:
-        """cos x and sin x, or their companions where `j` holds y_p; shape (n,) each."""
-        cos, sin, second = np.cos(self.x), np.sin(self.x), np.arange(self.x.size) >= self.direct
-        return np.where(second, sin, cos), np.where(second, -cos, sin)
-
 
 def panel_edges(first: int, x_high: float) -> Array:
-    """Edges 0, 4^first, ..., 1, 4, 8, ..., 64, 72, ... up to the first one at or above x_high."""
+    """Edges 0, 4^first, ..., 1, 4, 8, ..., 64, 72, ..., 128, 160, ... up to the first one at or above x_high."""
     geometric = 4.0 ** np.arange(first, 2)
     fine = np.arange(_FIRST_UNIFORM + 4, _FINE_UNTIL + 1, 4.0)
-    coarse = np.arange(_FINE_UNTIL + 8, x_high + 8, 8.0)
-    edges = np.concatenate([[0.0], geometric, fine, coarse])
+    coarse, long = np.arange(_FINE_UNTIL + 8, _SHORT_UNTIL + 1, 8.0), np.arange(_SHORT_UNTIL + 32, x_high + 32, 32.0)
+    edges = np.concatenate([[0.0], geometric, fine, coarse, long])
     stop = int(np.searchsorted(edges, x_high)) + 1
     return edges[: max(stop, 2)]
 
@@ -95,13 +94,19 @@ def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTa
     x_high : float
         Upper end of the integral; rounded up to a panel edge.
     """
-    x, w = composite_gauss(panel_edges(first, x_high))
-    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x)[parity::2][:terms].copy(), x.size)
+    edges = panel_edges(first, x_high)
+    short, long = edges[edges <= _SHORT_UNTIL], edges[edges >= _SHORT_UNTIL]
+    parts = zip(_exact_gauss(short, NODES), _exact_gauss(long, 2 * NODES), strict=True)
+    x, w, rest = (np.concatenate(part) for part in parts)
+    # sine and cosine of the nodes before rounding: 1e-13 of x = 1000 would be felt in sums over thousands of nodes
+    cos, sin = np.cos(x), np.sin(x)
+    waves = np.stack([cos - rest * sin, sin + rest * cos])
+    return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x, waves)[parity::2][:terms].copy(), waves, x.size)
 
 
 def window_start(parity: int, terms: int) -> float:
-    """Where the window begins: an edge of a panel beyond the turning points of all orders."""
-    return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _FINE_UNTIL))[-1])
+    """Where the window begins: an edge of the longest panels, beyond the turning points of all orders."""
+    return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _SHORT_UNTIL))[-1])
 
 
 @lru_cache(maxsize=8)
@@ -126,13 +131,22 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
     whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
-    beyond = np.concatenate([near.x[near.x > start], far])
-    half = np.concatenate([(near.w * (1 - whole) / 2)[near.x > start], far_weight / 2])
+    inside = near.x > start
+    beyond = np.concatenate([near.x[inside], far])
+    half = np.concatenate([(near.w * (1 - whole) / 2)[inside], far_weight / 2])
     weights = np.concatenate([near.w * (1 + whole) / 2, far_weight / 2])
+    waves = np.hstack([near.waves, [np.cos(far), np.sin(far)]])
+    cos, sin = waves[:, -beyond.size :]
     j = np.hstack([near.j, _upward(np.sin(far) / far, -np.cos(far) / far, far, highest)[parity::2][:terms]])
-    y = _upward(-np.cos(beyond) / beyond, -np.sin(beyond) / beyond, beyond, highest)[parity::2][:terms]
+    y = _upward(-cos / beyond, -sin / beyond, beyond, highest)[parity::2][:terms]
     x = np.concatenate([near.x, far])
-    return BesselTable(np.concatenate([x, beyond]), np.concatenate([weights, half]), np.hstack([j, y]), x.size)
+    return BesselTable(
+        np.concatenate([x, beyond]),
+        np.concatenate([weights, half]),
+        np.hstack([j, y]),
+        np.hstack([waves, [sin, -cos]]),
+        x.size,
+    )
 
 
 def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
@@ -161,15 +175,22 @@ def _upward(first: Array, side: Array, x: Array, orders: int) -> Array:
 
 
 def composite_gauss(edges: Array) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on consecutive panels."""
-    t, v = gauss(NODES)
+    """Gauss-Legendre nodes and weights on consecutive panels, `NODES` on each."""
+    x, w, _ = _exact_gauss(edges, NODES)
+    return x, w
+
+
+def _exact_gauss(edges: Array, nodes: int) -> tuple[Array, Array, Array]:
+    """Nodes and weights on consecutive panels, and what rounding took from the nodes."""
+    t, v = gauss(nodes)
     half = np.diff(edges)[:, None] / 2
     middle = (edges[1:] + edges[:-1])[:, None] / 2
-    return (middle + half * t).ravel(), (half * v).ravel()
+    x = middle + half * t
+    return x.ravel(), (half * v).ravel(), (half * t - (x - middle)).ravel()
 
 
-def spherical_bessel(orders: int, x: Array) -> Array:
-    """j_0 ... j_(orders-1) at x > 0, shape (orders, n).
+def spherical_bessel(orders: int, x: Array, waves: Array) -> Array:
+    """j_0 ... j_(orders-1) at x > 0 from `waves` = cos x, sin x; shape (orders, n).
 
     Upward recurrence where the order is below x, ratios from a downward recurrence (Miller) above, each in its stable
     direction.
@@ -184,10 +205,10 @@ def spherical_bessel(orders: int, x: Array) -> Array:
         if n < orders:
             ratios[n] = ratio
     j = np.empty((orders, x.size))
-    j[0] = np.sinc(x / np.pi)
+    j[0] = waves[1] / x
     if orders > 1:
         with np.errstate(under="ignore"):
-            upward = np.where(x > 1, (j[0] - np.cos(x)) / x, 0.0)
+            upward = np.where(x > 1, (j[0] - waves[0]) / x, 0.0)
             j[1] = np.where(x > 1, upward, ratios[1] * j[0])
             for n in range(2, orders):
                 j[n] = np.where(n <= x, (2 * n - 1) / x * j[n - 1] - j[n - 2], ratios[n] * j[n - 1])
