@@ -136,7 +136,7 @@ def test_the_rim_of_a_thin_skin_is_as_strong_as_its_base_asks():
     skinned = fp.Medium([fp.Layer(5.0, 0.25, 1e-5)], base=fp.HalfSpace(1.0, 0.3))
     punch = fp.flat_punch(skinned, 1.0)
     assert punch.edge_coefficient**2 == pytest.approx((1 / 0.91) / (5 / (1 - 0.25**2)), rel=3e-4)
-    assert punch.edge_error < 1e-6
+    assert punch.edge_error < 2e-6
 
 
 def test_thin_incompressible_layers_keep_the_digits_of_extended_precision():

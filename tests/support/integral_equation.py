@@ -73,7 +73,9 @@ class RealSpaceKernel:
         turn = np.exp(1j * angle)
         ends = np.geomspace(1e-11 / beta, 40 / shortest, int(4 * np.log(4e12 * beta / shortest)))
         x, w = panels(np.append(0.0, ends))
-        remainder = (response(medium, x * turn / medium.length) - 1) * w * turn
+        # far below k a = 1 L changes no more but by its first power, and its recursion is singular
+        felt = np.maximum(x, 1e-8 / beta)
+        remainder = (response(medium, felt * turn / medium.length) - 1) * w * turn
         values = np.stack([(np.exp(1j * x * turn * point) @ remainder).real for point in z.ravel()]).reshape(z.shape)
         return cls(np.log(low), np.log(high), np.polynomial.chebyshev.chebfit(unit, values.T, DEGREE + 1).T)
 

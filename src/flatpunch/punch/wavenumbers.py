@@ -189,12 +189,13 @@ def _exact_gauss(edges: Array, nodes: int) -> tuple[Array, Array, Array]:
     return x.ravel(), (half * v).ravel(), (half * t - (x - middle)).ravel()
 
 
-def spherical_bessel(orders: int, x: Array, waves: Array) -> Array:
-    """j_0 ... j_(orders-1) at x > 0 from `waves` = cos x, sin x; shape (orders, n).
+def spherical_bessel(orders: int, x: Array, waves: Array | None = None) -> Array:
+    """j_0 ... j_(orders-1) at x > 0, shape (orders, n); `waves` are cos x, sin x where these are known to more digits than x.
 
     Upward recurrence where the order is below x, ratios from a downward recurrence (Miller) above, each in its stable
     direction.
     """
+    cos, sin = (np.cos(x), np.sin(x)) if waves is None else waves
     start = orders + 32 + int(4 * np.sqrt(orders))
     ratios = np.empty((orders, x.size))
     ratio = x / (2 * start + 1)
@@ -205,10 +206,10 @@ def spherical_bessel(orders: int, x: Array, waves: Array) -> Array:
         if n < orders:
             ratios[n] = ratio
     j = np.empty((orders, x.size))
-    j[0] = waves[1] / x
+    j[0] = sin / x
     if orders > 1:
         with np.errstate(under="ignore"):
-            upward = np.where(x > 1, (j[0] - waves[0]) / x, 0.0)
+            upward = np.where(x > 1, (j[0] - cos) / x, 0.0)
             j[1] = np.where(x > 1, upward, ratios[1] * j[0])
             for n in range(2, orders):
                 j[n] = np.where(n <= x, (2 * n - 1) / x * j[n - 1] - j[n - 2], ratios[n] * j[n - 1])
