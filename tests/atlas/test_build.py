@@ -78,7 +78,7 @@ def test_on_a_cluster_that_loses_a_worker(small, tmp_path):
 
 
 def test_media_that_cannot_be_solved_are_named():
-    far = replace(SMALL, beta=(0.5, 2000.0))
+    far = replace(SMALL, beta=(0.5, 1e8))
     with pytest.raises(RuntimeError, match=r"of 'small' could not be solved; the first, ratio = 0\.3: "):
         atlas.build(far, workers=1)
 

@@ -191,7 +191,7 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
     assert "outline does not exist" in bad.attrs["notes"]
     # it names the depth from which on, and force and depth are still those of the mean profile
     first = float(bad["depth"].values[gone].min())
-    assert f"{first:.4g}" in bad.attrs["notes"]
+    assert f"{first * 1e9:.4g} nm" in bad.attrs["notes"]
     assert np.isfinite(bad["force"]).all()
     with pytest.warns(fp.FlatpunchWarning, match="outline does not exist along the whole history"):
         pressure(

@@ -8,7 +8,8 @@ import time
 import pytest
 
 from flatpunch.files import Case, CaseError, read_case
-from flatpunch.fit.case import FitCase, is_fit_case, read_fit_case
+from flatpunch.files.cases import is_fit_case
+from flatpunch.fit.case import FitCase, read_fit_case
 from support import case_mutations
 
 LONGEST = 1100

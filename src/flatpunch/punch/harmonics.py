@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.blas import dtrsm
+import scipy
 from scipy.special import gammaln
 
 from flatpunch._support.checks import Array, Indices
@@ -160,7 +160,7 @@ def _block_solutions(factors: Array, right: Array, starts: Indices) -> tuple[Arr
     outside = np.arange(size)[::-1, None] < starts
     for i, factor in enumerate(factors):
         # LAPACK reads rows as columns: the lower triangle is an upper one to it
-        part = dtrsm(1.0, factor.T, right[i, ::-1], trans_a=1)
+        part = scipy.linalg.blas.dtrsm(1.0, factor.T, right[i, ::-1], trans_a=1)
         part[outside] = 0.0
-        half[i], solved[i] = part, dtrsm(1.0, factor.T, part)[::-1]
+        half[i], solved[i] = part, scipy.linalg.blas.dtrsm(1.0, factor.T, part)[::-1]
     return half, solved
