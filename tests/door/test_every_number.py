@@ -11,6 +11,7 @@ from fractions import Fraction
 import numpy as np
 import pint
 import pytest
+from matplotlib.figure import Figure
 
 import flatpunch as fp
 from flatpunch import atlas, bem
@@ -29,6 +30,12 @@ CURVE = fp.Curve(DEPTH, FORCE)
 CYCLE = fp.Curve(DEPTH, FORCE, stiffness=FORCE + 1e-9)
 TIP = Tip.from_coefficients([24.5, 300.0])
 DISC = fp.DiscLoad(1e3, 1e-6)
+
+
+def drawn(plot):
+    """Draw into a figure that nobody keeps."""
+    return lambda **given: plot(axes=Figure().add_subplot(), **given)
+
 
 CALLS = {
     "Layer": (fp.Layer, {"young": 5e3, "poisson": 0.45, "thickness": 2e-6}),
@@ -165,8 +172,8 @@ CALLS = {
             "level": 0.9,
         },
     ),
-    "plot_medium": (fp.plot_medium, {"medium": GEL, "contact_radius": 1e-7}),
-    "plot_tip": (fp.plot_tip, {"indenter": BALL, "extent": 1e-6}),
+    "plot_medium": (drawn(fp.plot_medium), {"medium": GEL, "contact_radius": 1e-7}),
+    "plot_tip": (drawn(fp.plot_tip), {"indenter": BALL, "extent": 1e-6}),
     "correct": (
         fp.correct,
         {"reported": 5e3, "medium": GEL, "indenter": BALL, "depth": 1e-8, "reported_poisson": 0.5, "over": "depth"},
