@@ -9,6 +9,7 @@ const ROLES = ["depth", "force", "piezo", "deflection", "time"];
 
 let box = null; // where the preview is
 let asked = ""; // for which the preview was asked
+let unread = []; // what the preview found wrong with the file
 
 function fields(tools) {
   const file = element("input", { type: "file", id: "curve-file", hidden: true });
@@ -87,18 +88,21 @@ async function changed(tools, shown) {
   const name = document.getElementById("curve-name");
   if (!upload) {
     name.textContent = "No file yet";
+    unread = [];
     return;
   }
   name.textContent = upload.slice(upload.indexOf("/") + 1);
   const part = [...form].filter(([key]) => key === "upload" || key.startsWith("curve.")).join();
   if (part === asked && box && shown.contains(box)) return;
   asked = part;
+  unread = [];
   const found = await tools.preview("preview");
   if (part !== asked) return;
+  unread = found.problems ?? [];
   box ??= element("div");
   showPreview(found);
   if (!shown.contains(box)) shown.append(box);
-  if (found.problems) tools.problems(found.problems);
+  if (unread.length) tools.problems(unread);
 }
 
 function showPreview(found) {
@@ -197,4 +201,4 @@ function show(place, result, tools) {
   });
 }
 
-export const FIT = { title: "Fit", verb: "Fit", fields, show, changed };
+export const FIT = { title: "Fit", verb: "Fit", fields, show, changed, standing: () => unread };

@@ -99,7 +99,7 @@ function progress(state) {
 
 function shown(state, asked) {
   if (state.state === "stopped") {
-    problems([]);
+    problems(standing());
     long("Stopped. The results below, if any, belong to an earlier form.");
     return;
   }
@@ -109,7 +109,7 @@ function shown(state, asked) {
     stale();
     return;
   }
-  problems([]);
+  problems(standing());
   if (typeof result.long === "string") {
     long(result.long);
     return;
@@ -121,6 +121,11 @@ function shown(state, asked) {
   drawn = asked;
   at("shown").classList.toggle("stale", asked !== `${tab}?${formText()}`);
   TABS[tab].show(at("shown"), result, tools);
+}
+
+/** Problems that an answer to the form does not end: of a file that cannot be read, say. */
+function standing() {
+  return TABS[tab].standing?.() ?? [];
 }
 
 function problems(list) {
