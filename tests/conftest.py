@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-MEASURED = Path(__file__).resolve().parents[2] / "shared" / "data"
+BESIDE = Path(__file__).resolve().parents[2] / "shared"
+"""Measured files of others: no part of this repository, they lie beside it where it is developed."""
 
 
 def pytest_configure() -> None:
@@ -18,10 +19,19 @@ def pytest_configure() -> None:
 
 @pytest.fixture(scope="session")
 def measured() -> Path:
-    """Folder of measured files of others, which are not part of this repository but lie beside it where it is developed.
+    """Folder of measured curves."""
+    return _beside("data")
 
-    A clone without them can run every other test; what it leaves out is listed with this reason at the end of the run.
-    """
-    if not MEASURED.is_dir():
-        pytest.skip(f"needs the measured files of {MEASURED}, which are not part of the repository")
-    return MEASURED
+
+@pytest.fixture(scope="session")
+def cases() -> Path:
+    """Folder of small curves as users have reported them."""
+    return _beside("cases")
+
+
+def _beside(name: str) -> Path:
+    """A folder; a clone without it runs every other test, and lists at the end what it leaves out, with this reason."""
+    folder = BESIDE / name
+    if not folder.is_dir():
+        pytest.skip(f"needs the measured files of {folder}, which are not part of the repository")
+    return folder

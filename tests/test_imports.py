@@ -67,6 +67,7 @@ _INSIDE = {
         {"case_values"},
         {"case_tables"},
         {"films", "batch", "case"},
+        {"batch_pictures"},
         {"pictures"},
         {"__init__"},
     ],

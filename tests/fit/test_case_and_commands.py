@@ -11,8 +11,9 @@ from flatpunch.cli.app import app
 from flatpunch.files import CaseError, load
 from flatpunch.fit import Curve, fit
 from flatpunch.fit.batch import fit_batch
+from flatpunch.fit.batch_pictures import map_figure
 from flatpunch.fit.case import read_fit_case
-from flatpunch.fit.pictures import fit_figure, map_figure, most_tangled
+from flatpunch.fit.pictures import fit_figure, most_tangled
 from flatpunch.indenters import Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.synthetic_curves import synthetic

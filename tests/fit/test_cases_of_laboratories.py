@@ -1,7 +1,5 @@
 """Files that laboratories reported, and others of the same kinds: what each must give."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,16 +9,8 @@ from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 from support.synthetic_curves import synthetic
 
-CASES = Path(__file__).parents[3] / "shared" / "cases"
 BEAD = Paraboloid(5e-6)
 BODY, START = HalfSpace(2e3, 0.5), HalfSpace(1e3, 0.5)
-
-
-@pytest.fixture
-def cases():
-    if not CASES.is_dir():
-        pytest.skip("the reported files are not here")
-    return CASES
 
 
 def fitted(folder, name):

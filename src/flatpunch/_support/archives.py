@@ -17,7 +17,7 @@ FILES = 200_000
 def check_archive(path: Path) -> None:
     """Refuse archives that unpack to more than can be read; what is no archive is left to its reader.
 
-    The sizes that an archive states are those up to which Python unpacks it, whatever it holds.
+    Python unpacks no more than the sizes that an archive states, whatever it holds.
 
     Raises
     ------
@@ -30,6 +30,7 @@ def check_archive(path: Path) -> None:
                 return
             with zipfile.ZipFile(file) as archive:
                 entries = archive.infolist()
+    # what `zipfile` raises on damaged lists of files, and on kinds of archives that it does not read
     except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
         raise Unreadable("damaged: its list of files cannot be read") from None
     size = sum(entry.file_size for entry in entries)

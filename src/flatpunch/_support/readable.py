@@ -32,7 +32,7 @@ UNITS = {
 """SI units of fields by their names."""
 
 _LISTED = 4
-"""Entries up to which a sequence is spelt out."""
+"""Longest sequence that is written in full."""
 
 T = TypeVar("T")
 

@@ -216,7 +216,7 @@ def _some(size: int) -> Array:
 
 
 def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
-    """Return the modulus over the depth up to which is fitted, of the case and of a half-space.
+    """Return the modulus over the largest fitted depth, of the case and of a half-space.
 
     Parameters
     ----------
@@ -264,7 +264,8 @@ def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
         return str(table.to_csv()).encode("utf-8")
     if kind == "nc":
         return sealed(netcdf((batch if result is None else result).dataset()))
-    from flatpunch.fit.pictures import fit_figure, map_figure
+    from flatpunch.fit.batch_pictures import map_figure
+    from flatpunch.fit.pictures import fit_figure
     from flatpunch.plots.result import save_figure
 
     if result is None and not case.free:

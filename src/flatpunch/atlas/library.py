@@ -148,7 +148,7 @@ class MediumSolution:
             )
         return inside
 
-    def told(self, beta: Array) -> str:
+    def summary(self, beta: Array) -> str:
         """Which table it was, and how many of these radii it does not hold."""
         low, high = self.solution.beta_range
         outside = int(np.count_nonzero((beta > 0) & ((beta < low) | (beta > high))))

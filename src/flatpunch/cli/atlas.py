@@ -170,9 +170,9 @@ def _show(table: Table, name: str) -> None:
     if path is not None:
         line("File", f"{path} ({path.stat().st_size / 1e3:.0f} kB)")
     line("Licence", f"{LICENCE} (data)")
-    told = {"name", "title", "parameters", "beta", "bound", "coefficients", "responses", "family_file"}
+    known = {"name", "title", "parameters", "beta", "bound", "coefficients", "responses", "family_file"}
     for key, value in about.items():
-        if key not in told:
+        if key not in known:
             line(key.replace("_", " ").capitalize(), f"{value:.2g}" if isinstance(value, float) else value)
 
 

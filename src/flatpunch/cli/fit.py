@@ -206,7 +206,7 @@ def _fit_one(
 
 
 def _drift(curve: Any, case: FitCase, path: Path, style: str) -> Path:
-    """Draw the modulus over the depth up to which was fitted, beside that of a half-space."""
+    """Draw the modulus over the largest fitted depth, beside that of a half-space."""
     from flatpunch.fit.case import DRIFTING, drift
     from flatpunch.fit.pictures import drift_figure
     from flatpunch.plots.result import save_figure
@@ -252,7 +252,7 @@ def _fit_folder(
         say(f"  {row['reason']}")
     written = [batch.save(output)] if output is not None else []
     if plot is not None and case.free:
-        from flatpunch.fit.pictures import map_figure
+        from flatpunch.fit.batch_pictures import map_figure
         from flatpunch.plots.result import save_figure
 
         written.append(save_figure(map_figure(batch, next(iter(case.free)), style=style), plot))

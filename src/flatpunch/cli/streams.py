@@ -13,7 +13,7 @@ _HANDLER = "flatpunch"
 
 def prepare() -> None:
     """Make both streams take everything that is printed."""
-    codecs.register_error(_HANDLER, _spelt)
+    codecs.register_error(_HANDLER, _in_ascii)
     # closed ones are None
     sys.stdout = _usable(sys.stdout)
     sys.stderr = _usable(sys.stderr)
@@ -47,7 +47,7 @@ def _usable(stream: TextIO | None) -> TextIO:
     return stream
 
 
-def _spelt(error: UnicodeError) -> tuple[str, int]:
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
     """Letters that the alphabet of the terminal lacks, in ones that it has."""
     assert isinstance(error, UnicodeEncodeError)
     lost = error.object[error.start : error.end]

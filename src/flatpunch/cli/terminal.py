@@ -1,4 +1,4 @@
-"""What the commands share: how bad input and interrupts are told, the bar that shows progress, and how a line is printed.
+"""What the commands share: messages for bad input and interrupts, the progress bar, and printing of lines.
 
 Bad input ends with status 2 and one readable message, an interrupt (Ctrl-C) with status 130.
 """
@@ -35,7 +35,7 @@ class Step(Protocol):
 def friendly(interrupted: str = "No file was left half-written.") -> Iterator[None]:
     """Turn bad input into one message and status 2, and Ctrl-C into one line and status 130.
 
-    What is a mistake of the package is told as one, in one line; `flatpunch._support.messages` says how.
+    Errors of the package itself are reported as such, in one line; see `flatpunch._support.messages`.
 
     Parameters
     ----------

@@ -192,7 +192,7 @@ class _Pair:
 
 
 _DIRECT_LAYERS = 4
-"""Layers up to which evaluating the recursion costs less than interpolating a table of it."""
+"""Largest number of layers for which the recursion is evaluated: beyond, interpolating a table of it is faster."""
 
 
 def _stack(medium: Medium) -> Kernel:

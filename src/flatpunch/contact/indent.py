@@ -121,7 +121,7 @@ def indent(
     work_of_adhesion : float, optional
         [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion.method`.
     range_of_action : float, optional
-        Gap up to which adhesion acts [m]: adds a note where JKR theory does not hold for it.
+        Largest gap across which adhesion acts [m]: adds a note where JKR theory does not hold for it.
     time : array, shape (n,), optional
         Times [s], ascending: depth or force is then a history, linear in between; see `flatpunch.contact.viscoelastic`.
     relaxation : Relaxation, optional
@@ -224,7 +224,7 @@ def pressure(
 
     Exact under round indenters. Under all others it comes from boundary elements, whatever the method: perturbation theory gives
     force and outline, and no pressure. Only "first-order" superposes the pressures of stretched flat punches, as Forsbach and
-    Willert do; they are compared with boundary elements, and a warning says by how much they differ.
+    Willert do; they are compared with boundary elements, and a warning states the difference.
 
     Parameters
     ----------
@@ -433,5 +433,5 @@ def _dataset(curve: Curve, phi: Array, medium: Any, indenter: Indenter, control:
         "notes": "\n".join((*_why(choice), *curve.notes, *uncertain(curve))),
     }
     if isinstance(medium, TabulatedMedium):
-        attributes["flat_punches"] = medium.solution.told(curve.radius / medium.length)
+        attributes["flat_punches"] = medium.solution.summary(curve.radius / medium.length)
     return dataset(data, coordinates, attributes)

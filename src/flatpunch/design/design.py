@@ -14,23 +14,11 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method, MethodName, check_indenter, method_of
 from flatpunch.design.problem import Problem
 from flatpunch.design.result import Design, DesignedValue, Minimum
-from flatpunch.design.search import End, different, reachable, search, starts
+from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, search, starts
 from flatpunch.design.targets import UNITS, LargestLoad, Limit, Target
 from flatpunch.design.variables import Variables, variables
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import underlying
-
-_WITHOUT_EFFECT = 1e-10
-"""Logarithmic derivative below which a number has no effect on what is designed."""
-
-_MET = 1e-3
-"""Relative deviation from a prescribed value up to which it is met."""
-
-_FELT = 1e-6
-"""Singular value of the derivatives, over the largest, below which a combination of numbers does not change the contact."""
-
-_AT_BOUND = 1e-6
-"""Distance from a bound, over the range, at which a number is at it."""
 
 _EXPLAINED = 6
 """Places that are not met for which the reachable range is searched: the worst ones."""
@@ -111,7 +99,7 @@ def design(
     with reporting("Design", progress) as report:
         ends = search(problem, objective, kept, _starts(problem, count), report)
     best = ends[0]
-    if best.limit is not None and best.violation > _MET:
+    if best.limit is not None and best.violation > ALIKE:
         raise ValueError(_infeasible(problem, best))
     return _result(problem, objective, kept, ends, before)
 
@@ -154,7 +142,7 @@ def _first(problem: Problem, objective: Target | LargestLoad, limits: list[Limit
         effect = np.abs(slope).max(axis=0)
     for limit in limits:
         effect = np.maximum(effect, np.abs(problem.margins(u, limit)[1]).max(axis=0))
-    idle = (effect < _WITHOUT_EFFECT) & ~problem.variables.listed
+    idle = (effect < ROUNDING) & ~problem.variables.listed
     if idle.any():
         name = problem.variables.names[int(np.argmax(idle))]
         raise ValueError(
@@ -221,7 +209,7 @@ def _result(
 
 def _table(spread: Variables, u: Array) -> tuple[DesignedValue, ...]:
     low, high = spread.internal(spread.low), spread.internal(spread.high)
-    near = _AT_BOUND * (high - low)
+    near = ROUNDING * (high - low)
     found = spread.external(u)
     rows = []
     for i, name in enumerate(spread.names):
@@ -234,9 +222,9 @@ def _table(spread: Variables, u: Array) -> tuple[DesignedValue, ...]:
 
 
 def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, value: Array) -> list[str]:
-    """Which prescribed values are missed, by how much, and which of them no values within the bounds reach."""
+    """Notes on missed prescribed values: the deviation of each, and whether any values within the bounds reach it."""
     deviation = value / target.value - 1
-    missed = np.flatnonzero(np.abs(deviation) > _MET)
+    missed = np.flatnonzero(np.abs(deviation) > ALIKE)
     if not missed.size:
         return []
     name, unit = target.control.name, UNITS[target.control.name]
@@ -244,18 +232,18 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
     places = target.control.values
     notes = [
         f"The {target.quantity} misses what is prescribed by up to {100 * abs(deviation[worst]):.2g} % (at {name} = "
-        f"{places[worst]:.4g} {unit}); it is met to {100 * _MET:g} % at {places.size - missed.size} of {places.size} places."
+        f"{places[worst]:.4g} {unit}); it is met to {100 * ALIKE:g} % at {places.size - missed.size} of {places.size} places."
     ]
     order = missed[np.argsort(-np.abs(deviation[missed]))][:_EXPLAINED]
     for i in sorted(order):
         low, high = reachable(problem, target, int(i), best.u)
-        if not low * (1 - _MET) <= target.value[i] <= high * (1 + _MET):
+        if not low * (1 - ALIKE) <= target.value[i] <= high * (1 + ALIKE):
             notes.append(
                 f"At {name} = {places[i]:.4g} {unit} the bounds allow a {target.quantity} from {low:.4g} to {high:.4g} "
                 f"{UNITS[target.quantity]}; {target.value[i]:.4g} is impossible."
             )
     if len(notes) == 1:
-        stopped = [limit.text for limit in limits if problem.margins(best.u, limit)[0].min() < _MET]
+        stopped = [limit.text for limit in limits if problem.margins(best.u, limit)[0].min() < ALIKE]
         if stopped:
             notes.append(f"What stops it is the limit {', and '.join(stopped)}.")
         elif places.size > 1:
@@ -266,7 +254,7 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
 def _undetermined(spread: Variables, slope: Array) -> list[str]:
     """Combinations of the numbers that do not change what is prescribed."""
     strength = np.linalg.svd(slope * (spread.internal(spread.high) - spread.internal(spread.low)), compute_uv=False)
-    rank = int(np.count_nonzero(strength > _FELT * strength[0]))
+    rank = int(np.count_nonzero(strength > ROUNDING * strength[0]))
     if rank >= len(spread.names):
         return []
     plural = "s" * (rank > 1)
@@ -279,7 +267,7 @@ def _undetermined(spread: Variables, slope: Array) -> list[str]:
 def _minima(objective: Target | LargestLoad, ends: list[End], minima: list[End]) -> list[str]:
     if len(minima) < 2:
         return []
-    tolerance = _MET
+    tolerance = ALIKE
     equal = [end for end in minima if end.cost <= ends[0].cost + tolerance]
     worse = len(ends) - sum(end.cost <= ends[0].cost + tolerance for end in ends)
     notes = []

@@ -14,26 +14,20 @@ from flatpunch._support.progress import Report
 from flatpunch.design.problem import Problem
 from flatpunch.design.targets import LargestLoad, Limit, Target
 
-_SEED = 0
-"""Of the further starts, which are the same in every session."""
-
 _STEPS = 60
-"""Iterations from one start at most."""
+"""Most iterations from one start."""
 
 _ACCURATE = 1e-8
-"""Change of the misfit, and of the vector over its range, at which a search ends."""
-
-_MET = 1e-9
-"""Misfit below which nothing is left to search."""
+"""Misfit, its change, and the change of the vector over its range at which a search ends."""
 
 _COARSE = 1e-4
-"""Trust region over the range of the vector at which the search for a load ends: critical loads are known to 1e-4."""
+"""Trust region over the range of the vector at which the search for a load ends: critical loads are accurate to 1e-4."""
 
-_KEPT = 1e-6
-"""Relative violation of a limit that is rounding."""
+ROUNDING = 1e-6
+"""Relative differences that are rounding of a search: violated limits, distances from bounds, effects of a number."""
 
-_SAME = 1e-3
-"""Distance of two ends over the range of the vector below which they are one minimum."""
+ALIKE = 1e-3
+"""Relative difference below which values count as met, and distance over the range below which two minima are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +47,7 @@ def starts(problem: Problem, count: int) -> list[Array]:
     if count == 1:
         return [first]
     low, high = variables.internal(variables.low), variables.internal(variables.high)
-    sampler = scipy.stats.qmc.LatinHypercube(d=first.size, seed=_SEED)
+    sampler = scipy.stats.qmc.LatinHypercube(d=first.size, seed=0)
     return [first, *(low + sampler.random(count - 1) * (high - low))]
 
 
@@ -72,7 +66,8 @@ def search(
         found.append(_judged(problem, limits, end, _cost(problem, aim, end)))
         report(i + 1, len(first))
     return sorted(
-        found, key=lambda each: (each.violation > _KEPT, each.violation if each.violation > _KEPT else 0.0, each.cost)
+        found,
+        key=lambda each: (each.violation > ROUNDING, each.violation if each.violation > ROUNDING else 0.0, each.cost),
     )
 
 
@@ -81,7 +76,7 @@ def different(problem: Problem, ends: list[End]) -> list[End]:
     width = np.diff(_ranges(problem), axis=0)[0]
     kept: list[End] = []
     for end in ends:
-        if all(np.abs((end.u - other.u) / width).max() > _SAME for other in kept):
+        if all(np.abs((end.u - other.u) / width).max() > ALIKE for other in kept):
             kept.append(end)
     return kept
 
@@ -120,7 +115,7 @@ def _least_squares(problem: Problem, aim: Target, u: Array) -> Array:
 
     def residuals(v: Array) -> Array:
         found = problem.residuals(v, aim)[0]
-        if float(np.sqrt(np.mean(found**2))) < _MET:
+        if float(np.sqrt(np.mean(found**2))) < _ACCURATE:
             raise _Met(v.copy())
         return found
 

@@ -34,13 +34,13 @@ _R_NODES, _Z_NODES = 20, 16
 _R_WIDTH = 1.25
 
 _FEW, _NEAR = 64, 4.0
-"""Different radii up to which no panels are needed, within this multiple of the load's radius and the decay length."""
+"""Most different radii for which no panels are needed, within this multiple of the load's radius and the decay length."""
 
 _WINDOW = 140.0, 18.0
 """Middle and width of the window that ends integrals far from the load, in k times the distance: exp(-81) is left."""
 
 _SHARED = 1.5
-"""Ratio of distances up to which panels share their wavenumbers."""
+"""Largest ratio of distances within a panel, whose points share their wavenumbers."""
 
 _PHASE = 10.0
 """Radians of k (r + a) on a panel of 16 Gauss nodes in k."""

@@ -220,7 +220,7 @@ def is_fit_case(path: str | Path) -> bool:
     try:
         data = parsed(case_text(path), Path(path))
     except CaseError:
-        # unreadable files are told by whoever reads them
+        # the reader reports unreadable files
         return False
     return "fit" in data or "curve" in data or "curves" in data or _looks_for(data)
 

@@ -39,7 +39,7 @@ _TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minu
 """Words for durations below limits [s]."""
 
 _LISTED = 4
-"""Entries up to which a list is spelt out."""
+"""Longest list that is written in full."""
 
 
 def shipped_cases() -> list[Path]:

@@ -69,6 +69,7 @@ def _from_archive(path: Path) -> tuple[Array, Array, Array]:
         # of bytes: from a damaged file NumPy leaves an open one behind
         with np.load(io.BytesIO(content(path, UNPACKED)), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in "xyz" if name in archive}
+    # what NumPy, `zipfile` and `zlib` raise on damaged archives: sizes that overflow, unknown kinds of compression
     except (OSError, EOFError, ValueError, MemoryError, ArithmeticError, NotImplementedError, BadZipFile, zlib.error):
         raise ValueError(
             f"{path.name} is no readable NumPy archive; numpy.savez(path, x=x, y=y, z=z) writes one."

@@ -172,7 +172,7 @@ def from_netcdf(written: bytes) -> xr.Dataset:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file next to `path` that takes its place at the end; what goes wrong is told as a `ResultError`."""
+    """Give a temporary file next to `path` that takes its place at the end; every failure is raised as a `ResultError`."""
     path = Path(path)
     try:
         with _whole_file.whole_file(path) as temporary:

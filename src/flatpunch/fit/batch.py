@@ -199,7 +199,7 @@ def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> l
                 continue
             count = curves_in(item, **(reading or {}))
         except CurveError:
-            # told again, as the record of this file, when its turn comes
+            # reported again in the record of this file, when its turn comes
             count = 1
         items += [Place(Path(item), i if count > 1 else None) for i in range(count)]
     return items

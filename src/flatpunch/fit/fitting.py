@@ -56,7 +56,7 @@ def fit(
     work_of_adhesion : float, optional
         w [J/m^2], or where to start: the contact is adhesive (JKR) and the retract is fitted.
     range_of_action : float, optional
-        Gap up to which the adhesive traction acts [m]; the notes then say whether JKR theory holds.
+        Largest gap across which the adhesive traction acts [m]; the notes then state whether JKR theory holds.
     relaxation : StandardLinearSolid, Prony or PowerLawRelaxation, optional
         The medium relaxes, or where to start: the force over time of ramp, hold and retract is fitted; the curve needs times.
     **settings
@@ -115,7 +115,7 @@ def fit_ranges(
     curve, medium, indenter, free, **settings
         As for `fit`.
     shares : iterable of float
-        Depths up to which is fitted, over the largest depth of the whole fit.
+        Largest depths of the fits, over the largest depth of the whole fit.
 
     Returns
     -------

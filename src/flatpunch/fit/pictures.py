@@ -1,4 +1,4 @@
-"""Pictures of fits: the curve with its fit, the ridge between two parameters, values of many curves."""
+"""Pictures of fits: the curve with its fit, the ridge between two parameters, several curves of one sample, hard films."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array
+from flatpunch.fit.batch_pictures import bars, first_parameter
 from flatpunch.fit.parameters.scaling import plain_limits
+from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
 from flatpunch.fit.report.quantities import label as label_of
-from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
-from flatpunch.plots.style import BLUE, GREY, ORANGE, StyleName, axes_or_new, legend_below, scale_of, styled
+from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, StyleName, axes_or_new, legend_below, scale_of, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
-_DATA = "#a9b4bd"
 _LONGEST = 32
 """Letters of a curve's name in a title."""
 _JOINT = (2.30, 5.99, 11.83)
@@ -85,7 +84,7 @@ def plot_fit(
     elif isinstance(result, FilmResult):
         _film(result, drawn)
     else:
-        _bars(result, name or _first_parameter(result), drawn)
+        bars(result, name or first_parameter(result), drawn)
     return drawn
 
 
@@ -155,7 +154,7 @@ def _measured_and_fitted(result: FitResult, axes: Axes) -> None:
     factor, unit = scale_of(result.curve.force, "N")
     order, left = np.argsort(x, kind="stable"), ~result.used
     measured = result.curve.force * factor
-    axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=_DATA, label="measured", rasterized=True)
+    axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=PALE, label="measured", rasterized=True)
     if left.any():
         axes.plot(x[left], measured[left], "x", ms=3.5, mew=0.7, color=GREY, label="left out", rasterized=True)
     axes.plot(x[order], result.force[order] * factor, color=BLUE, lw=1.2, label="fitted")
@@ -172,7 +171,7 @@ def _residuals(result: FitResult, axes: Axes) -> None:
     """Measured minus fitted; what was left out would only stretch the axis."""
     x, label = _along(result)
     factor, unit = scale_of(result.residual[result.used], "N")
-    axes.plot(x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, color=_DATA, rasterized=True)
+    axes.plot(x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, color=PALE, rasterized=True)
     axes.axhline(0, color=BLUE, lw=1.0)
     axes.set_xlabel(label)
     axes.set_ylabel(f"residual ({unit})")
@@ -244,15 +243,10 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
         if plain_limits(name) is None and values.max() > 5 * values.min():
             scale("log")
-    axes.set_xlabel(_axis(first, scales[0][1]))
-    axes.set_ylabel(_axis(second, scales[1][1]))
+    axes.set_xlabel(axis_label(first, scales[0][1]))
+    axes.set_ylabel(axis_label(second, scales[1][1]))
     axes.set_title("68, 95, 99.7 % regions")
     axes.legend(loc="best")
-
-
-def _axis(name: str, unit: str) -> str:
-    """Label of an axis of a parameter."""
-    return f"{label_of(name)} ({unit})" if unit else label_of(name)
 
 
 def drift_figure(
@@ -263,7 +257,7 @@ def drift_figure(
     *,
     style: StyleName | str = "screen",
 ) -> Figure:
-    """One parameter over the depth up to which was fitted, with intervals; another model's beside it.
+    """One parameter over the largest fitted depth, with intervals; another model's beside it.
 
     Parameters
     ----------
@@ -293,7 +287,7 @@ def drift_figure(
             options: Any = {**how, "ms": 5, "capsize": 3, "label": words}
             axes.errorbar(x, values, spread, **options)
         axes.set_xlabel(f"largest fitted depth ({x_unit})")
-        axes.set_ylabel(_axis(name, y_unit))
+        axes.set_ylabel(axis_label(name, y_unit))
         axes.set_ylim(0, 1.2 * axes.get_ylim()[1])
         axes.legend(loc="upper left", ncols=2)
     return figure
@@ -321,7 +315,7 @@ def _film(result: FilmResult, axes: Axes) -> None:
     y_factor, y_unit = scale_of([float(np.median(points.apparent))], "Pa")
     x = points.contact_depth * x_factor
     order = np.argsort(x)
-    axes.plot(x, points.apparent * y_factor, "o", ms=3, mew=0, color=_DATA, label="measured", rasterized=True)
+    axes.plot(x, points.apparent * y_factor, "o", ms=3, mew=0, color=PALE, label="measured", rasterized=True)
     axes.plot(x[order], (result.model * y_factor)[order], color=BLUE, label="fitted")
     axes.axhline(result.case.surface_modulus * y_factor, color=BLUE, lw=1, ls="--", label="film")
     base = getattr(result.case, "base", None)
@@ -335,98 +329,3 @@ def _film(result: FilmResult, axes: Axes) -> None:
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
     axes.set_xlim(left=0)
     legend_below(axes, ncols=3)
-
-
-def _first_parameter(batch: Batch) -> str:
-    """First column with an interval."""
-    return next(name.removesuffix(" low") for name in batch.columns if name.endswith(" low"))
-
-
-def _trusted(batch: Batch, name: str) -> Array:
-    """Values of a parameter; NaN where they cannot be trusted."""
-    values = np.asarray(batch.column(name), dtype=float)
-    return np.where([bool(row["ok"]) for row in batch.rows], values, np.nan)
-
-
-def _bars(batch: Batch, name: str, axes: Axes) -> None:
-    """Values with their intervals, one a curve, in the order of the curves."""
-    values = _trusted(batch, name)
-    factor, unit = scale_of(values, unit_of(name))
-    low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
-    spread: Any = np.abs(np.stack([values - low, high - values])) * factor
-    number = np.arange(1, values.size + 1)
-    known = np.isfinite(values)
-    options: Any = {"fmt": "o", "ms": 4, "color": BLUE, "ecolor": GREY, "elinewidth": 1, "capsize": 2}
-    axes.errorbar(number[known], values[known] * factor, np.nan_to_num(spread[:, known], posinf=0.0), **options)
-    for i in number[~known]:
-        axes.axvline(i, color=_DATA, lw=0.8, ls=":")
-    axes.set_xlabel("curve")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(_axis(name, unit))
-    lost = int((~known).sum())
-    axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (dotted)" if lost else ""))
-
-
-def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") -> Figure:
-    """Values of one parameter over a force map, or with their intervals in the order of the curves, beside their histogram.
-
-    Parameters
-    ----------
-    batch : Batch
-        The fits.
-    name : str
-        Column of the table.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
-    x, y = (np.asarray(batch.column(f"position {axis}"), dtype=float) for axis in ("x", "y"))
-    placed = np.isfinite(x) & np.isfinite(y)
-    with styled(style) as chosen:
-        one = chosen.width is not None and chosen.width == chosen.panel[0]
-        size = (3.5, 5.2) if one else (chosen.width or 8.8, 0.45 * (chosen.width or 8.8))
-        figure = Figure(figsize=size, layout="constrained")
-        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(1.7, 1))
-        if placed.sum() > 1:
-            _map(batch, name, left, x, y, placed)
-        else:
-            _bars(batch, name, left)
-        _histogram(batch, name, right)
-    return figure
-
-
-def _histogram(batch: Batch, name: str, axes: Axes) -> None:
-    """Histogram of the values, with their median and middle two thirds."""
-    values = _trusted(batch, name)
-    factor, unit = scale_of(values, unit_of(name))
-    known = values[np.isfinite(values)] * factor
-    if known.size:
-        axes.hist(known, bins="auto", color=_DATA, edgecolor="white", linewidth=0.8)
-        low, middle, high = np.percentile(known, [16, 50, 84])
-        axes.axvline(middle, color=BLUE)
-        for end in (low, high):
-            axes.axvline(end, color=BLUE, lw=1, ls="--")
-        axes.set_title(f"median {middle:.3g}, middle two thirds\n{low:.3g} to {high:.3g} {unit}".rstrip())
-    axes.set_xlabel(_axis(name, unit))
-    axes.set_ylabel("curves")
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-
-
-def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags) -> None:
-    """Values over the positions of a force map, as squares of about the map's spacing."""
-    values = _trusted(batch, name)
-    factor, unit = scale_of(values, unit_of(name))
-    span = float(max(np.ptp(x[placed]), np.ptp(y[placed])))
-    scale, length = scale_of([span], "m")
-    across = max(*(np.unique(np.round(along[placed] / span, 4)).size for along in (x, y)), 4)
-    x, y = ((along - along[placed].min()) * scale for along in (x, y))
-    points: Any = axes.scatter(x, y, c=values * factor, s=(250 / across) ** 2, marker="s", cmap="viridis")
-    bad = placed & ~np.isfinite(values)
-    axes.plot(x[bad], y[bad], "x", color=GREY)
-    drawn = axes.get_figure()
-    assert drawn is not None
-    drawn.colorbar(points, ax=axes, label=_axis(name, unit))
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"$x$ ({length})")
-    axes.set_ylabel(f"$y$ ({length})")
-    lost = int(bad.sum())
-    axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (crosses)" if lost else ""))

@@ -33,7 +33,7 @@ class GradedLayer:
     ----------
     young : law, function, table or float
         Young's modulus E(z) [Pa], > 0 everywhere. A named law (LinearModulus, ExponentialModulus, PowerModulus,
-        Formula), any function of depths (n,) -> (n,), a table (depths, moduli), or one number. Functions are told
+        Formula), any function of depths (n,) -> (n,), a table (depths, moduli), or one number. Functions are given
         apart by identity, everything else by value: layers made with two equal lambdas are two media.
     poisson : float, law, function or table
         Poisson ratio nu(z) [-], -1 < nu <= 0.5 everywhere.

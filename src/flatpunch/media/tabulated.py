@@ -24,7 +24,7 @@ class PunchSolution(Protocol):
         """Whether all these radii are to be taken from here; raises if they should be and cannot."""
         ...
 
-    def told(self, beta: Array) -> str:
+    def summary(self, beta: Array) -> str:
         """Where the flat punches of these radii come from, in one sentence."""
         ...
 

@@ -78,6 +78,7 @@ def shared_out(
             elif pending:
                 wait(pending, return_when=FIRST_COMPLETED)
         return [found[index] for index in range(len(items))]
+    # interrupts too: no worker process may go on for a caller that has left
     except BaseException:
         if futures:
             dismiss()
@@ -120,8 +121,8 @@ def _share(work: bytes, items: Sequence[Any], waiting: deque[int], futures: dict
             return
         try:
             futures[index] = executor.submit(_call, work, items[index])
-        except Exception:
-            # the workers are lost: this process calls what is left
+        except (RuntimeError, OSError):
+            # the workers are lost or cannot be started: this process calls what is left
             waiting.append(index)
         else:
             futures[index].add_done_callback(give)
@@ -142,6 +143,7 @@ def _outcome(future: Future[Any], function: Callable[[Any, Any], Any], common: A
     """Outcome of a worker, or of a call here if it has none."""
     try:
         return future.result()
+    # whatever the call raised or warned of there, it raises or warns of again here, where the caller sees it
     except Exception:
         return function(common, item)
 

@@ -194,7 +194,7 @@ def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float,
     medium, indenter, axes, **contact
         As for `axis_stresses`.
     reach : float
-        Distance from the axis up to which they are drawn [m].
+        Largest distance from the axis that is drawn [m].
     """
     contact = {key: value for key, value in contact.items() if key != "side"}
     x = np.linspace(-reach if contact.get("friction") else 0.0, reach, 201)

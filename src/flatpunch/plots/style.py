@@ -22,7 +22,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import readable
 
 BLUE, ORANGE, GREEN = "#0b4f86", "#c8590a", "#1b7f5c"
-GREY, PALE = "#8c8c8c", "#b9c3cc"
+GREY, PALE = "#8c8c8c", "#a9b4bd"
 
 StyleName = Literal["screen", "one-column", "two-columns"]
 

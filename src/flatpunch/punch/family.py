@@ -41,7 +41,7 @@ _RHO = np.append(np.sin(np.linspace(0, np.pi / 2, 24)[:-1]), 1.0)
 """Radii of the unit disc at which punch pressures are judged."""
 
 _SURELY_RESOLVED = 100.0
-"""Radius in units of the surface's own length E/E' up to which terms are known to suffice."""
+"""Largest radius, in units of the surface's own length E/E', for which the terms are known to suffice."""
 
 
 class PunchFamily:
@@ -222,7 +222,7 @@ class PunchFamily:
 
 
 class UnresolvedLayer(ValueError):
-    """A contact is so large that the shortest length of the medium cannot be resolved; the message says by how much."""
+    """A contact is so large that the shortest length of the medium cannot be resolved; the message gives the ratio."""
 
 
 def check_resolution(kernel: Kernel, beta: float) -> None:

@@ -21,7 +21,7 @@ from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
 RESOLVED = 300.0
-"""Effective beta, cutoff beta/25, up to which the terms suffice for edge and pressure at 1e-10."""
+"""Largest effective beta, cutoff beta/25, for which the terms suffice for edge and pressure at 1e-10."""
 
 _MOST_TERMS = 300
 """Terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved."""
@@ -93,7 +93,7 @@ class RemainderRule:
     weights : ndarray, shape (nb, nodes)
         2 (L - 1) dx.
     used : ndarray of int, shape (nb,)
-        Number of nodes up to which L - 1 is felt.
+        Number of leading nodes at which L - 1 is not negligible.
     diagonal : ndarray, shape (terms,)
         D, the half-space's matrix.
     whole : ndarray, shape (nb, nodes), or None
@@ -131,7 +131,7 @@ class RemainderRule:
 
 
 _BLOCK, _FEW = 256, 64
-"""Nodes that are summed at once, and orders up to which all are summed at once."""
+"""Nodes that are summed at once, and the highest order for which all are summed at once."""
 
 _FADED = 1e-18
 """Size of j_p below its turning point from which it is left out."""

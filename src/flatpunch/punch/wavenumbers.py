@@ -32,7 +32,7 @@ and so does twice the number on (x, x + 32)."""
 
 _FIRST_UNIFORM = 4.0
 _FINE_UNTIL, _SHORT_UNTIL = 64.0, 128.0
-"""x up to which panels are 4 and 8 long; above they are 32 long."""
+"""Upper ends, in x, of the panels of length 4 and 8; above, panels are 32 long."""
 
 WINDOW = 128.0
 """Length in x of the window that switches the oscillating half off: some of the longest panels."""

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from flatpunch import bem
+from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control
@@ -31,9 +32,6 @@ _CUTOFF = 12.0
 
 _FINEST = 4.0
 """Wavenumber times the width of a cell at which all integrals end."""
-
-_CHUNK = 4_000_000
-"""Numbers in one table of Bessel functions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float = 0.0) 
     x, w = composite_gauss(panel_edges(first, last))
     k = x / a
     mean = np.empty(k.size)
-    step = max(1, _CHUNK // distances.size)
+    step = max(1, AT_ONCE // distances.size)
     r = h * np.sqrt(distances)
     for start in range(0, k.size, step):
         some = slice(start, start + step)

@@ -37,7 +37,7 @@ class Gradient:
     force, stiffness, radius : ndarray
         dF, dK and da at fixed depth.
     spectrum : callable or None
-        k times the contact radius up to which they are wanted -> weights over the wavenumber; None for power-law half-spaces.
+        largest k times the contact radius -> weights over the wavenumber; None for power-law half-spaces.
     notes : str
         Limits of the contact's own solution.
     """

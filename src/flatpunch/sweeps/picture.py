@@ -1,6 +1,6 @@
 """Picture of a parameter study: one quantity at one step over the first parameter, a line for each value of the second.
 
-Further parameters get panels. Many values of a numeric second parameter are told by a colour bar instead of a legend. Points at
+Further parameters get panels. Many values of a numeric second parameter get a colour bar instead of a legend. Points at
 which the theory does not hold are hollow, points that failed are crosses on the axis.
 """
 

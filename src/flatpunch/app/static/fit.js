@@ -177,7 +177,7 @@ function show(place, result, tools) {
     drift.append(element("p", { class: "about" }, "The modulus of the top layer is not fitted, so there is no drift of it."));
     return;
   }
-  drift.append(element("p", { class: "about" }, "A right model finds the same modulus whatever the depth up to which is fitted."), button);
+  drift.append(element("p", { class: "about" }, "A right model finds the same modulus at every largest fitted depth."), button);
   button.addEventListener("click", async () => {
     button.disabled = true;
     const found = await tools.detail("drift", 0);

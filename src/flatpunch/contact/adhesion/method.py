@@ -55,7 +55,7 @@ def solve(
     work : float
         Work of adhesion w [J/m^2].
     range_of_action : float, optional
-        Gap up to which the adhesive traction acts [m]: adds a note where JKR theory does not hold for it.
+        Largest gap across which the adhesive traction acts [m]: adds a note where JKR theory does not hold for it.
 
     Returns
     -------

@@ -131,7 +131,7 @@ def pull_off(
     work_of_adhesion : float
         Work of adhesion w [J/m^2], > 0.
     range_of_action : float, optional
-        Gap z0 up to which the adhesive traction acts [m], some 0.2 to 1 nm for van der Waals forces. With it the result holds
+        Largest gap z0 of the adhesive traction [m], some 0.2 to 1 nm for van der Waals forces. With it the result holds
         Tabor's parameter and the pull-off force of rigid bodies.
 
     Returns
@@ -197,7 +197,10 @@ def _instabilities(case: AdhesiveCase, stretches: tuple[Stretch, ...]) -> tuple[
 def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tabor:
     """Tabor's parameter with the retraction at the force minimum, and the pull-off force of rigid bodies."""
     z0 = positive(
-        "range_of_action", range_of_action, "It is the gap up to which the adhesive traction acts [m].", unit="m"
+        "range_of_action",
+        range_of_action,
+        "It is the largest gap across which the adhesive traction acts [m].",
+        unit="m",
     )
     contact = case.branch.at(np.array([result.radius]))
     mu = float(contact.retraction[0]) / (_NECK * z0)

@@ -65,7 +65,7 @@ def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned
     profile : RoundProfile
         The profile they belong to.
     reach : float
-        Radius up to which the profile is defined [m].
+        Largest radius at which the profile is defined [m].
     pinned : bool
         Whether the contact stays at `reach` when pressed further: a flat end.
 

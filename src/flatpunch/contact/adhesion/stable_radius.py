@@ -35,7 +35,7 @@ def stable_radius(
     target : ndarray, shape (n,)
         Wanted values [m] or [N], any sign.
     reach : float
-        Radius up to which the profile is defined [m].
+        Largest radius at which the profile is defined [m].
     pinned : bool
         Whether targets beyond `reach` keep that radius (a flat end).
 

@@ -46,7 +46,7 @@ class ElasticCurve:
     shape : scipy.interpolate.BSpline or None
         ln d -> outline over mean radius, shape (n, p); None for round indenters.
     sound : float
-        Depth up to which the elastic theory holds [m].
+        Largest depth at which the elastic theory holds [m].
     notes : tuple of str
         Its limits.
     estimated : tuple of ndarray, shape (n,)

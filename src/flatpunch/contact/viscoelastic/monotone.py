@@ -171,7 +171,7 @@ def with_touches(time: Array, value: Array) -> Array:
 
 
 def last_rise(depth: Array) -> int:
-    """Index up to which the depth never falls."""
+    """Last index before the depth first falls."""
     falls = np.flatnonzero(np.diff(depth) < 0)
     return int(falls[0]) if falls.size else depth.size - 1
 

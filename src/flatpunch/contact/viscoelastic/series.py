@@ -24,7 +24,7 @@ _SLOW = 1e-8
 """Rates kept, over the inverse of the shortest step and of the whole history."""
 
 _PARABOLIC = 1e-3
-"""Rates times the whole history up to which the cube of it is below 1e-9."""
+"""Largest product of rate and duration of the history whose cube is below 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)

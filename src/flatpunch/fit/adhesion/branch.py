@@ -116,7 +116,7 @@ class StableBranch:
         return plain - back, plain * up - back * fall
 
     def radius_at(self, depth: Array) -> tuple[Array, Array]:
-        """x at depths, and by how much depths lie beyond the ends of the branch [m]."""
+        """x at depths, and the distance of depths beyond the ends of the branch [m]."""
         assert self._grid is not None
         grid, depths = self._grid
         inside = np.clip(depth, depths[0], depths[-1])

@@ -266,7 +266,7 @@ class _Start:
         return self.setup(keep, (note,) if giving.size else (), x)
 
     def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
-        """Points in contact that are past dF/dd = -k/2; told by the piezo's position, which has no noise in it."""
+        """Points in contact that are past dF/dd = -k/2; judged by the piezo's position, which has no noise."""
         theta, rest = objective.split(x)
         at = objective.loaded
         depth = objective.depth[at] - rest["contact"]

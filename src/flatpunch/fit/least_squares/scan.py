@@ -29,7 +29,7 @@ _TURNS = 6
 _AGREED = 0.01
 """Change of that background over the force range at which it has settled."""
 _CLOSE = 0.5
-"""Change of ln E up to which the shape of the force curve need not be computed again."""
+"""Largest change of ln E for which the shape of the force curve is not computed again."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,9 +95,9 @@ def read_curve(
         file = AfmFile.opened(path, spring_constant=spring_constant, **afm)
         curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
         where = "given" if spring_constant is not None else "from the file"
-        told = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
-        told += [f"sensitivity {afm['sensitivity']:.4g} m/V or m/A (given)"] if afm.get("sensitivity") else []
-        lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *told)
+        known = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
+        known += [f"sensitivity {afm['sensitivity']:.4g} m/V or m/A (given)"] if afm.get("sensitivity") else []
+        lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *known)
         return replace(curve, meta={**curve.meta, "read": lines, "calibration": dict(calibration or {})})
     tables = tables_in(path, columns, decimal, sheet)
     table = tables[_only(path, [t.source for t in tables], index)]
@@ -217,8 +217,8 @@ def curve_of(
         f"{role} from {table.names[positions[role]]!r} ({(units or {}).get(role) or table.units[positions[role]]})"
         for role in roles
     )
-    told = [f"spring constant {spring_constant:.4g} N/m (given)"] if spring_constant is not None else []
-    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}", *told)}
+    known = [f"spring constant {spring_constant:.4g} N/m (given)"] if spring_constant is not None else []
+    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}", *known)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
         try:

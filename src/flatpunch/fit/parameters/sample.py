@@ -30,7 +30,7 @@ class Sample:
     work_of_adhesion : float, optional
         w [J/m^2]: the contact is adhesive (JKR).
     range_of_action : float, optional
-        Gap up to which the adhesive traction acts [m]; the fit then says whether JKR theory holds.
+        Largest gap across which the adhesive traction acts [m]; the fit then states whether JKR theory holds.
     relaxation : Prony, StandardLinearSolid or PowerLawRelaxation, optional
         The medium relaxes.
 

@@ -85,11 +85,11 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     error = np.sqrt(np.diag(result.covariance))
     table = result.correlation
     wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > WIDE}
-    told = set()
+    noted = set()
     for j in range(len(free)):
         for k in range(j):
             if abs(table[j, k]) > _TANGLED and {names[j], names[k]} & wide:
-                told |= {names[j], names[k]}
+                noted |= {names[j], names[k]}
                 first, second = (interval_text(result.estimates[n], n) for n in (names[k], names[j]))
                 notes.append(
                     f"The data can hardly tell {names[k]} and {names[j]} apart: correlation {table[j, k]:.4f}, intervals "
@@ -97,12 +97,12 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
                 )
     for name in free:
         if result.estimates[name].by == "nothing":
-            told.add(name)
+            noted.add(name)
             notes.append(
                 f"{name} is not determined by the data: within its limits every value fits about as well. The value shown is "
                 "one of many."
             )
-    for name in sorted(wide - told):
+    for name in sorted(wide - noted):
         interval = interval_text(result.estimates[name], name)
         notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
     notes += [

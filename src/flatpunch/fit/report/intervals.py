@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from flatpunch.fit.report.result import FitResult
 
 _NARROW = 0.03
-"""Standard error of an internal parameter (relative, for logarithms) up to which the parabola is believed."""
+"""Standard error of an internal parameter (relative, for logarithms) above which intervals come from the profile."""
 
 _NEAR = 12.0
 """Distance of a limit, in the internal parameter, below which it is the user's."""

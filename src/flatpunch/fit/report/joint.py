@@ -131,8 +131,8 @@ class JointResult:
         lines = [f"{len(self.results)} curves, one sample; they agree with probability {self.agreement:.2g}"]
         for name in self.objective.free:
             e = self.estimates[name]
-            told = "at its limit" if e.at_bound and e.by == "covariance" else f"{level} in {interval_text(e, name)}"
-            lines.append(f"  {label(name):<34} {quantity(e.value, unit_of(name)):>12}   {told}")
+            stated = "at its limit" if e.at_bound and e.by == "covariance" else f"{level} in {interval_text(e, name)}"
+            lines.append(f"  {label(name):<34} {quantity(e.value, unit_of(name)):>12}   {stated}")
         for result in self.results:
             deepest, noise = quantity(float(result.depth.max()), "m"), quantity(result.noise, "N")
             lines.append(f"  {result.curve.name}: {int(result.used.sum())} points, deepest {deepest}, noise {noise}")

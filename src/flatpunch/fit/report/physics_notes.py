@@ -77,6 +77,6 @@ def _relaxation(result: FitResult) -> list[str]:
         elif estimate.value < 2 * shortest:
             notes.append(
                 f"{name} = {text(estimate.value, 's')} is hardly longer than the steps of the curve ({text(shortest, 's')}): "
-                "faster relaxation cannot be told from an elastic response."
+                "faster relaxation cannot be distinguished from an elastic response."
             )
     return notes

@@ -81,3 +81,8 @@ def quantity(value: float, unit: str) -> str:
         return f"{value:.4g}"
     factor, prefixed = readable(abs(value), unit)
     return f"{value * factor:.4g} {prefixed}"
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Label of an axis of a parameter."""
+    return f"{label(name)} ({unit})" if unit else label(name)

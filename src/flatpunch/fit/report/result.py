@@ -205,8 +205,8 @@ class FitResult:
         lines += [f"  Read {line}" for line in self.read]
         for name, e in self.estimates.items():
             interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
-            told = "at its limit" if e.at_bound and e.by == "covariance" else interval
-            lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {told}")
+            stated = "at its limit" if e.at_bound and e.by == "covariance" else interval
+            lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {stated}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
 
