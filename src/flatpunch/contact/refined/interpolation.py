@@ -27,6 +27,9 @@ SLOPE_ERROR = 3e-3
 TRAPEZOID = 0.1
 """Error of the trapezoidal rule over the cube of the gap; far smaller, forces in wide gaps would follow the rule."""
 
+SHIFT = 1 / 3
+"""Largest change of a force over its stated error; with twice as much, forces beside kinks follow the rule across the kink."""
+
 _FARTHEST = 14.0
 """Farthest below the first solution that a depth is not zero, in ln d: about six decades."""
 
@@ -182,7 +185,7 @@ class Interpolation:
 
 
 def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
-    """Values changed within their errors so that close neighbours agree with the slopes between them, shape (n,).
+    """Values changed by a third of their errors at most so that close neighbours agree with the slopes between them, shape (n,).
 
     Forces of solutions that are close scatter by the error of the cells, which would spoil the slope of a curve through them.
     Least squares weigh each value by its error, and each difference by that of the trapezoidal rule.
@@ -192,7 +195,8 @@ def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
     difference = np.diff(np.eye(nodes.size), axis=0)
     missing = gaps * (slopes[1:] + slopes[:-1]) / 2 - np.diff(values)
     normal = np.diag(errors**-2.0) + difference.T @ (weights[:, None] * difference)
-    return np.asarray(values + np.linalg.solve(normal, difference.T @ (weights * missing)))
+    shift = np.linalg.solve(normal, difference.T @ (weights * missing))
+    return np.asarray(values + np.clip(shift, -SHIFT * errors, SHIFT * errors))
 
 
 def local_cubic(nodes: Array, table: Array) -> Callable[[Array], Array]:
