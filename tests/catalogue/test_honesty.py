@@ -42,11 +42,11 @@ def test_catalogue_is_large_and_its_truth_is_known() -> None:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("error", "estimate"), [("force", "estimate"), ("outline", "outline_estimate")])
 def test_true_errors_are_below_their_estimates(method: str, error: str, estimate: str) -> None:
-    true, told = _pairs(method, error, estimate)
+    true, stated = _pairs(method, error, estimate)
     assert true.size >= 190
-    assert np.mean(true <= told) >= WANTED
+    assert np.mean(true <= stated) >= WANTED
     # and the estimates are no idle fears: most are within ten times the error, which is known to 1e-6
-    assert np.mean(told <= 10 * np.maximum(true, 1e-6)) > 0.5
+    assert np.mean(stated <= 10 * np.maximum(true, 1e-6)) > 0.5
 
 
 def test_guard_of_fourth_order_on_fresh_cases() -> None:
@@ -87,10 +87,10 @@ def test_refined_is_right_in_force_and_outline(method: str, force: float) -> Non
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("error", "estimate"), [("force", "estimate"), ("outline", "outline_estimate")])
 def test_estimates_hold_where_nothing_was_read_off(method: str, error: str, estimate: str) -> None:
-    true, told = _pairs(method, error, estimate, first=UNSEEN if method.startswith("refined") else DRAWN)
+    true, stated = _pairs(method, error, estimate, first=UNSEEN if method.startswith("refined") else DRAWN)
     assert true.size >= 90
     # of some hundred cases one or two more or less are chance
-    assert np.mean(true <= told) >= WANTED - 0.02
+    assert np.mean(true <= stated) >= WANTED - 0.02
 
 
 def _sample(count: int) -> list[int]:
@@ -109,19 +109,19 @@ def test_stored_errors_are_those_of_the_code(index: int) -> None:
     for method in ("second-order", "fourth-order"):
         if not row[f"{method} force"]:
             continue
-        force, told, outline, outline_told = judge(truth, method)
+        force, stated, outline, outline_stated = judge(truth, method)
         # errors are small differences of forces stored to nine digits; the series are known to 1e-9
         assert force == pytest.approx(float(row[f"{method} force"]), rel=1e-3, abs=1e-8)
-        assert told == pytest.approx(float(row[f"{method} estimate"]), rel=1e-3)
+        assert stated == pytest.approx(float(row[f"{method} estimate"]), rel=1e-3)
         # outlines are stored to five digits
         assert outline == pytest.approx(float(row[f"{method} outline"]), rel=1e-3, abs=2e-5)
-        assert outline_told == pytest.approx(float(row[f"{method} outline_estimate"]), rel=1e-3)
-    force, told, outline, outline_told = judge(truth, "refined-single")
+        assert outline_stated == pytest.approx(float(row[f"{method} outline_estimate"]), rel=1e-3)
+    force, stated, outline, outline_stated = judge(truth, "refined-single")
     # boundary elements end at a gap of a millionth of the depth
     assert force == pytest.approx(float(row["refined-single force"]), abs=2e-6)
-    assert told == pytest.approx(float(row["refined-single estimate"]), rel=1e-3)
+    assert stated == pytest.approx(float(row["refined-single estimate"]), rel=1e-3)
     assert outline == pytest.approx(float(row["refined-single outline"]), abs=1e-4)
-    assert outline_told == pytest.approx(float(row["refined-single outline_estimate"]), rel=0.01)
+    assert outline_stated == pytest.approx(float(row["refined-single outline_estimate"]), rel=0.01)
 
 
 @pytest.mark.parametrize("index", _sample(10)[::5])
