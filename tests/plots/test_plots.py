@@ -224,3 +224,14 @@ def test_public_pictures_make_axes_of_their_own(result, view):
     tip = fp.plot_tip(TIP, extent=1e-6, view=view)
     others = fp.plot_curve(result), fp.plot_outline(result), fp.plot_pressure(result, GEL, TIP), fp.plot_medium(GEL)
     assert len({id(axes.figure) for axes in (tip, *others)}) == 5
+
+
+def test_what_is_no_axes_and_no_step_is_refused(result):
+    for draw in (lambda: fp.plot_curve(result, GEL), lambda: fp.plot_medium(GEL, TIP), lambda: fp.plot_tip(TIP, GEL)):
+        with pytest.raises(TypeError, match="must be axes of Matplotlib"):
+            draw()
+    with pytest.raises(TypeError, match="must be axes of Matplotlib"):
+        fp.plot_sensitivity(fp.sensitivity(GEL, fp.Sphere(2e-6), depth=1e-8), GEL)
+    for step in (99, 0.5, "last"):
+        with pytest.raises((TypeError, ValueError), match="step"):
+            fp.plot_outline(result, indenter=TIP, step=step)

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from flatpunch.design import Design
 from flatpunch.design.targets import UNITS
 from flatpunch.files.units import readable
+from flatpunch.plots.style import axes_or_new
 
 _WANTED, _FOUND, _BEFORE = "black", "#c1121f", "#8c8c8c"
 
@@ -29,7 +31,7 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     -------
     matplotlib.axes.Axes
     """
-    axes = Figure(figsize=(5.2, 4.0), layout="constrained").subplots() if axes is None else axes
+    axes = axes_or_new(axes, (5.2, 4.0))
     if not result.control:
         factor, unit = readable(float(result.achieved[0]), "N")
         axes.bar(
@@ -46,6 +48,7 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     axes.plot(x, result.wanted[order] * up, "o", color=_WANTED, markerfacecolor="none", label="prescribed")
     axes.set_xlabel(f"{result.control} ({along_unit})")
     axes.set_ylabel(f"{result.quantity} ({unit})")
+    axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.legend(frameon=False)
     return axes
 

@@ -16,6 +16,7 @@ from flatpunch.compliance.depth import interfaces
 from flatpunch.fields import Strength, fields
 from flatpunch.files.units import readable
 from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
+from flatpunch.plots.style import axes_or_new
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +71,7 @@ def plot_fields(
     >>> found = fp.fields(fp.HalfSpace(70e9, 0.3), fp.Sphere(1e-5), x, 0.0, z, depth=50e-9)
     >>> axes = fp.plot_fields(found)
     """
-    axes = Figure(figsize=(6.4, 4.0), layout="constrained").subplots() if axes is None else axes
+    axes = axes_or_new(axes, (6.4, 4.0))
     across, down, names = _plane(result)
     values, label, unit = _quantity(result, quantity, strengths)
     length = float(max(np.abs(across).max(), np.abs(down).max()))

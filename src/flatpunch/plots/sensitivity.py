@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
 from flatpunch.files.units import readable
+from flatpunch.plots.style import axes_or_new
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +47,7 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
     """
     if "depth_sensitivity" not in result:
         raise ValueError("result has no depth_sensitivity: that of a power-law half-space is not computed.")
-    axes = Figure(figsize=(5.2, 4.0), layout="constrained").subplots() if axes is None else axes
+    axes = axes_or_new(axes, (5.2, 4.0))
     if "step" in result["depth_sensitivity"].dims:
         _map(result, axes)
     else:
@@ -101,7 +101,7 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     # faces are there twice; the map takes both sides a little apart
     places = z[shown] + 1e-9 * np.abs(z[shown]).max() * np.arange(shown.sum())
     mesh = axes.pcolormesh(
-        depth * along, places * down, values[:, shown].T / down, shading="nearest", cmap="viridis", rasterized=True
+        depth * along, places * down, values[:, shown].T / down, shading="gouraud", cmap="viridis", rasterized=True
     )
     for face in _faces(z, result["layer"].values):
         axes.axhline(face * down, color="white", linewidth=0.9)

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch._support.prefixes import readable
 
 BLUE, ORANGE, GREEN = "#0b4f86", "#c8590a", "#1b7f5c"
@@ -122,6 +122,8 @@ def panels(style: Style, count: int, *, title: str = "") -> tuple[Figure, list[A
 def axes_or_new(axes: Axes | None, size: tuple[float, float] = (5.0, 4.0), **how: Any) -> Axes:
     """Axes as given, or those of a new figure: one of pyplot if the caller works with it, so that a notebook shows it."""
     if axes is not None:
+        if not hasattr(axes, "pcolormesh"):
+            raise TypeError(f"axes = {shown(axes)} must be axes of Matplotlib; leave them out for a new figure.")
         return axes
     pyplot = sys.modules.get("matplotlib.pyplot")
     drawn = (
