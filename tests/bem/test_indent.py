@@ -184,5 +184,5 @@ def test_a_contact_that_reaches_the_end_of_a_measured_tip_says_so(method):
     x = np.linspace(-1.0, 1.0, 81)
     tip = fp.HeightMap(x, x, 0.2 * x[None, :] ** 2 + 0.15 * x[:, None] ** 2)
     curve = fp.indent(fp.HalfSpace(1.0, 0.3), tip, depth=[0.1, 0.3], method=method)
-    assert "From a depth of 300 mm on: the contact reaches the end of the indenter's shape" in curve.attrs["notes"]
+    assert "At depths of 300 mm and more: the contact reaches the end of the indenter's shape" in curve.attrs["notes"]
     assert "reaches the end" not in fp.indent(fp.HalfSpace(1.0, 0.3), tip, depth=0.1, method=method).attrs["notes"]

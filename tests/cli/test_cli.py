@@ -78,7 +78,7 @@ def test_large_errors_have_a_note(case):
     case.write_text('method = "first-order"\n' + case.read_text(encoding="utf-8"), encoding="utf-8")
     done = run("solve", case)
     assert re.search(
-        r"Note: From a depth of [\d.]+ nm on: the\s+force is expected to be off by up to [\d.]+ %", done.output
+        r"Note: At depths of [\d.]+ nm and\s+more: the force is expected to be off by up to [\d.]+ %", done.output
     )
     assert re.search(r"outline is expected to be off by up to \d+ % of the mean radius", " ".join(done.output.split()))
 

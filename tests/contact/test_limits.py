@@ -21,7 +21,7 @@ def test_a_tip_cannot_go_through_a_layer_on_a_rigid_base(tip):
         next(note for note in curve.attrs["notes"].splitlines() if words in note)
         for words in ("pressed through", "more than a third")
     )
-    assert through.startswith("From a depth of 100 nm on: ")
+    assert through.startswith("At depths of 100 nm and more: ")
     # up to the depth from which on the other note holds
     assert compressed.startswith("Between depths of 40 nm and 90 nm: ")
     assert "more than a third" not in fp.indent(LAYER, tip, depth=0.3 * H, method="second-order").attrs["notes"]

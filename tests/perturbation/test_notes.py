@@ -20,7 +20,7 @@ def test_mild_tips_have_no_notes() -> None:
     assert _notes(INCOMPRESSIBLE, fp.EllipticParaboloid(0.5, 1.0), depth=0.03) == ""
     # of a sharp tip the force is well known, and the outline less so
     assert _notes(INCOMPRESSIBLE, fp.Pyramid(4, 0.3), depth=0.3) == (
-        "From a depth of 300 mm on: the outline is expected to be off by up to 31 % of the mean radius."
+        "At depths of 300 mm and more: the outline is expected to be off by up to 31 % of the mean radius."
     )
 
 

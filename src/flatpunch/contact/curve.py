@@ -128,4 +128,4 @@ def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
     first, last = depth[bad & known].min(), depth[bad & known].max()
     if (~bad & known & (depth > last)).any():
         return (f"Between depths of {text(float(first), 'm')} and {text(float(last), 'm')}: {sentence}",)
-    return (f"From a depth of {text(float(first), 'm')} on: {sentence}",)
+    return (f"At depths of {text(float(first), 'm')} and more: {sentence}",)
