@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.special import beta as beta_function
 
 from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import Body
+from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
@@ -112,7 +112,7 @@ class FlatPunch:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho of (P21) for real n > 0 [-]."""
         exponent = positive("exponent", exponent)
         if self.alpha != -0.5:
-            weight = (1 + self.alpha) * beta_function(exponent / 2 + 1, 1 + self.alpha)
+            weight = (1 + self.alpha) * beta(exponent / 2 + 1, 1 + self.alpha)
             return float((exponent + 1) * np.pi * weight * self.coefficients[0])
         b = power_moments(exponent, 0, self.coefficients.size)
         return float((exponent + 1) * np.pi * b @ self.coefficients)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
@@ -129,7 +129,7 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     far, far_weight = composite_gauss(edges)
     inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
     far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
-    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
+    whole = np.where(near.x > start, scipy.special.erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
     inside = near.x > start
     beyond = np.concatenate([near.x[inside], far])
