@@ -35,6 +35,17 @@ class Parameter:
         Of the scale "upper": relative distance from the upper end below which nothing changes any more.
     unit : str
         "1" for what has none.
+
+    See Also
+    --------
+    flatpunch.atlas.Family : Takes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> ratio = atlas.Parameter("ratio", "E1/E2", 0.3, 3.0, "log")
+    >>> print(ratio.low, ratio.high)
+    0.3 3.0
     """
 
     name: str

@@ -56,6 +56,17 @@ class Solution:
         Series over ln beta.
     error : float
         Bound of the relative error of Kbar and the moments.
+
+    See Also
+    --------
+    flatpunch.atlas.Table.at : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> punch = atlas.table("bonded-layer").at(poisson=0.5)
+    >>> print(f"{float(punch.normalized_stiffness(1.0)):.5f}")
+    3.61874
     """
 
     family: str

@@ -60,6 +60,18 @@ class Table:
         Largest relative error of Kbar, kappa_1 and kappa_2 against direct solutions at random points.
     attributes : mapping
         What else the file says: provenance, licence, conventions.
+
+    See Also
+    --------
+    flatpunch.atlas.table : A shipped one.
+    flatpunch.atlas.build : One of your own.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> layer = atlas.table("bonded-layer")
+    >>> print(layer.title, [p.name for p in layer.parameters])
+    Homogeneous layer bonded to a rigid base ['poisson']
     """
 
     name: str

@@ -39,6 +39,17 @@ class Verification:
         Name -> values, shape (n,).
     errors : mapping
         "Kbar", "kappa_1", "kappa_2" and "edge" (the edge coefficient) -> relative errors, shape (n,).
+
+    See Also
+    --------
+    flatpunch.atlas.verify : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> found = atlas.verify(atlas.table("sliding-layer"), atlas.FAMILIES["sliding-layer"], points=4, workers=1)
+    >>> print(sorted(found.largest))
+    ['Kbar', 'edge', 'kappa_1', 'kappa_2']
     """
 
     beta: Array
@@ -88,6 +99,20 @@ def verify(
     Returns
     -------
     Verification
+
+    See Also
+    --------
+    flatpunch.atlas.verified : The table with this bound.
+    flatpunch.atlas.build : Makes the table.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from dataclasses import replace
+    >>> family = replace(atlas.FAMILIES["sliding-layer"], beta=(0.5, 1.0), tolerance=1e-6)
+    >>> found = atlas.verify(atlas.build(family, workers=1), family, points=4, workers=1)
+    >>> print(found.largest["Kbar"] < 1e-5)
+    True
     """
     rng = np.random.default_rng(seed)
     low, high = np.log(table.beta_range)
@@ -122,7 +147,23 @@ def verify(
 
 
 def verified(table: Table, verification: Verification) -> Table:
-    """Table that carries its measured bound."""
+    """Table that carries its measured bound.
+
+    See Also
+    --------
+    flatpunch.atlas.verify : Measures the bound.
+    flatpunch.atlas.write_table : Keep it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from dataclasses import replace
+    >>> family = replace(atlas.FAMILIES["sliding-layer"], beta=(0.5, 1.0), tolerance=1e-6)
+    >>> table = atlas.build(family, workers=1)
+    >>> table = atlas.verified(table, atlas.verify(table, family, points=4, workers=1))
+    >>> print(table.bound < 1e-5)
+    True
+    """
     return with_bound(table, verification.bound, verification.beta.size, verification.largest)
 
 

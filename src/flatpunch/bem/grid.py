@@ -41,6 +41,18 @@ class Grid:
     mirrored : (bool, bool)
         Whether the arrays hold the cells at positive x (y) only, all else being mirror images. Such a grid is centred at zero
         along that axis, and nx (ny) counts the cells it holds.
+
+    See Also
+    --------
+    flatpunch.bem.solve : Takes it.
+    flatpunch.bem.required_bytes : The memory that it needs.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> grid = bem.Grid(nx=128, ny=64, spacing=10e-9)
+    >>> print(grid.x.shape, grid.y.shape)
+    (128,) (64,)
     """
 
     nx: int

@@ -50,6 +50,18 @@ class Solution:
         Forces on cells twice and four times as wide at the same depth [N]; NaN where these were not solved.
     notes : tuple of str
         What a user should know about this solution.
+
+    See Also
+    --------
+    flatpunch.bem.solve, flatpunch.bem.solve_punch : Make it.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> kernel = fp.compliance(fp.HalfSpace(young=1e6, poisson=0.3))
+    >>> (contact,) = bem.solve(kernel, fp.Paraboloid(radius=1e-3), depths=1e-5, grid=64)
+    >>> print(contact.converged, contact.pressure.shape == contact.contact.shape)
+    True True
     """
 
     grid: Grid

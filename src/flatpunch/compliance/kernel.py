@@ -57,6 +57,17 @@ class Kernel:
         Under a graded surface layer: L - 1 as series, with derivatives, precise at all wavenumbers.
     solution : PunchSolution or None
         Flat punches that need not be computed, over the radii that it covers.
+
+    See Also
+    --------
+    flatpunch.compliance : Makes it.
+    flatpunch.bem.solve : Takes it.
+
+    Examples
+    --------
+    >>> kernel = fp.compliance(fp.HalfSpace(young=5e3, poisson=0.5))
+    >>> print(f"C = {kernel(np.array([1e6]))[0]:.2e} m/Pa, that is 2/(E* k)")
+    C = 3.00e-10 m/Pa, that is 2/(E* k)
     """
 
     modulus: float
@@ -125,6 +136,20 @@ def compliance(medium: Body) -> Kernel:
     -------
     Kernel
         Callable: C(k) [m/Pa] at wavenumbers k [1/m].
+
+    See Also
+    --------
+    flat_punch : The first contact made from it.
+    compliance.Kernel : What it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> kernel = fp.compliance(gel)
+    >>> half_space = fp.compliance(fp.HalfSpace(young=5e3, poisson=0.5))
+    >>> k = np.array([1e5, 1e6, 1e7])
+    >>> print((kernel(k) / half_space(k)).round(3))  # short waves do not reach the base
+    [0.005 0.641 1.   ]
     """
     if isinstance(medium, TabulatedMedium):
         return _tabulated(medium)

@@ -40,6 +40,19 @@ class Choice:
         Whether a curve takes milliseconds, and no boundary element solutions.
     curve : Curve, optional
         The solution, where the choice took one.
+
+    See Also
+    --------
+    flatpunch.contact.default_choice : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.contact import default_choice
+    >>> film = fp.Layer(young=200e9, poisson=0.2, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.2))
+    >>> choice = default_choice(fp.Berkovich(), film, depth=300e-9)
+    >>> print(choice.method.name, choice.quick)
+    refined False
     """
 
     method: Method

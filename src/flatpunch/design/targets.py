@@ -47,6 +47,12 @@ class Target:
     ValueError, TypeError
         On bad input.
 
+    See Also
+    --------
+    Limit : What must be kept.
+    LargestLoad : The largest force instead.
+    design : Takes it.
+
     Examples
     --------
     >>> import flatpunch as fp
@@ -88,6 +94,17 @@ class Limit:
     ------
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    Target : What is wanted.
+    design : Takes it.
+
+    Examples
+    --------
+    >>> limit = fp.Limit("radius", maximum=2e-6, force=1e-3)
+    >>> print(limit.quantity, limit.maximum)
+    radius 2e-06
     """
 
     quantity: Quantity
@@ -135,6 +152,18 @@ class LargestLoad:
         Coefficient of friction of a contact that slides along x.
     residual_stress : sequence of float, optional
         Biaxial stress of each layer (and the base) [Pa].
+
+    See Also
+    --------
+    Target : Prescribed values instead.
+    critical_load : The load of one case.
+    Strength : What a layer bears.
+
+    Examples
+    --------
+    >>> wanted = fp.LargestLoad([fp.Strength(yield_stress=5e9), fp.Strength(yield_stress=1e9)], friction=0.1)
+    >>> print(wanted.friction)
+    0.1
     """
 
     strengths: Strength | Sequence[Strength | None]

@@ -57,6 +57,18 @@ class Case:
         What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
+
+    See Also
+    --------
+    flatpunch.read_case : Makes it.
+    flatpunch.indent : Solves it.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.control, case.values.size)
+    depth 60
     """
 
     title: str
@@ -210,6 +222,19 @@ def read_case(path: str | Path) -> Case:
     ------
     CaseError
         If the file is unreadable or describes no case. All problems found are listed, one a line.
+
+    See Also
+    --------
+    indent : Solves it.
+    sweep : Over ranges of its values.
+    files.describe : In words.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.title)
+    Sphere on articular cartilage, stiffer with depth, on bone
     """
     path, text = Path(path), case_text(path)
     return replace(case_from(parsed(text, path), path), source=(path, text))

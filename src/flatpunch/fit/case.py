@@ -72,6 +72,18 @@ class FitCase:
         Curves of a joint fit, from [[curves]]: "path", "indenter", "values" and "reading" of each.
     own : tuple of str
         Free parameters that each of these curves has for itself.
+
+    See Also
+    --------
+    flatpunch.fit.read_fit_case : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(case.title)
+    Thin gel under a bead
     """
 
     title: str
@@ -166,6 +178,19 @@ def read_fit_case(path: str | Path) -> FitCase:
     ------
     CaseError
         If the file is unreadable or describes no fit; all problems found are listed.
+
+    See Also
+    --------
+    flatpunch.fit : Takes what it holds.
+    flatpunch.read_case : A case to be solved.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(sorted(case.free))
+    ['layers[0].young']
     """
     path = Path(path)
     return fit_case_from(parsed(case_text(path), path), path)

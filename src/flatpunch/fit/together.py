@@ -49,6 +49,18 @@ class Measured:
         Its tip; that of the fit if left out.
     values : mapping of str to float
         Known parameters that differ at its place [SI], {"layers[0].thickness": 2e-6}; starting values of free ones.
+
+    See Also
+    --------
+    fit_together : Takes them.
+
+    Examples
+    --------
+    >>> depth = np.linspace(-100e-9, 200e-9, 61)
+    >>> curve = fp.Curve(depth=depth, force=0.3 * np.maximum(depth, 0.0) ** 1.5)
+    >>> place = fp.Measured(curve, indenter=fp.Sphere(radius=5e-6), values={"layers[0].thickness": 700e-9})
+    >>> print(sorted(place.values))
+    ['layers[0].thickness']
     """
 
     curve: Curve
@@ -99,6 +111,12 @@ def fit_together(
         If a curve cannot be evaluated.
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    Measured : A curve with its own tip or values.
+    fit : One curve.
+    fit.JointResult : What it returns.
 
     Examples
     --------

@@ -30,6 +30,20 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    See Also
+    --------
+    design : Makes the result.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=2e9, poisson=0.4, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.22))
+    >>> wanted = fp.Target("stiffness", 50e3, force=2e-3)
+    >>> found = fp.design(film, fp.Sphere(radius=20e-6), vary={"layers[0].young": (1e9, 9e9)}, objective=wanted)
+    >>> axes = fp.plot_design(found)
+    >>> print(axes.get_ylabel())
+    stiffness (kN/m)
     """
     axes = axes_or_new(axes, (5.2, 4.0))
     if not result.control:

@@ -39,6 +39,11 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
     ValueError
         If the result has no depth sensitivity.
 
+    See Also
+    --------
+    sensitivity : The numbers.
+    plot_curve : The curve that they belong to.
+
     Examples
     --------
     >>> import flatpunch as fp

@@ -46,6 +46,17 @@ class FlatPunch:
     alpha : float
         Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is
         p_0 = 2 (1 + alpha)(1 - rho^2)^alpha.
+
+    See Also
+    --------
+    flatpunch.flat_punch : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> punch = fp.flat_punch(gel, radius=1e-6)
+    >>> print(f"{punch.stiffness:.4f} N/m, {punch.normalized_stiffness / 2:.2f} times that on a half-space of gel")
+    0.0258 N/m, 0.97 times that on a half-space of gel
     """
 
     radius: float
@@ -144,6 +155,12 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     ------
     ValueError
         If the radius is not positive, or so large that the thinnest layer cannot be resolved.
+
+    See Also
+    --------
+    compliance : The kernel behind it.
+    Cylinder : The same punch as an indenter.
+    atlas.table : Tabulated punches.
 
     Examples
     --------

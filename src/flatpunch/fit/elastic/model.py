@@ -62,6 +62,19 @@ class ForwardModel(FreeParameters):
         Names such as "layers[0].young", "base.poisson", "indenter.radius".
     method : str or method
         Contact method, or "auto".
+
+    See Also
+    --------
+    flatpunch.fit : Uses it.
+    flatpunch.indent : The same contact, with all it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import ForwardModel
+    >>> model = ForwardModel(gel, fp.Sphere(radius=5e-6), ("layers[0].young",))
+    >>> print((model.force(np.array([100e-9, 200e-9])) * 1e9).round(3))
+    [1.04  3.789]
     """
 
     medium: Any

@@ -113,6 +113,17 @@ class Correction:
     over : str
     notes : tuple of str
         Limits of the contact theory at this depth.
+
+    See Also
+    --------
+    flatpunch.correct : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> found = fp.correct(8e3, gel, fp.Sphere(radius=5e-6), depth=500e-9)
+    >>> print(f"{found.young / 1e3:.2f} kPa, {found.factor:.2f} times too high as reported")
+    2.63 kPa, 3.04 times too high as reported
     """
 
     young: float
@@ -181,6 +192,11 @@ def correct(
     ------
     ValueError
         On bad input, or if no modulus of the layer gives the reported value (the base alone is softer or stiffer).
+
+    See Also
+    --------
+    fit : From the curve itself.
+    fit.Correction : What it returns.
 
     Examples
     --------

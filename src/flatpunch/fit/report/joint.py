@@ -39,6 +39,22 @@ class JointResult:
         For each curve, the fall of its sum of squares over its noise when it is fitted alone, and its number of parameters.
     notes : tuple of str
         What to know before using the numbers.
+
+    See Also
+    --------
+    flatpunch.fit_together : Makes it.
+    flatpunch.fit.FitResult : The part of one curve.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> again = fp.Curve(depth=curve.depth, force=curve.force + 2e-12, name="again")
+    >>> result = fp.fit_together([curve, again], gel, fp.Sphere(radius=5e-6), free=["layers[0].young"])
+    >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa from {len(result.results)} curves")
+    5.00 kPa from 2 curves
     """
 
     objective: Any
