@@ -94,7 +94,7 @@ integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography,
 	$(OTHER)/integrations/bin/python -m pytest -q -n 0 tests/fit/test_nanite_model.py tests/indenters/test_height_maps.py
 
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
-	$(BIN)/python docs/examples/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
+	$(BIN)/python docs/examples/papers/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 
 screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium

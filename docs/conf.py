@@ -5,10 +5,16 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from dataclasses import fields
+from importlib import import_module
 from typing import Any
 
+from docutils import nodes
+from docutils.statemachine import StringList
+from numpydoc.docscrape import FunctionDoc
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
+from sphinx.util.docutils import SphinxDirective
 
 # small matrices: a second thread costs more than it brings
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -77,6 +83,26 @@ math_eqref_format = "({number})"
 mathjax3_config = {"chtml": {"scale": 0.9}}
 
 
+class SettingsTable(SphinxDirective):
+    """`settings` with the name of a class: its fields with default and meaning, from the class itself."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Rows from the fields of the dataclass and the parameters of its docstring."""
+        part, _, name = self.arguments[0].rpartition(".")
+        described = getattr(import_module(part), name)
+        defaults = {one.name: one.default for one in fields(described)}
+        rows = [".. list-table::", "   :header-rows: 1", "   :widths: 15 15 70", "", "   * - setting", "     - default"]
+        rows.append("     - meaning")
+        for setting in FunctionDoc(described)["Parameters"]:
+            for word in setting.name.split(", "):
+                rows += [f"   * - ``{word}``", f"     - ``{defaults[word]!r}``", f"     - {' '.join(setting.desc)}"]
+        box = nodes.container()
+        self.state.nested_parse(StringList(rows, source=self.arguments[0]), 0, box)
+        return box.children
+
+
 class TheoryMath(MathDomain):
     """Equations keep the number that they are written with, (T3.2), so that the code can cite them."""
 
@@ -98,6 +124,7 @@ def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
 
 def setup(app: Sphinx) -> None:
     """Equations and their numbers."""
+    app.add_directive("settings", SettingsTable)
     app.connect("source-read", link_equations)
     app.add_domain(TheoryMath, override=True)
     # matplotlib cannot show figures here, and need not

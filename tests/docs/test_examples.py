@@ -15,15 +15,13 @@ import flatpunch as fp
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
 MAPPINGS = {"atlas.FAMILIES"}  # its help is that of any dictionary; `Family` and `families` have the examples
-NAMES = [
-    name
-    for name in re.findall(r"^   ([\w.]+)$", REFERENCE, re.MULTILINE)
-    if not name.startswith("reference.") and name not in MAPPINGS
-]
+NAMES = [name for name in re.findall(r"^   ([\w.]+)$", REFERENCE, re.MULTILINE) if name not in MAPPINGS]
 
 
 def found(name):
-    """A public object by its name in the API reference, "indent" or "fit.FitResult"."""
+    """A public object by its name in the API reference: "indent", "fit.FitResult", the module "reference.layers"."""
+    if name.startswith("reference."):
+        return import_module(f"flatpunch.{name}")
     part, _, rest = name.rpartition(".")
     return getattr(import_module(f"flatpunch.{part}") if part else fp, rest)
 
