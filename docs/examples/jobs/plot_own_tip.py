@@ -3,7 +3,8 @@ A tip that was measured
 =======================
 
 A worn four-sided tip as a height map, as a scan over sharp spikes or an electron microscope gives it: blunt, slightly
-tilted, with noise below a nanometre. ``fp.HeightMap`` finds the apex; ``fp.read_height_map`` reads the same from the file of a microscope.
+tilted, with noise below a nanometre. ``fp.HeightMap`` finds the apex; ``fp.read_height_map`` reads the same from the file of
+a microscope.
 """
 
 import matplotlib.pyplot as plt

@@ -15,8 +15,8 @@ flatpunch.reference.half_space : The homogeneous one.
 Examples
 --------
 >>> from flatpunch.reference.power_law import booker_constant
->>> print(f"{booker_constant(1.0, 0.5):.4f}")  # pi/2 of the Gibson soil
-inf
+>>> print(f"{booker_constant(0.5, 0.3):.4f}")
+1.1414
 """
 
 from __future__ import annotations
