@@ -125,6 +125,7 @@ def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName
         bottom = figure.add_subplot(grid[1, 0], sharex=top)
         _residuals(result, bottom)
         top.set_xlabel("")
+        top.tick_params(labelbottom=False)
         if wanted and pair is not None:
             _ridge(result, *pair, figure.add_subplot(grid[:, 1] if beside else grid[2, 0]))
     return figure

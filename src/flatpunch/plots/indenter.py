@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
@@ -148,10 +149,10 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
     axes.set_ylabel(f"$y$ ({unit})", labelpad=-4)
     axes.zaxis.set_rotate_label(False)
     axes.set_zlabel(f"$f$ ({height_unit})", labelpad=-3, rotation=90)
-    axes.tick_params(pad=-2, labelsize=7)
-    axes.locator_params(nbins=4)
+    axes.tick_params(pad=-2, labelsize=min(rcParams["font.size"] - 1, 7))
+    axes.locator_params(nbins=3)
     widest = float(limit.max())
-    axes.set_box_aspect((1, 1, float(np.clip(top / (2 * widest), 0.35, 1.0))), zoom=0.92)
+    axes.set_box_aspect((1, 1, float(np.clip(top / (2 * widest), 0.35, 1.0))), zoom=0.8)
     axes.set_xlim(-widest * scale, widest * scale)
     axes.set_ylim(-widest * scale, widest * scale)
     # seen from slightly below, as the body that is pressed sees it
