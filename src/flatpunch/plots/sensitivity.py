@@ -96,10 +96,10 @@ def _profile(result: xr.Dataset, axes: Axes) -> None:
 
 
 def _between(z: Array, values: Array) -> tuple[Array, Array]:
-    """Shape-preserving curve through the values in one layer, at ten times as many depths."""
+    """Shape-preserving curve through the values in one layer, at nine more depths in each interval."""
     if z.size < 3 or (np.diff(z) <= 0).any():
         return z, values
-    fine = np.interp(np.linspace(0, z.size - 1, 10 * z.size), np.arange(z.size), z)
+    fine = np.interp(np.linspace(0, z.size - 1, 10 * (z.size - 1) + 1), np.arange(z.size), z)
     return fine, np.asarray(scipy.interpolate.PchipInterpolator(z, values)(fine))
 
 
