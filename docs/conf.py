@@ -7,11 +7,13 @@ import re
 import warnings
 from dataclasses import fields
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from docutils.statemachine import StringList
 from numpydoc.docscrape import FunctionDoc
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
 from sphinx.util.docutils import SphinxDirective
@@ -53,6 +55,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "gallery_dirs": "gallery",
     "filename_pattern": "plot_",
+    "thumbnail_size": (600, 420),
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
@@ -116,6 +119,17 @@ class TheoryMath(MathDomain):
         return labelid if labelid in self.equations else None
 
 
+def crop_thumbnails(app: Sphinx) -> None:
+    """Show the first panel of wide pictures in the gallery; the whole would be too small to show anything."""
+    width, height = sphinx_gallery_conf["thumbnail_size"]
+    for thumbnail in Path(app.srcdir, "gallery").glob("*/images/thumb/sphx_glr_*_thumb.png"):
+        picture = thumbnail.parents[1] / thumbnail.name.replace("_thumb", "_001")
+        with Image.open(picture) as image:
+            across = round(image.height * width / height)
+            if image.width > 1.15 * across:
+                image.convert("RGB").crop((0, 0, across, image.height)).resize((width, height)).save(thumbnail)
+
+
 def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
     """Turn each mention of an equation, (T3.2), into a link."""
     if not docname.startswith("generated/"):
@@ -126,6 +140,7 @@ def setup(app: Sphinx) -> None:
     """Equations and their numbers."""
     app.add_directive("settings", SettingsTable)
     app.connect("source-read", link_equations)
+    app.connect("builder-inited", crop_thumbnails, priority=900)  # after the gallery is made
     app.add_domain(TheoryMath, override=True)
     # matplotlib cannot show figures here, and need not
     warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")

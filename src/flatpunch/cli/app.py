@@ -43,9 +43,6 @@ app = typer.Typer(
     "for you to change.",
 )
 
-_NOBODY_READS = 141
-"""Status of a process whose output nobody reads, as the shell gives it."""
-
 
 def _version(asked: bool) -> None:
     if asked:
@@ -240,7 +237,7 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         # whoever read the output has had enough, as `head` has
-        sys.exit(_NOBODY_READS)
+        sys.exit(141)  # as a shell reports a process whose output nobody reads
     if failed is not None:
         typer.echo(f"Error: {failed}", err=True)
         status = 2

@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
 _LETTERS = 46
 """Letters in a line of a title; more do not fit above a panel of one column."""
-_JOINT = (2.30, 5.99, 11.83)
-"""Growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters."""
 
 
 def plot_fit(
@@ -242,11 +240,13 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     found = result.ridge(first, second)
     scales = [scale_of(found[name].values, unit_of(label)) for name, label in (("first", first), ("second", second))]
     x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
+    # growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters
+    levels = [0, 2.30, 5.99, 11.83]
     axes.contourf(
         np.broadcast_to(x[:, None], y.shape),
         y,
         found["growth"].values,
-        levels=[0, *_JOINT],
+        levels=levels,
         colors=["#0b4f86", "#6f95b8", "#c4d5e4"],
     )
     axes.plot(x, found["line"].values * scales[1][0], color=ORANGE, label="best for each value")

@@ -20,12 +20,7 @@ from flatpunch.files.units import readable
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
 
-_POINTS = 181
-"""Points along either side of the surface of a tip."""
-
 _SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", BLUE, ORANGE
-_LEVELS = 12
-"""Level lines on a tip at most, about."""
 
 
 def plot_tip(
@@ -128,7 +123,7 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
         Half the width [m].
     """
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, _POINTS), split_angles(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, 181), split_angles(indenter)]))
     limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
     share = np.linspace(0, 1, 72)
     r = share[:, None] * limit
@@ -247,7 +242,8 @@ def _name(indenter: Any) -> str:
 
 def _levels(top: float, rise: float) -> Array:
     """Heights of level lines [m] from zero up to `top`, a round number apart in the printed unit."""
-    step = float(np.diff(MaxNLocator(_LEVELS, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
+    most = 12  # lines, about
+    step = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
     return np.asarray(step * np.arange(int(top / step * (1 + 1e-9)) + 1))
 
 
