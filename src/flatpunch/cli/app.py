@@ -37,7 +37,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     help="Press rigid indenters into layered and graded elastic bodies.\n\n"
-    "A case file (TOML) describes the layers from the surface down, what lies below them, the indenter, and the depths, "
+    "A case file (TOML) describes the layers from the surface down, what is below them, the indenter, and the depths, "
     'forces or radii to solve for. All quantities carry units: [bold]young = "5 kPa"[/bold].\n\n'
     "Start with [bold]flatpunch demo[/bold]: it solves the cases that come with the package and leaves their files behind "
     "for you to change.",
@@ -95,7 +95,7 @@ def _refuse_fits(case: Path, command: str | None) -> None:
 
 @app.command(epilog=examples("check"))
 def check(case: CaseFile) -> None:
-    """Read a case file and say what would be solved or fitted: method, expected error, time and memory.
+    """Read a case file and report what would be solved or fitted: method, expected error, time and memory.
 
     Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
     write instead.

@@ -302,7 +302,7 @@ def _coefficients(table: Any, inputs: dict[str, Any], terms: int) -> Any:
 
 
 def _families(names: list[str]) -> list[tuple[Family, dict[str, str]]]:
-    """Families by name or file, each with what its table is to say about where it comes from."""
+    """Families by name or file, each with the provenance that its table records."""
     from flatpunch.atlas import FAMILIES
     from flatpunch.cli.atlas_family import read_family
 
@@ -365,7 +365,7 @@ def _verify(name: str, points: int, seed: int, workers: int | None, scheduler: s
     text = table.attributes.get("family_file")
     if text is None and table.name not in atlas.FAMILIES:
         raise ValueError(
-            f"{name} does not say how its media are made, so that it cannot be compared with direct solutions."
+            f"{name} does not record how its media are made, so that it cannot be compared with direct solutions."
         )
     family = atlas.FAMILIES[table.name] if text is None else family_from(str(text), Path(name))
     with listening(_counting(step, "{} of {} points")):

@@ -102,7 +102,7 @@ class FileMedium:
     tables : str
         The tables of the medium, as JSON.
     paths : tuple of (name, path, unit)
-        Where each parameter stands.
+        Path of each parameter.
     folder : Path
         Where files named in the tables are looked for.
     """

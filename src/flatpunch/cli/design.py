@@ -46,7 +46,7 @@ def _run(case: Case, csv: Path | None, plot: Path | None, style: str) -> None:
 
     asked = case.design
     if asked is None:
-        raise ValueError("the case has no table [design], which says what to vary and what is prescribed.")
+        raise ValueError("the case has no table [design]; it names what to vary and what is prescribed.")
     written: list[Path] = []
     steps = asked.starts + sum(path is not None for path in (csv, plot))
     with progress(case.title or "Design", steps) as step:

@@ -101,8 +101,8 @@ def add_commands(app: typer.Typer) -> None:
     ) -> None:
         """From a reported half-space modulus to the true modulus of the layer.
 
-        The case file describes layers, base and indenter; the modulus of its top layer does not matter. Beside the answer stand
-        those of published corrections.
+        The case file describes layers, base and indenter; the modulus of its top layer does not matter. Published corrections are
+        listed beside the result.
         """
         with friendly():
             _correct(case, reported, depth, model, poisson, over)
@@ -234,7 +234,7 @@ def _fit_folder(
                 rows.extend(done)
                 step(f"{len(rows)} of {len(items)}", len(done))
     except KeyboardInterrupt:
-        # what has been fitted was work; the table says how much of it there is
+        # fits that are finished are kept in the table
         if output is not None and rows:
             Batch(tuple(rows)).save(output)
             say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")

@@ -1,6 +1,6 @@
-"""Picture of a body: Young's modulus over depth, with the layers, what lies below them, and how far a contact reaches.
+"""Picture of a body: Young's modulus over depth, with the layers, what is below them, and how far a contact reaches.
 
-Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bodies the upper one lies above zero.
+Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bodies the upper one is above zero.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Profile:
     pieces : tuple of (ndarray, ndarray)
         Depths z [m] from the contact surface and moduli [Pa] of each layer, then of an elastic base.
     faces : tuple of (float, bool)
-        Depth of each layer's lower face [m], and whether it sticks to what lies below.
+        Depth of each layer's lower face [m], and whether it sticks to what is below.
     end : float
         Depth down to which the profile goes [m].
     rigid : bool
@@ -84,7 +84,7 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     Parameters
     ----------
     medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
-        The body, or two of them: the upper one then lies above zero.
+        The body, or two of them: the upper one is then above zero.
     axes : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
     contact_radius : float
