@@ -82,6 +82,7 @@ html_theme_options = {
 }
 html_sidebars: dict[str, list[str]] = {name: [] for name in ("index", "tutorial", "developer", "changelog", "cite")}
 html_show_sourcelink = False
+toc_object_entries_show_parents = "hide"
 math_eqref_format = "({number})"
 mathjax3_config = {"chtml": {"scale": 0.9}}
 
@@ -96,11 +97,10 @@ class SettingsTable(SphinxDirective):
         part, _, name = self.arguments[0].rpartition(".")
         described = getattr(import_module(part), name)
         defaults = {one.name: one.default for one in fields(described)}
-        rows = [".. list-table::", "   :header-rows: 1", "   :widths: 15 15 70", "", "   * - setting", "     - default"]
-        rows.append("     - meaning")
+        rows = ["| setting | default | meaning |", "|---|---|---|"]
         for setting in FunctionDoc(described)["Parameters"]:
-            for word in setting.name.split(", "):
-                rows += [f"   * - ``{word}``", f"     - ``{defaults[word]!r}``", f"     - {' '.join(setting.desc)}"]
+            meaning = " ".join(setting.desc)
+            rows += [f"| `{word}` | `{defaults[word]!r}` | {meaning} |" for word in setting.name.split(", ")]
         box = nodes.container()
         self.state.nested_parse(StringList(rows, source=self.arguments[0]), 0, box)
         return box.children
@@ -121,13 +121,16 @@ class TheoryMath(MathDomain):
 
 def crop_thumbnails(app: Sphinx) -> None:
     """Show the first panel of wide pictures in the gallery; the whole would be too small to show anything."""
-    width, height = sphinx_gallery_conf["thumbnail_size"]
+    size = width, height = sphinx_gallery_conf["thumbnail_size"]
     for thumbnail in Path(app.srcdir, "gallery").glob("*/images/thumb/sphx_glr_*_thumb.png"):
-        picture = thumbnail.parents[1] / thumbnail.name.replace("_thumb", "_001")
-        with Image.open(picture) as image:
-            across = round(image.height * width / height)
-            if image.width > 1.15 * across:
-                image.convert("RGB").crop((0, 0, across, image.height)).resize((width, height)).save(thumbnail)
+        with Image.open(thumbnail.parents[1] / thumbnail.name.replace("_thumb", "_001")) as image:
+            if image.width > 1.7 * image.height:
+                # panels are about a tenth wider than high
+                panel = image.convert("RGB").crop((0, 0, round(1.1 * image.height), image.height))
+                panel = panel.resize((round(1.1 * height), height))
+                card = Image.new("RGB", size, "white")
+                card.paste(panel, ((width - panel.width) // 2, 0))
+                card.save(thumbnail)
 
 
 def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
