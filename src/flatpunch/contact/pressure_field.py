@@ -14,9 +14,6 @@ from flatpunch.indenters.profile import Indenter
 _QUADRATURE, _KINKED = 1e-6, 1e-4
 """Relative error of exact pressures from their quadrature, and the same under profiles with kinks or on graded surfaces."""
 
-_NOTABLE = 0.02
-"""Median error over the mean pressure above which a superposed pressure is returned with a warning."""
-
 
 @dataclass(frozen=True, slots=True)
 class PressureField:
@@ -38,7 +35,8 @@ def superposed(field: Array, cells: PressureField) -> PressureField:
     touched = cells.pressure > 0
     if touched.any():
         share = difference[touched] / cells.pressure[touched].mean()
-        if np.median(share) > _NOTABLE:
+        # median error over the mean pressure above which a superposed pressure is returned with a warning
+        if np.median(share) > 0.02:
             warn(
                 "First-order pressures under a tip that is not round are those of stretched flat punches: at these points they "
                 f"differ from boundary elements by {np.median(share):.0%} of the mean pressure (median; 95 % of the points by "

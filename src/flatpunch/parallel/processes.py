@@ -22,9 +22,6 @@ from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
-_RETIRED = 5000
-"""Points after which a worker makes room for a new one: whatever it has gathered goes with it."""
-
 fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
 
 
@@ -67,7 +64,8 @@ def in_processes(
                     waiting.learn(outcomes)
                     yield done
                     worker.solved += len(done)
-                    if worker.solved >= _RETIRED:
+                    # after so many points a new worker takes its place, which frees what it has gathered
+                    if worker.solved >= 5000:
                         worker.end()
                         team[worker.name] = worker = _Worker(worker.name, function, with_main)
                 worker.give(waiting.take(worker.name))

@@ -56,9 +56,6 @@ SINGLE_FLOOR = 1e-5
 THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
 
-_MANY = 400**2
-"""Numbers in the transformed rows from which on threads take whole blocks of columns each."""
-
 
 @dataclass(frozen=True, slots=True)
 class Operator:
@@ -162,7 +159,8 @@ class Operator:
 
         Then also what is not a transform has several threads.
         """
-        if self.threads > 1 and size > _MANY:
+        # above so many numbers in the transformed rows, each thread takes whole blocks of columns
+        if self.threads > 1 and size > 400**2:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:

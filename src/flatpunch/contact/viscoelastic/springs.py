@@ -29,12 +29,6 @@ from flatpunch.contact.viscoelastic.lumps import Lumps
 from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries
 
-_TURNS = 100
-"""Newton steps and halvings for the time at which a spring is met or left."""
-
-_FIRST = 1e-9
-"""Depth that counts as the first touch, over that of the first spring."""
-
 _TIME_TOLERANCE = 1e-11
 """Error of that time over the step."""
 
@@ -137,7 +131,8 @@ class Springs:
         self.touch = self.deepest * np.linspace(0, 1, self.count + 1) ** 2
         force, stiffness = self.elastic.force(self.touch), self.elastic.stiffness(self.touch)
         # flat ends are stiff from the first touch on
-        stiffness[0] = self.elastic.stiffness(_FIRST * self.touch[1:2])[0]
+        # depth that counts as the first touch, over that of the first spring
+        stiffness[0] = self.elastic.stiffness(1e-9 * self.touch[1:2])[0]
         self.fine = Lumps(self.touch, force, stiffness)
         self.rough = Lumps(self.touch[::2], force[::2], stiffness[::2])
         self.recovery = recovery(self.series)
@@ -355,7 +350,8 @@ def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
     f_old, f_new = function(old), function(new)
     third, f_third = old, f_old
     share = np.full_like(high, 0.5)
-    for _ in range(_TURNS):
+    # Newton steps and halvings for the time at which a spring is met or left
+    for _ in range(100):
         x = new + share * (old - new)
         value = function(x)
         same: Flags = (value > 0) == (f_new > 0)
