@@ -24,6 +24,9 @@ from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packe
 
 fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
 
+RETIRED = 5000
+"""Points after which a new worker takes the place of one, which frees what it has gathered; half as many start workers often."""
+
 
 def in_processes(
     function: Function, items: Sequence[Item], workers: int, tries: int
@@ -64,8 +67,7 @@ def in_processes(
                     waiting.learn(outcomes)
                     yield done
                     worker.solved += len(done)
-                    # after so many points a new worker takes its place, which frees what it has gathered
-                    if worker.solved >= 5000:
+                    if worker.solved >= RETIRED:
                         worker.end()
                         team[worker.name] = worker = _Worker(worker.name, function, with_main)
                 worker.give(waiting.take(worker.name))

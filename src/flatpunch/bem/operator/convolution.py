@@ -53,6 +53,9 @@ _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 SINGLE_FLOOR = 1e-5
 """Smallest relative error that single precision is asked for."""
 
+SHARED = 400**2
+"""Numbers in the transformed rows above which each thread takes whole blocks of columns; half as many gain nothing."""
+
 THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
 
@@ -159,8 +162,7 @@ class Operator:
 
         Then also what is not a transform has several threads.
         """
-        # above so many numbers in the transformed rows, each thread takes whole blocks of columns
-        if self.threads > 1 and size > 400**2:
+        if self.threads > 1 and size > SHARED:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:

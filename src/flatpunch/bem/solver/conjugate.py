@@ -17,6 +17,9 @@ import numpy as np
 
 from flatpunch.bem.operator.convolution import Operator
 
+MANY = 6
+"""Iterations of one step above which the next ones extend displacements beyond the contact; 3 or 12 cost 10 % of the time."""
+
 
 @dataclass(slots=True)
 class Removal:
@@ -36,8 +39,7 @@ class Removal:
     def __call__(self, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
         """Pressure on `contact` that reduces the gap there by the factor `drop`, with the iterations taken; see `remove_gap`."""
         change, count = remove_gap(self.operator, contact, gap, drop, limit, extended=self.extended)
-        # iterations above which the next steps extend displacements beyond the contact; 3 or 12 cost 10 % of the time
-        self.extended |= count >= 6
+        self.extended |= count >= MANY
         return change, count
 
 
