@@ -10,9 +10,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
-MOST = 24
-"""Highest rotational symmetry looked for; tips with more sides are treated as if they had none."""
-
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
 
@@ -26,7 +23,7 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
 @lru_cache(maxsize=64)
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    for fold in range(MOST, 1, -1):
+    for fold in range(24, 1, -1):
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1
