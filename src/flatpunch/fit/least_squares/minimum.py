@@ -1,5 +1,9 @@
 """Levenberg-Marquardt on the normal equations, with bounds by projection.
 
+Two parameters that trade off along a bent valley make straight steps climb its sides. A step that does not improve is therefore
+tried once more along the parabola that the refused residuals r(x + v) determine: with r'' v v = 2 (r(x + v) - r(x) - J v), the
+step becomes v - (J^T J)^-1 J^T r'' v v/2 (geodesic acceleration, Transtrum and Sethna 2012).
+
 Few parameters, many points, derivatives at hand, all unknowns of order one: then the normal equations lose nothing and an
 iteration costs one evaluation. lmfit finds the same minimum (a test compares them) at several times the cost per curve; it
 polishes single fits, batches go without.
@@ -105,9 +109,17 @@ def minimise(
             break
         new_residual, new_jacobian = evaluate(trial)
         evaluations += 1
-        new_cost = float(new_residual @ new_residual)
-        if np.isfinite(new_cost) and new_cost < cost:
-            x, residual, jacobian, cost = trial, new_residual, new_jacobian, new_cost
+        if _larger(new_residual, cost) and np.isfinite(new_residual).all():
+            # the valley bends: its curvature along the step is that of the refused residuals
+            bend = 2 * (new_residual - residual - moved @ jacobian)
+            aside = np.zeros_like(x)
+            aside[live] = -_solved(part, (jacobian @ bend)[live], damping) / 2
+            if np.abs(aside).max() < np.abs(moved).max():
+                trial = np.clip(trial + aside, lower, upper)
+                new_residual, new_jacobian = evaluate(trial)
+                evaluations += 1
+        if not _larger(new_residual, cost):
+            x, residual, jacobian, cost = trial, new_residual, new_jacobian, float(new_residual @ new_residual)
             normal, gradient = jacobian @ jacobian.T, jacobian @ residual
             damping = max(damping / 10, 1e-12)
         elif damping > 1e10 or size < 1e-12:
@@ -118,6 +130,11 @@ def minimise(
             damping = max(damping * 10, 1e-5)
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
+
+
+def _larger(residual: Array, cost: float) -> bool:
+    """Whether a sum of squares is no improvement."""
+    return not float(residual @ residual) < cost
 
 
 def _solved(normal: Array, gradient: Array, damping: float) -> Array:
