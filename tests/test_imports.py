@@ -43,7 +43,7 @@ _INSIDE = {
         {"__init__"},
     ],
     "contact": [
-        {"curve", "dataset"},
+        {"curve", "dataset", "pressure_field"},
         {"limits", "round"},
         {"perturbation", "axisymmetric"},
         {"boundary_elements", "adhesion", "viscoelastic"},
