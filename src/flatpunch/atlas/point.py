@@ -15,9 +15,6 @@ from flatpunch.punch.family import check_resolution
 from flatpunch.punch.harmonics import harmonic_size, solve_edges
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
-EXPONENTS = (1, 2)
-"""Indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids."""
-
 _WIDTH = np.log(10) / 2
 _COARSE = 0.1
 _EVERY = 24
@@ -70,7 +67,8 @@ def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> dic
     edges = solve_edges(kernel, beta, orders)
     transform = nodal_transform()
     found = {"orders": orders, "stiffening": transform @ (edges.stiffening(orders) - (orders - 1) / 2)}
-    for n in EXPONENTS:
+    # indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids
+    for n in (1, 2):
         half_space = np.array([power_edge(n, int(m)) for m in orders])
         found[f"edge_{n}"] = transform @ (edges.power_edge(n, orders) / (np.pi * strength[:, None] * half_space))
     return found

@@ -37,9 +37,6 @@ _FINE_UNTIL, _SHORT_UNTIL = 64.0, 128.0
 WINDOW = 128.0
 """Length in x of the window that switches the oscillating half off: some of the longest panels."""
 
-_WINDOW_WIDTH = 11.0
-"""Width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order."""
-
 
 @dataclass(frozen=True, slots=True)
 class BesselTable:
@@ -129,7 +126,8 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     far, far_weight = composite_gauss(edges)
     inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
     far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
-    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
+    # width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order
+    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / 11.0) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
     inside = near.x > start
     beyond = np.concatenate([near.x[inside], far])

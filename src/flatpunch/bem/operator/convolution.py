@@ -53,11 +53,11 @@ _BLOCK, _SMALLEST_BLOCK = 64, 2**15
 SINGLE_FLOOR = 1e-5
 """Smallest relative error that single precision is asked for."""
 
+SHARED = 400**2
+"""Numbers in the transformed rows above which each thread takes whole blocks of columns; half as many gain nothing."""
+
 THREADED = 500**2
 """Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
-
-_MANY = 400**2
-"""Numbers in the transformed rows from which on threads take whole blocks of columns each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class Operator:
 
         Then also what is not a transform has several threads.
         """
-        if self.threads > 1 and size > _MANY:
+        if self.threads > 1 and size > SHARED:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:

@@ -36,9 +36,6 @@ _KEPT = 385
 _ROWS = 32
 """Rows of coefficients made at a time."""
 
-_FINEST = 1e-5
-"""Smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding
-for neighbours, and the central cell of power laws is done in closed form."""
 
 Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
@@ -180,7 +177,9 @@ def near_rule() -> NearRule:
     parts: list[tuple[Array, Array, Indices]] = []
     while x.size:
         distance = np.hypot(np.maximum(x, 0.0), np.maximum(np.maximum(y, -y - side), 0.0))
-        split = (side > distance) & (side > _FINEST)
+        # smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding for
+        # neighbours, and the central cell of power laws is done in closed form
+        split = (side > distance) & (side > 1e-5)
         for few, nodes in ((distance > _FAR * side, _FEW_NODES), (distance <= _FAR * side, _NODES)):
             done = few & ~split
             t, v = gauss(nodes)

@@ -18,12 +18,6 @@ from flatpunch.numerics.log_table import log_table
 from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import punch_family
 
-_MANY = 96
-"""Number of contacts above which general outlines are read from a table over ln a."""
-
-_BEYOND = 3.0
-"""Radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own."""
-
 _STENCIL = 2e-3
 """Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""
 
@@ -99,9 +93,11 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     live = contact.radius > 0
     a = contact.radius[live]
     different, of_ray = different_rays(indenter, phi)
-    read = np.full(a.size, a.size > _MANY)
+    # number of contacts above which general outlines are read from a table over ln a
+    read = np.full(a.size, a.size > 96)
     if flat_radius(indenter) > 0:
-        read &= a > _BEYOND * indenter.rings[-1]
+        # radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own
+        read &= a > 3.0 * indenter.rings[-1]
     terms = np.empty((a.size, different.size + 1))
     if read.any():
         terms[read] = _table(kernel, indenter, different.tobytes()).at(np.log(a[read]))

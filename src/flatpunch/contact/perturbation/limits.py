@@ -14,8 +14,6 @@ from flatpunch.media import HalfSpace
 
 LARGEST_SWING = 1.2
 """|ln a(phi)/abar| above which outlines were off by tens of per cent."""
-_AMPLIFIED = 1.5
-"""Swing over that on a half-space above which the medium is the cause, not the tip."""
 
 
 def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:
@@ -23,7 +21,8 @@ def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact
     wide = contact.swing > LARGEST_SWING
     if not wide.any():
         return ()
-    amplified = wide & (contact.swing > _AMPLIFIED * _half_space_swing(kernel, indenter))
+    # swing over that on a half-space above which the medium is the cause, not the tip
+    amplified = wide & (contact.swing > 1.5 * _half_space_swing(kernel, indenter))
     remedy = (
         "(|ln a/abar| above 1.2), so outline and area are uncertain by ten per cent and more; the force is less affected. "
         "Refine outline and area with method='refined' or 'bem'."

@@ -31,9 +31,6 @@ from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
 
-_LARGEST_WAVE = 20.0
-"""|w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow."""
-
 
 class Terms(NamedTuple):
     """Terms of ln F and measures of the outline abar exp(w), or their derivatives by ln a; shape (n,) each.
@@ -246,7 +243,8 @@ def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
 
 def limited_exponential(w: Array) -> Array:
     """exp(w), cut where the series has long ceased to mean anything."""
-    return np.asarray(np.exp(np.clip(w, -_LARGEST_WAVE, _LARGEST_WAVE)))
+    # |w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow
+    return np.asarray(np.exp(np.clip(w, -20.0, 20.0)))
 
 
 def _mean(field: Array) -> Array:

@@ -33,20 +33,13 @@ ANGLES = 360
 
 FORCE_ERROR = 5e-4
 """Largest relative error of the force against fresh boundary elements between the nodes (tests/refined)."""
-OUTLINE_ERROR = 5e-3
-"""The same of the outline, over the mean radius."""
 
-CLOSE = 4
-"""Samples per gap of the table; half as many add 1e-5 to the error of the force."""
 
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
 """Wavenumbers kappa at which a layer is recognised by its response; the third also gives q."""
 
 _SAME = 1e-9
 """Relative difference of responses below which layers are the same; responses are interpolated to 2e-12."""
-
-_FAR = 2.0
-"""Swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +84,8 @@ def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     table = tabulated_rows(kernel, indenter)
     if table is None:
         return None
-    x = np.linspace(table.nodes[0], table.nodes[-1], CLOSE * (table.nodes.size - 1) + 1)
+    # samples per gap of the table; half as many add 1e-5 to the error of the force
+    x = np.linspace(table.nodes[0], table.nodes[-1], 4 * (table.nodes.size - 1) + 1)
     contact, spline = table.series.evaluate(np.exp(x)), CubicSpline(table.nodes, table.rows)
     values, slope = spline(x), spline(x, 1)[:, 0]
     force = values[:, 0] + np.log(contact.force / kernel.modulus)
@@ -99,9 +93,9 @@ def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     phi = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
     outline = np.log(reference_outline(table.series, contact, phi)) + values[:, 3:]
     shapes = np.column_stack([x + values[:, 1], x + values[:, 2] / 2, outline])
+    # largest error of the outline over the mean radius against fresh boundary elements (tests/refined)
     samples = tuple(
-        Sample(float(f), float(g), shape, FORCE_ERROR, OUTLINE_ERROR)
-        for f, g, shape in zip(force, growth, shapes, strict=True)
+        Sample(float(f), float(g), shape, FORCE_ERROR, 5e-3) for f, g, shape in zip(force, growth, shapes, strict=True)
     )
     return Interpolation(RoundReference(kernel, indenter), np.log(contact.depth), samples, np.zeros((x.size - 1, 2)))
 
@@ -111,7 +105,8 @@ def reference_outline(series: PowerExpansion, contact: PerturbedContact, phi: Ar
     size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
     with np.errstate(divide="ignore"):
         w = np.log(series.outline(contact, phi) / size)
-    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
+    # swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8
+    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / 2.0) ** 2)
     return np.asarray(contact.radius[:, None] * np.exp(damped))
 
 

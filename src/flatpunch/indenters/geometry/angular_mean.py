@@ -27,8 +27,6 @@ PER_DECADE = 3
 NODES = 32
 """Nodes of a panel; half as many leave 1e-6 beside the corners of a flat."""
 
-FEW = 4
-"""Radii in a panel for which it is not made; more are sampled directly at the cost of the panel."""
 
 ORDER = 32
 """Highest harmonic for which means are integrated at rounding; half as many are not enough for rounded pyramids."""
@@ -113,7 +111,8 @@ class AngularTable(ABC):
         flat = r.ravel()
         outside = (flat <= 0) | (flat > self._indenter.reach)
         parts = []
-        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=FEW))):
+        # radii in a panel for which it is not made; more are sampled directly at the cost of the panel
+        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=4))):
             if chosen.any():
                 parts.append((chosen, read(flat[chosen])))
         result = np.empty((flat.size, parts[0][1].shape[1] if parts else 0))

@@ -7,8 +7,6 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices, numbers, values
 
-_MARGIN = 4
-"""Points kept around the largest circle, so that the spline does not feel the cut."""
 _SMALLEST = 7
 """Points across the map that leave a circle worth the name."""
 
@@ -129,4 +127,5 @@ def fitted(
 
 def _window(axis: Array, centre: float, radius: float) -> Indices:
     inside = np.flatnonzero(np.abs(axis - centre) <= radius)
-    return np.arange(max(inside[0] - _MARGIN, 0), min(inside[-1] + _MARGIN + 1, axis.size))
+    # four points more on each side, so that the spline does not feel the cut
+    return np.arange(max(inside[0] - 4, 0), min(inside[-1] + 5, axis.size))

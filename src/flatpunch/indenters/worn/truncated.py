@@ -21,9 +21,6 @@ from flatpunch.indenters.shapes.cylinder import Cylinder
 _ALIKE = 1e-9
 """Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
 
-_MOST_TURNS = 6
-"""Most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels."""
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -166,7 +163,8 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
     turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
     between = np.sort(turns[(turns > (1 + _ALIKE) * radii.min()) & (turns < (1 - _ALIKE) * radii.max())])
     between = between[np.diff(between, prepend=0.0) > _ALIKE * radii.max()]
-    few = between if between.size <= _MOST_TURNS else between[:0]
+    # most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels
+    few = between if between.size <= 6 else between[:0]
     return (float(radii.min()), *few.tolist(), float(radii.max()))
 
 
