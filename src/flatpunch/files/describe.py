@@ -52,7 +52,7 @@ def shipped_cases() -> list[Path]:
     Examples
     --------
     >>> print(len(fp.files.shipped_cases()))
-    8
+    9
     """
     here = Path(__file__).resolve()
     # a wheel carries them inside the package, a source tree in its folder `examples`
