@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import (
     ExponentialModulus,
@@ -30,6 +31,7 @@ BETA_RANGE = (1e-3, 1e2)
 _RATIO = "E1*/E2* of the plane-strain moduli of layer and base; Dundurs' alpha = (E1* - E2*)/(E1* + E2*)"
 
 
+@readable
 @dataclass(frozen=True)
 class Family:
     """Media that differ in a few numbers.

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, numbers, real, values
+from flatpunch._support.readable import readable
 
 Scale = Literal["linear", "log", "upper"]
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A named parameter with a range.

@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, values
 from flatpunch._support.progress import Report
+from flatpunch._support.readable import readable
 from flatpunch.atlas.build import with_bound
 from flatpunch.atlas.family import Family
 from flatpunch.atlas.table import Table
@@ -25,6 +26,7 @@ POINTS = 2000
 QUANTITIES = ("Kbar", "kappa_1", "kappa_2", "edge")
 
 
+@readable
 @dataclass(frozen=True)
 class Verification:
     """Relative errors of a table at random points.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import Array, non_negative, point, positive, whole
+from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
 
@@ -23,6 +24,7 @@ SMALLEST = 8
 """Fewest cells along an axis."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Grid:
     """Rectangle of equal square cells.

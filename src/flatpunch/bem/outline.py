@@ -17,6 +17,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 
 EXCESS = 0.13
@@ -36,6 +37,7 @@ _PER_CELL = 4
 """Points per cell along a ray; half as many may step over a notch half a cell wide."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Outline:
     """Contact outline a(phi) about the point of first touch.
@@ -80,6 +82,10 @@ class Outline:
     eccentricity: float
     error: float
     note: str = ""
+
+    def _line_(self) -> str:
+        """Sizes; the points are in `contour`."""
+        return f"Outline(radius={self.radius:.6g}, area={self.area:.6g}, {self.phi.size} angles)"
 
 
 def trace_outline(

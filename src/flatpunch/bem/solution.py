@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, positive
+from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
@@ -20,6 +21,7 @@ from flatpunch.bem.solver.nested import Effort, solve_stiffness
 _STIFFNESS_TOLERANCE = 1e-5
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Solution:
     """Contact at one depth.

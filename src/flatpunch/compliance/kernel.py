@@ -17,6 +17,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, shown, values
+from flatpunch._support.readable import readable
 from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
@@ -33,6 +34,7 @@ from flatpunch.media import (
 )
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """Surface compliance of one medium (or of two bodies pressed together).
@@ -79,6 +81,10 @@ class Kernel:
     exponent: float = 0.0
     series: SmoothResponse | None = None
     solution: PunchSolution | None = None
+
+    def _line_(self) -> str:
+        """Modulus and length; the response is a function."""
+        return f"Kernel(modulus={self.modulus:.6g}, length={self.length:.6g})"
 
     @property
     def surface_length(self) -> float:

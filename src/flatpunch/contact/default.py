@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Values
+from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from, percent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder
@@ -27,6 +28,7 @@ EXACT = "exact (round tip)"
 """Reason of round contacts, which all methods but boundary elements solve exactly."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Choice:
     """A method and why it was chosen.

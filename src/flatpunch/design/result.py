@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,7 @@ class Minimum:
     values: tuple[float, ...]
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Design:
     """A designed medium and tip.

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
 from flatpunch.fields.strength import Strength
 from flatpunch.sensitivity.gradient import Gradient
@@ -29,6 +30,7 @@ _ATTRIBUTES = {
 """Control and quantity -> the attribute of a gradient that holds its derivatives."""
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Target:
     """A quantity of the contact that is prescribed, at one depth or force or along a curve.
@@ -77,6 +79,7 @@ class Target:
         object.__setattr__(self, "value", wanted)
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Limit:
     """A bound on a quantity of the contact that a design must keep.
@@ -140,6 +143,7 @@ class Limit:
         return f"{self.quantity} {' and '.join(bounds)} at {self.control.name} = {self.control.values[0]:.6g}"
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class LargestLoad:
     """The largest force before the first layer or interface fails, as of `critical_load`.

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, brief, positive, shown, whole
+from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.default import adhesive_method
@@ -26,6 +27,7 @@ from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 
 
+@readable
 @dataclass(frozen=True)
 class Case:
     """What a case file asks for, in SI units.

@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import Field
 
+from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import case_text, parsed
@@ -46,6 +47,7 @@ _MEMORY = 300e6
 """Memory of the program with the libraries of a fit [bytes]."""
 
 
+@readable
 @dataclass(frozen=True)
 class FitCase:
     """What a case file of a fit asks for, SI.

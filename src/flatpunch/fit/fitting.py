@@ -131,6 +131,7 @@ def fit_ranges(
     >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
     >>> depth = np.linspace(-200e-9, 400e-9, 121)
     >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> force += 1e-12 * np.random.default_rng(0).normal(size=force.size)
     >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
     >>> from flatpunch.fit import fit_ranges
     >>> free = {"layers[0].young": fp.Free(2e3)}

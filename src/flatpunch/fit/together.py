@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices, real
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.fitting import setup_of
 from flatpunch.fit.least_squares.joint import JointObjective
@@ -38,6 +39,7 @@ _ROUNDS = 3
 """Fits, each with the noise of the one before; the noise hardly changes after the first."""
 
 
+@readable
 @dataclass(frozen=True)
 class Measured:
     """A curve of a joint fit, and how its measurement differs from the others.

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.readable import readable
 from flatpunch.parallel.threads import one_thread
 
 Function = Callable[[Any], Mapping[str, Any]]
@@ -26,6 +27,7 @@ _LARGEST = 64
 _one_at_a_time = threading.Lock()
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What became of a point.

@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import Body
@@ -20,6 +21,7 @@ from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_with_fewer, sufficient_terms
 
 
+@readable
 @dataclass(frozen=True)
 class FlatPunch:
     """Solution for a rigid, frictionless, cylindrical punch with a flat end.

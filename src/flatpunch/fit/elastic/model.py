@@ -17,6 +17,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.fit.elastic.table import Table
@@ -50,6 +51,7 @@ def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method
     return "fourth-order" if indenter.exponent is not None else "second-order"
 
 
+@readable
 @dataclass(frozen=True)
 class ForwardModel(FreeParameters):
     """Force over depth of one medium and tip, as a function of the free parameters.

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.parameters.settings import Settings
@@ -21,6 +22,7 @@ from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult, in_si
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class JointResult:
     """Several curves fitted together.
@@ -68,6 +70,20 @@ class JointResult:
     results: tuple[FitResult, ...] = ()
     excess: tuple[tuple[float, int], ...] = ()
     notes: tuple[str, ...] = ()
+
+    def _line_(self) -> str:
+        """The shared values."""
+        found = ", ".join(f"{name}={quantity(self[name], unit_of(name))}" for name in self.shared)
+        return f"JointResult({len(self.results)} curves: {found or 'nothing shared'})"
+
+    def _table_(self) -> Table:
+        """A row for each fitted value."""
+        rows = tuple(
+            (label(name), quantity(e.value, unit_of(name)), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            for name, e in self.estimates.items()
+        )
+        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
+        return Table(f"Joint fit of {len(self.results)} curves", header, rows, self.notes)
 
     def __getitem__(self, name: str) -> float:
         """Best value of a parameter, SI."""

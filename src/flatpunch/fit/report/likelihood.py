@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.quantities import unit_of
@@ -60,6 +61,7 @@ class Fitted(Protocol):
         ...
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Profile:
     """Likelihood profile of one parameter.
