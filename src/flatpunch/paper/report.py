@@ -53,7 +53,7 @@ class Report:
 
 
 def make(plan: Plan, figures: tuple[int, ...], store: Store, folder: Path, step: Callable[[str], None]) -> Report:
-    """Draw what was asked for from a store that holds all its points, and write the page."""
+    """Draw the chosen figures from a store that holds all its points, and write the page."""
     report = Report(folder)
     asked = set(figures)
     with style.look():

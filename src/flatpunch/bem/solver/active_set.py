@@ -23,7 +23,7 @@ from flatpunch.bem.operator.convolution import Operator
 from flatpunch.bem.solver.conjugate import Removal, dot, largest
 
 DROP = 0.03
-"""Reduction of the gap error asked of the inner loop; at twice or half, solves take 5 % longer."""
+"""Reduction of the gap error by the inner loop; at twice or half, solves take 5 % longer."""
 
 PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken; half is too soon for full ones."""
@@ -138,7 +138,7 @@ def solve_contact(
     while True:
         if aim is not None:
             if waited >= PATIENCE:
-                # stiff films respond to the rim of the contact, of which coarse cells know too little
+                # stiff films respond to the rim of the contact, which coarse cells do not resolve
                 aim, depth = None, first_depth
             else:
                 depth += _foreseen(operator, aim, now)

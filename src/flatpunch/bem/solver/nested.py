@@ -1,4 +1,4 @@
-"""Contacts on nested grids: solve on coarse cells first, carry the pressure to finer ones, and finish where it was asked for.
+"""Contacts on nested grids: solve on coarse cells first, interpolate the pressure to finer ones, and finish on the given grid.
 
 The fine grid then only corrects the rim of the contact, and at given force starts with a depth and a stiffness that are
 nearly right: F(d) = F_wanted is solved by Newton's method with the stiffness dF/dd of a flat punch under the present
@@ -165,7 +165,7 @@ def _nested_force(
     state, more, missing, punch = _newton(
         levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
     )
-    # the other depth for the same force stands for another force at the same depth
+    # another depth for the same force corresponds to another force at the same depth
     changed = state.depth * levels.grid.spacing - coarser_depth
     coarser_force = force + punch.stiffness * changed if punch is not None else float("nan")
     coarsest_force = coarser_force + effort.coarser_force - force

@@ -105,7 +105,7 @@ class PerturbedBranch:
 
     @cached_property
     def _pieces(self) -> dict[int, Array]:
-        """Chebyshev series of depth, force and area over pieces of ln a, made when first asked for."""
+        """Chebyshev series of depth, force and area over pieces of ln a, made on first use."""
         return {}
 
     @cached_property

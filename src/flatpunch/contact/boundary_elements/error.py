@@ -63,7 +63,7 @@ def _richardson(last: float, before: float) -> float:
     if abs(before) > max(0.1, _SECOND_ORDER * abs(last)):
         # the last difference is small by chance, as the error passes through a turn
         return abs(before) / _SECOND_ORDER
-    # least ratio q that is believed; closer to 1 the error is estimated at four times the last difference or more
+    # smaller ratios q are not used: the estimate would exceed four times the last difference
     ratio = np.clip(before / last if last else _SECOND_ORDER, 1.25, _SECOND_ORDER)
     return float(max(abs(last) / (ratio - 1), abs(before) / (_SECOND_ORDER * (_SECOND_ORDER - 1))))
 

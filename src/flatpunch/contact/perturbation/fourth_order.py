@@ -156,7 +156,7 @@ class BlendedExpansion:
 
 
 def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
-    """A whole curve; a note says from where on it is second order."""
+    """A whole curve; a note gives the depths at which it is second order."""
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     check(indenter)

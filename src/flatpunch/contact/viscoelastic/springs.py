@@ -130,7 +130,7 @@ class Springs:
     def __post_init__(self) -> None:
         self.touch = self.deepest * np.linspace(0, 1, self.count + 1) ** 2
         force, stiffness = self.elastic.force(self.touch), self.elastic.stiffness(self.touch)
-        # flat ends are stiff from the first touch on
+        # the stiffness of flat ends begins with that of their face
         # depth that counts as the first touch, over that of the first spring
         stiffness[0] = self.elastic.stiffness(1e-9 * self.touch[1:2])[0]
         self.fine = Lumps(self.touch, force, stiffness)
