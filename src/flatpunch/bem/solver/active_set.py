@@ -31,7 +31,7 @@ PATIENCE = 10
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A solution as far as it got.
+    """The state of a solution.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class State:
 class Aim:
     """A force to be reached by changing the depth on the way.
 
-    What closing the gap will add to the force is known beforehand: by reciprocity it is the gap weighted by the pressure
+    The force that closing the gap adds is known beforehand: by reciprocity it is the gap weighted by the pressure
     of a flat punch under the same contact, for which one from coarser cells will do.
 
     Attributes
@@ -248,7 +248,7 @@ def _energy(xp: Any, trial: _Trial) -> float:
 
 
 def _pressing(xp: Any, pressure: Any) -> Any:
-    """A pressure without what pulls."""
+    """A pressure without its negative part."""
     return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
 
 

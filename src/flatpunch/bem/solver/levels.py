@@ -1,4 +1,4 @@
-"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and what each is solved with.
+"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and their operators.
 
 Where the indenter is its own mirror image the contact is too, as it is unique, and half of the grid or a quarter is enough.
 """

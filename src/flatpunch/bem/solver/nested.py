@@ -26,7 +26,7 @@ COARSE_TOLERANCE = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and forces on coarser cells.
+    """Cost and by-products of a nested solve: inner iterations per level (finest last), whether the force was met, and forces on coarser cells.
 
     The latter are the forces [N] on cells twice and four times as wide at the same depth; NaN where these were not solved.
     """
@@ -75,7 +75,7 @@ def solve_depth(
 
 @dataclass(frozen=True, slots=True)
 class Rough:
-    """Pressure [E*] of about the contact that is looked for, on a coarse grid."""
+    """Pressure [E*] of an approximate contact, on a coarse grid."""
 
     grid: Grid
     pressure: Array

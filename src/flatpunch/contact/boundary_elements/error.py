@@ -29,7 +29,7 @@ def own_error(solution: bem.Solution) -> float:
 def extrapolated(solution: bem.Solution) -> tuple[float, float]:
     """Force extrapolated to vanishing cells [N] and its relative error.
 
-    The extrapolation is right where the error falls with the square of the width. The force is that of the cells where the
+    The extrapolation holds where the error falls with the square of the width. The force is that of the cells where the
     differences have no common sign.
     """
     if not solution.contact.any():
@@ -69,7 +69,7 @@ def _richardson(last: float, before: float) -> float:
 
 
 def _floor(solution: bem.Solution) -> float:
-    """Error that no difference reports, four times as large where there are none."""
+    """Error that the differences do not show, four times as large where there are none."""
     unknown = 1 if np.isfinite(solution.coarser_force) else _SECOND_ORDER
     # least relative error, 0.03 times the square of cell over shorter half-width: differences may vanish by chance
     return float(
