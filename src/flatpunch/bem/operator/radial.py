@@ -157,7 +157,7 @@ def isotropic_cell_factor(q: Array) -> Array:
     """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: the factor on J0(kr) of averaging over a square."""
     # mean of J0(q r) over the unit square; the next term is 5e-12 at q = 0.1
     result = 1 - q**2 / 24 + q**4 * (7 / 11520)
-    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; beyond, the remainder has decayed or r >> h filters it
+    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; beyond, the remainder is zero or r >> h filters it
     for low, high, nodes in ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24)):
         chosen = np.flatnonzero((q > low) & (q <= high))
         if chosen.size:

@@ -26,7 +26,7 @@ COARSE_TOLERANCE = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """Cost and by-products of a nested solve: inner iterations per level (finest last), whether the force was met, and forces on coarser cells.
+    """Inner iterations of a nested solve per level (finest last), whether the force was met, and forces on coarser cells.
 
     The latter are the forces [N] on cells twice and four times as wide at the same depth; NaN where these were not solved.
     """

@@ -1,4 +1,4 @@
-"""Expected boxes of contacts: from neighbouring solutions, from the round contact and the tip, or from an outline that left its grid."""
+"""Expected boxes of contacts: from neighbouring solutions, the round contact and the tip, or an outline that left its grid."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ class BlendedExpansion:
         return weight, growth
 
     def _doubts(self, low: float, high: float) -> tuple[Array, Array]:
-        """Logarithms of base radii on a fixed grid that covers a range, and the doubt about fourth order there, 1 where it ceases to hold."""
+        """Logarithms of base radii on a fixed grid that covers a range, and the doubt about fourth order there."""
         if self.kernel.homogeneous or self.kernel.exponent:
             nodes = np.array([low, high])
         else:
