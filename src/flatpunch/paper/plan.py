@@ -7,10 +7,10 @@ plotted at the radius they find.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.contact import indent
 from flatpunch.paper.cases import LAYERS, Body, Shape, indenter, medium
@@ -121,7 +121,7 @@ def quick() -> Plan:
     )
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _depths(body: Body, shape: Shape, eccentricity: float, radii: tuple[float, ...]) -> Array:
     """Depths at which second order finds the mean radii, to the six figures that make a point's name."""
     result = indent(medium(body), indenter(shape, eccentricity), radius=np.array(radii), method="second-order")

@@ -6,10 +6,9 @@ dozen small linear systems.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
@@ -259,7 +258,7 @@ def _rounding(series: Array) -> float:
     return float(20 * np.finfo(float).eps * np.pi * np.abs(series[0, 0]))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def punch_family(kernel: Kernel) -> PunchFamily:
     """The family of a kernel; solutions already computed are shared."""
     return PunchFamily(kernel)

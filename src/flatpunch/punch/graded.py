@@ -41,12 +41,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
@@ -88,13 +88,13 @@ class Table:
     h: ComplexArray
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def split_point(parity: int, terms: int) -> float:
     """X: a panel edge 1.5 times above the highest order, where the Hankel functions have left their turning point."""
     return float(panel_edges(0, 1.5 * (parity + 2 * terms) + 20.0)[-1])
 
 
-@lru_cache(maxsize=24)
+@byte_cached
 def wave_table(parity: int, terms: int, first: int) -> Table:
     """Nodes and functions; the lowest panel ends at 4^first, see `wavenumbers`."""
     start = split_point(parity, terms)

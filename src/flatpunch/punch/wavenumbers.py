@@ -17,11 +17,11 @@ companions sin x and -cos x in the place of y_p.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import erfc
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
 
@@ -75,7 +75,7 @@ def panel_edges(first: int, x_high: float) -> Array:
     return edges[: max(stop, 2)]
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTable:
     """Quadrature on (0, x_high) with the spherical Bessel functions of one parity.
 
@@ -105,7 +105,7 @@ def window_start(parity: int, terms: int) -> float:
     return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _SHORT_UNTIL))[-1])
 
 
-@lru_cache(maxsize=8)
+@byte_cached
 def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
     """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows.
 

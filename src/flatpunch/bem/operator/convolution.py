@@ -19,13 +19,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import repeat
 from typing import Any
 
 import numpy as np
 import scipy.fft
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import allowed_threads
 from flatpunch.bem.grid import Grid
@@ -286,7 +286,7 @@ def compliance_values(kernel: Kernel, k: Array) -> Array:
     return np.asarray(np.exp(np.interp(x - first * BLOCK, np.arange(values.size), values)))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _compliance_block(kernel: Kernel, block: int) -> Array:
     """ln C at ln k = n step."""
     n = np.arange(block * BLOCK, (block + 1) * BLOCK)

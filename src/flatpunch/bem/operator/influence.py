@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gamma
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.operator.radial import CellTable, remainder_table
 from flatpunch.compliance import Kernel
@@ -73,7 +73,7 @@ def love_coefficients(shape: tuple[int, int]) -> Array:
     return _few_love_coefficients()[: shape[0], : shape[1]].copy() if max(shape) <= _KEPT else _love_coefficients(shape)
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def _few_love_coefficients() -> Array:
     return _love_coefficients((_KEPT, _KEPT))
 
@@ -100,7 +100,7 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
         add_block(g, factor * near_block(kernel, spacing))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def near_block(kernel: Kernel, spacing: float) -> Array:
     """Cell averages of the medium's L - 1 near the origin, kept: windows and finer patches share the cells of a grid."""
     return near_averages(remainder_table(kernel, 1e-5 * spacing, 2 * _NEAR * spacing), spacing)
@@ -158,7 +158,7 @@ class NearRule:
     owner: Indices
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def near_rule() -> NearRule:
     """The rule up to _NEAR cells: each cell is split towards the origin until its parts are small against their distance."""
     row, column = np.triu_indices(int(_NEAR) + 1)
@@ -210,7 +210,7 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
     return g
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def power_block(exponent: float) -> Array:
     """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
     block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0)

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import erfc, j0
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.gauss import gauss
@@ -30,7 +30,7 @@ BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
 
 
-@lru_cache(maxsize=4)
+@byte_cached
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
     window, width = 80.0, 12.0
@@ -138,7 +138,7 @@ def _remainder(kernel: Kernel, start: int, stop: int) -> Array:
     return blocks[start - first * BLOCK : stop - first * BLOCK].copy()
 
 
-@lru_cache(maxsize=128)
+@byte_cached
 def _remainder_block(kernel: Kernel, block: int) -> Array:
     n = np.arange(block * BLOCK, (block + 1) * BLOCK)
     return short_wave_remainder(kernel, np.exp(n * STEP) * kernel.length)

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Extra
@@ -131,7 +131,7 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
     )
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, float]:
     """Differences of force (relative) and outline (over the mean radius) between first and second order on a half-space.
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -107,7 +106,7 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     return result
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> PiecewiseChebyshev:
     """The terms over ln a: far fewer radii than a long curve has."""
     phi = np.frombuffer(angles)

@@ -12,11 +12,11 @@ force enters as a lower depth instead of a factor, which is exact for a parabolo
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -305,7 +305,7 @@ def _rows(base: RoundContact, rows: slice) -> RoundContact:
     return replace(base, answers=answers, **shape)
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def general_expansion(kernel: Kernel, indenter: Indenter) -> GeneralExpansion:
     """The series of a medium and an indenter; what is already computed is shared."""
     return GeneralExpansion(kernel, indenter)

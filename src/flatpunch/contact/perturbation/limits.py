@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
@@ -47,7 +46,7 @@ def _half_space_swing(kernel: Kernel, indenter: Indenter) -> float:
     return _power_swing(indenter)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _power_swing(indenter: Indenter) -> float:
     series = power_expansion(compliance(HalfSpace(1.0, 0.0)), indenter, "second")
     return float(series.evaluate(np.ones(1)).swing[0])

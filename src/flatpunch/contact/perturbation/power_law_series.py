@@ -7,11 +7,11 @@ into account, sets the size of the outline abar exp(w).
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
@@ -150,7 +150,7 @@ def _where_kept(logarithm: Array, growth: Array) -> Array:
     return np.where(np.abs(logarithm) < LARGEST_TERM, growth, 0.0)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def power_expansion(kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> PowerExpansion:
     """The series of a medium and an indenter; what is already computed is shared."""
     return PowerExpansion(kernel, indenter, order, terms=terms)

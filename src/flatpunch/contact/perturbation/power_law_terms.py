@@ -13,11 +13,11 @@ ln a are exact. Angular fields live on one period of the outline; R and k act on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.asymmetry import Angles, act, expand
@@ -123,6 +123,7 @@ class PowerPerturbation:
         if key not in self._outlines:
             waves = self.angles.waves(phi)
             self._outlines[key] = panels(self.kernel, lambda beta: self._response(beta)[0] @ waves)
+            PROCESS.grown(waves.nbytes)
         beta = radius / self.kernel.length
         live = (beta > SMALLEST) & (not self.kernel.homogeneous)
         if live.all():
@@ -142,6 +143,7 @@ class PowerPerturbation:
             else:
                 power, stiffening = np.hsplit(_edge_columns(self.kernel, beta, self.exponent, self.angles.orders), 2)
             self._known[key] = (power / (base.edge * base.slope), stiffening, base)
+            PROCESS.grown(3 * power.nbytes)
         return self._known[key]
 
     def _columns(self, beta: Array) -> Array:
@@ -159,7 +161,7 @@ class PowerPerturbation:
         return np.hstack([second_order_force(self.angles, base, w), *higher, gain[:, None], *means])
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _edge_panels(kernel: Kernel, exponent: float, orders: bytes) -> PiecewiseChebyshev:
     numbers = np.frombuffer(orders, dtype=int)
     return panels(kernel, lambda beta: _edge_columns(kernel, beta, exponent, numbers))

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
@@ -73,7 +74,7 @@ class Refinement:
     def __init__(self, kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None) -> None:
         self.reference = RoundReference(kernel, indenter)
         # punches known of the medium are not needed for the solutions, and may be many
-        self._case = Case(replace(kernel, solution=None, cache={}), indenter, angles, cells)
+        self._case = Case(replace(kernel, solution=None), indenter, angles, cells)
         self._phi = np.asarray(np.arange(angles) * (2 * np.pi / angles))
         self._cache = SampleCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
         self.samples: dict[float, Sample] = {}
@@ -133,6 +134,7 @@ class Refinement:
         places = list(zip(np.exp(new).tolist(), *boxes, strict=True))
         found = shared_out(solved, self._case, places, helped=self._case.cells <= SHARED_CELLS)
         self.samples.update(zip(new.tolist(), found, strict=True))
+        PROCESS.grown(sum(sample.shape.nbytes for sample in found))
         if self._cache:
             self._cache.save(self.samples, self.gaps)
 
@@ -260,7 +262,7 @@ def shape_difference(one: Array, other: Array) -> float:
     return float(apart.max() / np.exp(other[0]))
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def refinement(kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None = None) -> Refinement:
     """The solutions of a medium and an indenter; those already made are shared."""
     return Refinement(kernel, indenter, angles, cells, folder)

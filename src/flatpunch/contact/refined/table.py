@@ -11,12 +11,12 @@ A method sees the medium's response only, so the layer is recognised by that.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
@@ -75,7 +75,7 @@ def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
     return TableRows(series, np.log(_table()["betas"] * kernel.length), _full_turn(rows, tip[0], tip[2]))
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     """Contacts of an indenter on a medium from the table, if it has them, close enough for the interpolation between them."""
     table = tabulated_rows(kernel, indenter)
@@ -120,7 +120,7 @@ def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:
     return None
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _medium_weights(kernel: Kernel) -> Array | None:
     """Weights of the layers of the table, the sliding one last; None for any other medium."""
     # responses are interpolated to 2e-12
@@ -170,7 +170,7 @@ def _full_turn(rows: Array, tip: str, turned: bool) -> Array:
     return np.hstack([rows[:, :3], rows[:, 3 + index]])
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def _table() -> dict[str, Array]:
     """Rows by tip, (layers, [ellipses,] betas, 3 + sector), and the nodes.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
@@ -143,7 +143,7 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     return float(guess if guess > FAR * shortest else min(guess, shortest))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _half_space_path(profile: RoundProfile, reach: float) -> tuple[Array, Array, Array]:
     """Radii [m], and d [m] and F/E* [m^2] that are reached on a half-space up to each of them, to some per cent.
 

@@ -7,10 +7,9 @@ that means are at rounding.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
@@ -43,7 +42,7 @@ def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float 
     return _rule(indenter, int(harmonics_hint), float(radius))
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
     breaks = split_angles(indenter)
     size = _first_size(breaks, order)

@@ -8,10 +8,11 @@ from a ring, as they do at the corners and sides of a square flat.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
@@ -180,13 +181,13 @@ class GeometricMean(AngularTable):
             return np.stack([mean, np.sum(slope / f * weights, axis=1), square], axis=1)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def angular_mean(indenter: Indenter) -> AngularMean:
     """The mean of an indenter; what is already tabulated is shared."""
     return AngularMean(indenter)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def geometric_mean(indenter: Indenter) -> GeometricMean:
     """The geometric mean of an indenter; what is already tabulated is shared."""
     return GeometricMean(indenter)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Flags
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def flat_radius(indenter: Indenter) -> float:
     """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
     rings = indenter.rings

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
@@ -20,7 +19,7 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
     return np.geomspace(1e-10, 1e3, 2 * count)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
     for fold in range(24, 1, -1):

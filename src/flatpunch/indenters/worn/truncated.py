@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 import scipy
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
@@ -166,7 +167,7 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
     return (float(radii.min()), *few.tolist(), float(radii.max()))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _border_line(tip: Indenter, level: float) -> tuple[Array, Array]:
     """Angles over a full turn, ends included, and the radii there of the level line f = level, none of its extremes left out."""
     angles = _angles(tip)
