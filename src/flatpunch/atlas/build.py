@@ -27,10 +27,6 @@ from flatpunch.compliance import compliance
 from flatpunch.parallel import solve_points
 from flatpunch.punch.matrix import sufficient_terms
 
-_COARSEST, _FINEST = 6, 96
-"""Intervals of the first grid of a parameter, and of the last one that is tried."""
-
-
 Grid = tuple[int, ...]
 Found = dict[tuple[float, ...], dict[str, Any]]
 
@@ -79,14 +75,14 @@ def build(
         If media could not be solved (with the first reason), or the finest grid does not meet the tolerance.
     """
     ways = Ways(None if store is None else Path(store), workers, scheduler, progress)
-    grid: Grid = tuple(_COARSEST for _ in family.parameters)
+    grid: Grid = tuple(6 for _ in family.parameters)
     while True:
         found = _solve_grid(family, grid, ways)
         tails = _tails(family, found, grid)
         coarse = [i for i, tail in enumerate(tails) if tail > family.tolerance]
         if not coarse:
             return _table(family, found, grid)
-        if any(2 * grid[i] > _FINEST for i in coarse):
+        if any(2 * grid[i] > 96 for i in coarse):
             names = ", ".join(family.parameters[i].name for i in coarse)
             raise RuntimeError(
                 f"The series of {family.name!r} over {names} still end at {max(tails):.1e} on {grid} intervals; "

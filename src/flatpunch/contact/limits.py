@@ -20,24 +20,20 @@ from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, RigidBase, TwoBodies, underlying
 
-_STEEP = 30.0
-"""Mean inclination at the rim from which on shapes no longer enter by their heights alone [degrees]."""
-
-
-_DIRECTIONS = 2 * np.pi * (np.arange(36) + 0.382) / 36
-
 
 def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...]:
     """Whether faces are too steep for a theory of small slopes, at contact radii of shape (n,)."""
     r = np.minimum(np.where(np.isfinite(radius), radius, 0.0), indenter.reach)
     live = r > 0
+    # 30 degrees of mean inclination at the rim; 36 directions off the multiples of common corners
+    steepest, directions = np.tan(np.radians(30.0)), 2 * np.pi * (np.arange(36) + 0.382) / 36
     # slopes of power laws grow with the radius
-    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), _DIRECTIONS)) <= np.tan(np.radians(_STEEP)):
+    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), directions)) <= steepest:
         return ()
     slope = np.zeros_like(r)
     if live.any():
-        slope[live] = np.mean(indenter.slope(r[live][:, None], _DIRECTIONS), axis=1)
-    steep = slope > np.tan(np.radians(_STEEP))
+        slope[live] = np.mean(indenter.slope(r[live][:, None], directions), axis=1)
+    steep = slope > steepest
     if not steep.any():
         return ()
     angle = np.degrees(np.arctan(slope[steep].max()))

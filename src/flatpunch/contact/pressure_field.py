@@ -11,9 +11,6 @@ from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_QUADRATURE, _KINKED = 1e-6, 1e-4
-"""Relative error of exact pressures from their quadrature, and the same under profiles with kinks or on graded surfaces."""
-
 
 @dataclass(frozen=True, slots=True)
 class PressureField:
@@ -26,7 +23,7 @@ class PressureField:
 def exact(field: Array, kernel: Kernel, indenter: Indenter) -> PressureField:
     """A pressure that is exact up to the quadrature over the history."""
     kinked = kernel.graded or len(indenter.rings) > 0
-    return PressureField(field, (_KINKED if kinked else _QUADRATURE) * np.abs(field))
+    return PressureField(field, (1e-4 if kinked else 1e-6) * np.abs(field))
 
 
 def superposed(field: Array, cells: PressureField) -> PressureField:

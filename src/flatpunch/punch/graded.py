@@ -58,13 +58,6 @@ from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, far_edges
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
 
-_TURNED = np.array([0.0, 2.0, 6.0, 14.0, 30.0])
-"""Panel edges over t: at the lowest X the highest order still decays like exp(-1.5 t)."""
-
-_TRUST = np.array([1.0, 1e-2, 1e-4])
-"""Weights of L - 1 and its derivatives by ln kappa: series of 24 terms lose as many digits with each derivative."""
-
-
 def graded_terms(kernel: Kernel, beta: float) -> int:
     """Terms for stiffness and edge strength at 1e-10 (1e-8 where the radius is 1000 times the surface's own length E/E')."""
     assert kernel.series is not None
@@ -108,7 +101,8 @@ def wave_table(parity: int, terms: int, first: int) -> Table:
     near = bessel_table(parity, terms, first, start)
     # end of the panels above X in units of X: the integrand falls like 1/x^3, what is left out is 1e-14 of the tail
     x, w = composite_gauss(far_edges(start, parity + 2 * terms, 1e7 * start, 3.0))
-    t, v = composite_gauss(_TURNED)
+    # at the lowest X the highest order still decays like exp(-1.5 t)
+    t, v = composite_gauss(np.array([0.0, 2.0, 6.0, 14.0, 30.0]))
     z = start + 1j * t
     far = _hankel(parity + 2 * terms, x + 0j)[parity::2][:terms]
     turned = _hankel(parity + 2 * terms, z)[parity::2][:terms]
@@ -185,7 +179,8 @@ def _independent(values: Array) -> tuple[Array, Array]:
     instead of three for each radius. Rounding is relative to the largest value at each x.
     """
     count = np.maximum(np.abs(values).max(axis=(0, 1)), np.finfo(float).tiny)
-    trust = _TRUST[: values.shape[0], None, None]
+    # series of 24 terms lose two digits with each derivative
+    trust = np.array([1.0, 1e-2, 1e-4])[: values.shape[0], None, None]
     left, strength, shapes = np.linalg.svd((values * trust / count).reshape(-1, count.size), full_matrices=False)
     # smaller singular values are rounding: those of the functions themselves end at 25 of them
     kept = max(1, int(np.count_nonzero(strength > 1e-14 * strength[0])))

@@ -129,23 +129,19 @@ class RemainderRule:
         return np.asarray((self.weights * values) @ self.table.j.T)
 
 
-_BLOCK, _FEW = 256, 64
-"""Nodes that are summed at once, and the highest order for which all are summed at once."""
-
-
 def _fill(matrix: Array, j: Array, weights: Array) -> None:
     """Sum of weights times j_p j_q over the first nodes.
 
     Matrices times their own transpose cost half, so the nodes are sorted by the sign of their weight; and at small x the
     functions of high order have not begun.
     """
-    if len(j) <= _FEW:
+    if len(j) <= 64:
         np.matmul(j[:, : weights.size] * weights, j[:, : weights.size].T, out=matrix)
         return
     matrix[:] = 0.0
     roots, start = np.sqrt(np.abs(weights)), 0
     while start < weights.size:
-        end = min(start + _BLOCK, weights.size)
+        end = min(start + 256, weights.size)
         # size of j_p below its turning point from which it is left out
         orders = int(np.flatnonzero(np.abs(j[:, end - 1]) > 1e-18)[-1]) + 1
         if orders == len(j):

@@ -30,9 +30,8 @@ NODES = 20
 peaks in L and leave 1e-12 (16 nodes: 1.5e-10). On (x, x + 8) the product j_p j_q leaves 1e-15,
 and so does twice the number on (x, x + 32)."""
 
-_FIRST_UNIFORM = 4.0
-_FINE_UNTIL, _SHORT_UNTIL = 64.0, 128.0
-"""Upper ends, in x, of the panels of length 4 and 8; above, panels are 32 long."""
+_SHORT_UNTIL = 128.0
+"""Upper end, in x, of the panels of length 4 and 8; above, panels are 32 long."""
 
 WINDOW = 128.0
 """Length in x of the window that switches the oscillating half off: some of the longest panels."""
@@ -69,8 +68,8 @@ class BesselTable:
 def panel_edges(first: int, x_high: float) -> Array:
     """Edges 0, 4^first, ..., 1, 4, 8, ..., 64, 72, ..., 128, 160, ... up to the first one at or above x_high."""
     geometric = 4.0 ** np.arange(first, 2)
-    fine = np.arange(_FIRST_UNIFORM + 4, _FINE_UNTIL + 1, 4.0)
-    coarse, long = np.arange(_FINE_UNTIL + 8, _SHORT_UNTIL + 1, 8.0), np.arange(_SHORT_UNTIL + 32, x_high + 32, 32.0)
+    fine = np.arange(8.0, 65.0, 4.0)
+    coarse, long = np.arange(72.0, _SHORT_UNTIL + 1, 8.0), np.arange(_SHORT_UNTIL + 32, x_high + 32, 32.0)
     edges = np.concatenate([[0.0], geometric, fine, coarse, long])
     stop = int(np.searchsorted(edges, x_high)) + 1
     return edges[: max(stop, 2)]

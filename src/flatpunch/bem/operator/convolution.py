@@ -47,8 +47,6 @@ from flatpunch.compliance import Kernel
 BYTES_PER_CELL = 200
 """Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
 
-_BLOCK, _SMALLEST_BLOCK = 64, 2**15
-"""Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
 
 SINGLE_FLOOR = 1e-5
 """Smallest relative error that single precision is asked for."""
@@ -123,7 +121,7 @@ class Operator:
         (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
         even = self.grid.mirrored[0]
         columns = cosine(padded(pressure, (my // 2, nx)), (-2,), threads)
-        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
+        count = _block(mx)
 
         def convolve(first: int, inside: int) -> None:
             rows = slice(first, min(first + count, my // 2))
@@ -139,7 +137,7 @@ class Operator:
         even = self.grid.mirrored[0]
         wide = padded(pressure, (ny, mx // (1 + even)))
         rows = cosine(wide, (-1,), threads) if even else fourier(wide, (-1,), threads)
-        count = max(_BLOCK, _SMALLEST_BLOCK // my)
+        count = _block(my)
 
         def convolve(first: int, inside: int) -> None:
             columns = slice(first, min(first + count, rows.shape[-1]))
@@ -201,6 +199,11 @@ def _convolved(block: Any, axes: Axes, factor: Array, threads: int, *, even: boo
     return (
         cosine_back(spectrum, axes, threads) if even else fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
     )
+
+
+def _block(length: int) -> int:
+    """Lines transformed at a time: 64, or as many as make 2^15 numbers, since calls cost as much as small transforms."""
+    return max(64, 2**15 // length)
 
 
 def build_operator(

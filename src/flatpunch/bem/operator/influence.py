@@ -27,14 +27,9 @@ from flatpunch.numerics.gauss import gauss
 _NEAR = 24.0
 """Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
 
-_NODES, _FEW_NODES, _FAR = 8, 4, 6.0
-"""Gauss points along a part of a cell, and along those farther from the origin than so many of their sides."""
 
 _KEPT = 385
 """Largest offset for which the half-space is kept, a megabyte: that of grids of 256 cells in all but the longest boxes."""
-
-_ROWS = 32
-"""Rows of coefficients made at a time."""
 
 
 Radial = Callable[[Array], Array]
@@ -123,8 +118,8 @@ def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float
     The same distances stand on both sides of the diagonal and are looked up once.
     """
     rows, columns = g.shape
-    for first in range(0, min(rows, columns), _ROWS):
-        stop = min(first + _ROWS, rows, columns)
+    for first in range(0, min(rows, columns), 32):
+        stop = min(first + 32, rows, columns)
         y, x = np.arange(first, stop, dtype=float)[:, None], np.arange(first, max(rows, columns), dtype=float)
         r = np.hypot(x, y)
         values = radial(np.maximum(r, near) * spacing)
@@ -180,7 +175,8 @@ def near_rule() -> NearRule:
         # smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding for
         # neighbours, and the central cell of power laws is done in closed form
         split = (side > distance) & (side > 1e-5)
-        for few, nodes in ((distance > _FAR * side, _FEW_NODES), (distance <= _FAR * side, _NODES)):
+        # Gauss points along a part that is farther from the origin than six of its sides, and along others
+        for few, nodes in ((distance > 6.0 * side, 4), (distance <= 6.0 * side, 8)):
             done = few & ~split
             t, v = gauss(nodes)
             px, py = (start[done, None] + side[done, None] * (t + 1) / 2 for start in (x, y))

@@ -25,9 +25,6 @@ from flatpunch.numerics.gauss import gauss
 STEP = 1.0 / 64.0
 """Step in ln x. The trapezoidal rule aliases at the stationary phase x = 2 pi/step = 402, where the window is zero."""
 
-_WINDOW, _WIDTH = 80.0, 12.0
-"""Centre and width of the window erfc((x - 80)/12)/2: its transform leaves exp(-36), its rim x = 152 leaves erfc(6)."""
-
 
 BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
@@ -36,9 +33,10 @@ BLOCK = 256
 @byte_cached
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
-    i = np.arange(low, int(np.log(_WINDOW + 20 * _WIDTH / 3) / STEP) + 1)
+    window, width = 80.0, 12.0
+    i = np.arange(low, int(np.log(window + 20 * width / 3) / STEP) + 1)
     x = np.exp(i * STEP)
-    w = STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
+    w = STEP * x * j0(x) * erfc((x - window) / width) / 2
     w[0] += x[0] / np.expm1(STEP) * STEP
     return x, w
 

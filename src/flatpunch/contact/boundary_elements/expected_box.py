@@ -14,9 +14,6 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
-_DRAWN_OUT, _WIDER = 1.25, 0.1
-"""Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
-
 
 def boxes_between(
     positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
@@ -37,7 +34,8 @@ def boxes_between(
         Polar angles [rad].
     """
     every = np.array(sorted(known))
-    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_line + _WIDER * (level_line != 0).any()
+    # contacts follow powers 1 to 2 of the tip's level lines, from soft to stiff layers; the box is a tenth wider
+    logarithms = np.log(round_radius)[:, None] + 1.25 * level_line + 0.1 * (level_line != 0).any()
     sure = np.zeros(positions.size, dtype=bool)
     for row, x in enumerate(positions):
         upper = int(np.searchsorted(every, x))

@@ -13,7 +13,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
 LARGEST_SWING = 1.2
-"""|ln a(phi)/abar| above which outlines were off by tens of per cent."""
+"""|ln a(phi)/abar| above which outlines are off by tens of per cent."""
 
 
 def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:

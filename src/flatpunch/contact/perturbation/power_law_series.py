@@ -28,13 +28,6 @@ Order = Literal["second", "fourth"]
 LARGEST_TERM = 2.0
 """|ln(F/F_base)| at which a series is cut; tips of three sides reach 0.2."""
 
-_FARTHEST = 1.5
-"""|ln(abar/a)| above which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
-
-
-LONGEST = 0.1
-"""Longest of these steps: where the depth turns back only one of the series counts; twice as long ones may leave its branch."""
-
 
 class PowerExpansion:
     """Perturbation series of one power-law indenter on one medium.
@@ -147,7 +140,8 @@ def same_depth(kernel: Kernel, base: PowerProfile, other_base: PowerProfile, rad
     for _ in range(4):
         contact = round_contact(kernel, other_base, other[live])
         slope = np.where(np.abs(contact.depth_slope) > TINY, contact.depth_slope, TINY)
-        other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -LONGEST, LONGEST))
+        # where the depth turns back only one of the series counts; longer steps may leave its branch
+        other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -0.1, 0.1))
     return np.asarray(other)
 
 
@@ -166,12 +160,12 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
 
     Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
-    would be anything, it ends at `_FARTHEST` from the guess.
+    would be anything, it ends at a factor of exp(1.5) from the guess.
     """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()
-    low = np.log(guess[live]) - _FARTHEST
-    high = np.minimum(low + 2 * _FARTHEST, np.log(resolved_radius(kernel)))
+    low = np.log(guess[live]) - 1.5
+    high = np.minimum(low + 3.0, np.log(resolved_radius(kernel)))
     x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -LARGEST_TERM, LARGEST_TERM)
     for _ in range(20):
         answers = punch_family(kernel).at(np.exp(x) / kernel.length)

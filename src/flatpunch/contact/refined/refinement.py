@@ -30,9 +30,6 @@ from flatpunch.contact.refined.sample import Case, Sample, solved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
-STEPS = 40
-"""Most steps by which solutions go to enclose prescribed forces or radii."""
-
 
 class Gap(NamedTuple):
     """Gap between two solutions.
@@ -188,7 +185,7 @@ class Refinement:
     def _ends(self, quantity: ControlName, wanted: Array, guess: Array, least: float) -> tuple[float, float]:
         """Positions of solutions between which all wanted values lie; `least` where smaller ones need no solution."""
         known = sorted({x for gap in self.gaps for x in gap[:2]})
-        for _ in range(STEPS):
+        for _ in range(40):
             values = [self._value(quantity, x) for x in known]
             above = [x for x, value in zip(known, values, strict=True) if value >= wanted[1]]
             below = [

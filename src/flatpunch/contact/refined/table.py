@@ -38,9 +38,6 @@ FORCE_ERROR = 5e-4
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
 """Wavenumbers kappa at which a layer is recognised by its response; the third also gives q."""
 
-_SAME = 1e-9
-"""Relative difference of responses below which layers are the same; responses are interpolated to 2e-12."""
-
 
 @dataclass(frozen=True, slots=True)
 class TableRows:
@@ -126,16 +123,17 @@ def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:
 @byte_cached
 def _medium_weights(kernel: Kernel) -> Array | None:
     """Weights of the layers of the table, the sliding one last; None for any other medium."""
-    found = kernel.response(_WAVES)
+    # responses are interpolated to 2e-12
+    same, found = 1e-9, kernel.response(_WAVES)
     sliding = compliance(layer(None)).response(_WAVES)
-    if np.all(np.abs(found / sliding - 1) < _SAME):
+    if np.all(np.abs(found / sliding - 1) < same):
         return np.append(np.zeros(_table()["roots"].size), 1.0)
     root = _root_of(float(found[2]))
     if root is None:
         return None
     bonded = compliance(layer(root)).response(_WAVES)
     # the root is known to half the digits of the response beside q = 0
-    if not np.all(np.abs(found / bonded - 1) < 100 * _SAME):
+    if not np.all(np.abs(found / bonded - 1) < 100 * same):
         return None
     return np.append(lagrange(_table()["roots"], root), 0.0)
 
@@ -146,9 +144,10 @@ def _root_of(wanted: float) -> float | None:
     def response(root: float) -> float:
         return float(compliance(layer(root)).response(_WAVES[2:3])[0])
 
-    if abs(response(0.0) / wanted - 1) < _SAME:
+    same = 1e-9
+    if abs(response(0.0) / wanted - 1) < same:
         return 0.0
-    if not response(0.0) < wanted <= response(1.0) * (1 + _SAME):
+    if not response(0.0) < wanted <= response(1.0) * (1 + same):
         return None
     from scipy.optimize import elementwise
 

@@ -31,10 +31,6 @@ _DECADES = 8.0
 """Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
 
 
-_CHUNK = 2000
-"""Most points treated at once; each needs about a hundred pressures of punches."""
-
-
 @dataclass(frozen=True, slots=True)
 class History:
     """Smooth functions of x = ln a along the loading path up to the radius `radius`.
@@ -160,8 +156,9 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
     x_end = np.full_like(r, np.log(history.radius))
     edge = history.radius * history.outline(x_end, phi)[0]
     inside = np.flatnonzero(r < edge)
-    for i in range(0, inside.size, _CHUNK):
-        chosen = inside[i : i + _CHUNK]
+    # each point needs about a hundred pressures of punches
+    for i in range(0, inside.size, 2000):
+        chosen = inside[i : i + 2000]
         pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen])
     return pressure
 

@@ -16,8 +16,6 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
-_FAST = 1e4
-
 
 @dataclass(frozen=True, slots=True)
 class ExponentialSeries:
@@ -64,7 +62,7 @@ def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> E
     # h: the trapezoidal rule then errs by 2 |Gamma(alpha + 16.5 i)|/Gamma(alpha) < 1e-11
     alpha, h = law.exponent, 0.38
     # rates kept, over the inverse of the shortest step and of the whole history
-    first, last = np.floor(np.log(1e-8 / longest) / h), np.ceil(np.log(_FAST / shortest) / h)
+    first, last = np.floor(np.log(1e-8 / longest) / h), np.ceil(np.log(1e4 / shortest) / h)
     u = h * np.arange(first, last + 1)
     scale = law.time**alpha * h / gamma(alpha)
     rates, weights = np.exp(u), scale * np.exp(alpha * u)

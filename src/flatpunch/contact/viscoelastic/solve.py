@@ -14,7 +14,7 @@ from flatpunch._support.checks import Array, values
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, few
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
-from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
+from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
 from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
@@ -116,7 +116,7 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
 
 def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: Relaxation, phi: Array) -> Curve:
     contact = response.contact
-    radius, area, stiffness = elastic.at(contact, RADIUS, AREA, STIFFNESS)
+    radius, area, stiffness = elastic.at(contact, Column.RADIUS, Column.AREA, Column.STIFFNESS)
     first = float(relaxation(np.zeros(1))[0])
     notes = elastic.notes
     if not np.isfinite(first):

@@ -21,13 +21,6 @@ from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, Sine
 
-PER_DECADE = 3
-"""Panels per decade; with half as many, means of rounded tips lose three digits, with twice as many they cost twice."""
-
-NODES = 32
-"""Nodes of a panel; half as many leave 1e-6 beside the corners of a flat."""
-
-
 ORDER = 32
 """Highest harmonic for which means are integrated at rounding; half as many are not enough for rounded pyramids."""
 
@@ -122,9 +115,11 @@ class AngularTable(ABC):
 
     def _edges(self, r: Array) -> Array:
         """Edges of the panels that hold radii r."""
-        first = int(np.floor(PER_DECADE * np.log10(r.min()) - 1e-9))
-        last = int(np.ceil(PER_DECADE * np.log10(r.max()) + 1e-9))
-        even = 10 ** (np.arange(first, last + 1) / PER_DECADE)
+        # with half as many panels, means of rounded tips lose three digits
+        per_decade = 3
+        first = int(np.floor(per_decade * np.log10(r.min()) - 1e-9))
+        last = int(np.ceil(per_decade * np.log10(r.max()) + 1e-9))
+        even = 10 ** (np.arange(first, last + 1) / per_decade)
         reach = self._indenter.reach
         cuts = [cut for cut in self._cuts if even[0] < cut < min(reach, even[-1])]
         edges = np.unique(np.concatenate([even[even < reach], cuts, [min(reach, even[-1])]]))
@@ -135,7 +130,8 @@ class AngularTable(ABC):
         """Nodes of a panel."""
         rings = self._indenter.rings
         between = rings and rings[0] <= low < rings[-1]
-        return NODES + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
+        # half as many leave 1e-6 beside the corners of a flat
+        return 32 + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
 
     def _sample(self, r: Array) -> Array:
         """Columns by quadrature, shape (n, columns)."""

@@ -9,9 +9,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
-MOST = 24
-"""Highest rotational symmetry looked for; tips with more sides are treated as if they had none."""
-
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
 
@@ -25,7 +22,7 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
 @byte_cached
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    for fold in range(MOST, 1, -1):
+    for fold in range(24, 1, -1):
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1

@@ -18,9 +18,6 @@ from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
 
-_ALIKE = 1e-9
-"""Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -161,8 +158,10 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
         return (float(radii.max()),)
     closed = np.append(radii, radii[1])
     turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
-    between = np.sort(turns[(turns > (1 + _ALIKE) * radii.min()) & (turns < (1 - _ALIKE) * radii.max())])
-    between = between[np.diff(between, prepend=0.0) > _ALIKE * radii.max()]
+    # below rounding one turn of a border gives several rings
+    alike = 1e-9
+    between = np.sort(turns[(turns > (1 + alike) * radii.min()) & (turns < (1 - alike) * radii.max())])
+    between = between[np.diff(between, prepend=0.0) > alike * radii.max()]
     # most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels
     few = between if between.size <= 6 else between[:0]
     return (float(radii.min()), *few.tolist(), float(radii.max()))
