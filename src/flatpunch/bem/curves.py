@@ -72,8 +72,8 @@ def solve(
     grid : Grid or int, optional
         The grid for all steps, or the square root of the number of cells (256) of one that is fitted to each contact.
     half_widths : sequence of (float, float), optional
-        Expected half-widths of each contact along x and y [m], for example from a fast method; else they are looked for
-        from the indenter's shape on. Only a start: the box is found on a coarse grid.
+        Expected half-widths of each contact along x and y [m], for example from a fast method; by default an
+        estimate from the indenter's shape. Only a start: the box is found on a coarse grid.
     centers : sequence of (float, float), optional
         Centres of these boxes [m]; the point of first touch by default.
     search : bool or sequence of bool

@@ -15,8 +15,8 @@ Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
 - `crossings(r)` (None): polar angles at which circles of radii r, shape (n,), cross such lines, shape (n, k), NaN where
   they do not. Means over the angle are then exact to rounding.
 - `rounded_edges` (): polar angles of rounded edges, along which the contact is drawn out as along `corners`.
-- `reach_along(phi)` (`reach`): largest radius in each direction [m], where it exceeds `reach`. Boundary elements use it; the other
-  methods, whose contacts are round to first order, end at `reach`.
+- `reach_along(phi)` (`reach`): largest radius in each direction [m], where it exceeds `reach`. Only boundary elements use it;
+  the other methods, whose contacts are round to first order, end at `reach`.
 - `height_and_slope(r, phi)`: both from one calculation.
 """
 
