@@ -16,6 +16,7 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from flatpunch._support.ceilings import LAYERS
+from flatpunch.app.strengths import strength_place, strengths_form, with_strengths
 from flatpunch.app.toml import toml_text, toml_value
 from flatpunch.files.nesting import check_nesting
 
@@ -33,15 +34,25 @@ _TEXTS = {"title", "method", "kind", "sheet", "decimal"}
 """Fields that are texts whatever they look like."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_ADHESION = {"work_of_adhesion", "range_of_action"}
+
 _TAB_TABLES = {
-    "press": {"control", "history", "stress", "relaxation"},
-    "fit": {"fit", "curve", "relaxation"},
+    "press": {"control", "history", "relaxation", "design", *_ADHESION},
+    "fit": {"fit", "curve", "relaxation", *_ADHESION},
+    "correct": {"correct"},
+    "coating": {"control", "stress", "vary", *_ADHESION},
+    "compare": {"control"},
 }
-"""Tables of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
+"""Parts of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
+_SINGLE = ("fit", "curve", "correct", "stress")
+"""Tables whose entries are fields."""
+
 _LIMITS = ("min", "max")
-_FIELD = re.compile(r"layers\.\d+\.[a-z_]+|(?:base|indenter|control|fit|curve)\.[A-Za-z_]+")
+_FIELD = re.compile(
+    r"(?:layers\.\d+|base)\.(?:stress\.)?[a-z_]+|vary\..+|(?:indenter|control|fit|curve|correct|stress)\.[A-Za-z_]+"
+)
 """Names of fields of the page; those that are empty are not in the form."""
 
 
@@ -68,7 +79,7 @@ def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
     ----------
     fields : mapping of str to str
         Texts by dotted names.
-    tab : {"press", "fit"}
+    tab : {"press", "fit", "correct", "coating", "compare"}
         Which tables belong to it; values to be fitted are marked for "fit" only.
 
     Raises
@@ -89,8 +100,12 @@ def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
         data |= {"base": base} if (base := _table(fields, "base.", fitted)) else {}
     data["indenter"] = _table(fields, "indenter.", fitted)
     data |= {"control": control} if (control := _control(fields)) else {}
-    for name in ("fit", "curve"):
+    for name in _SINGLE:
         data |= {name: table} if (table := _table(fields, f"{name}.", fitted)) else {}
+    count = 0 if two else len(_indices(fields, "layers"))
+    data |= {"stress": stress} if (stress := with_strengths(data.get("stress", {}), fields, count)) else {}
+    if fields.get("map") == "on":
+        data["vary"] = {name.removeprefix("vary."): fields[name] for name in fields if name.startswith("vary.")}
     for name, value in _more(fields.get("more", "")).items():
         if name in data:
             raise FormError(f"more: {name} has fields of its own above; leave it out here.")
@@ -119,7 +134,12 @@ def form_of(data: Mapping[str, Any]) -> dict[str, str]:
         elif name == "layers" and _is_list_of_tables(value):
             for i, layer in enumerate(value):
                 found |= _flat_table(f"layers.{i}", layer)
-        elif name in ("base", "indenter", "fit", "curve") and isinstance(value, dict):
+        elif name == "vary" and isinstance(value, dict):
+            found |= {"map": "on", **{f"vary.{path}": _text(values) for path, values in value.items()}}
+        elif name == "stress" and isinstance(value, dict):
+            value, strengths = strengths_form(value, len(data.get("layers", ())))
+            found |= _flat_table(name, value) | strengths
+        elif name in ("base", "indenter", *_SINGLE) and isinstance(value, dict):
             found |= _flat_table(name, value)
         elif name == "control" and isinstance(value, dict) and (control := _control_form(value)):
             found |= control
@@ -153,7 +173,7 @@ def field_of(place: str, fields: Mapping[str, str]) -> str:
     fields : mapping
         The form.
     """
-    name = re.sub(r"\[(\d+)\]", r".\1", place)
+    name = strength_place(re.sub(r"\[(\d+)\]", r".\1", place), fields)
     if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
         part = f"control.{name.rpartition('.')[2]}"
         name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
@@ -180,7 +200,7 @@ def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> dict[str, An
     found: dict[str, Any] = {}
     for field in fields:
         *above, name = field.removeprefix(prefix).split(".")
-        if not field.startswith(prefix) or _is_mark(field, fields):
+        if not field.startswith(prefix) or ".stress." in field or _is_mark(field, fields):
             continue
         table = found
         for step in above:
@@ -285,7 +305,5 @@ def problems(error: Exception, fields: Mapping[str, str], message: str) -> Itera
     """
     for line in message.splitlines():
         text = re.sub(r"^case\.toml: ", "", line)
-        place = re.match(
-            r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.[A-Za-z_]\w*(?:\[\d+\])?)*)(?= = | is | has |: | must )", text
-        )
+        place = re.match(r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*)(?= = | is | has |: | must )", text)
         yield (field_of(place[1], fields) if place else ""), text

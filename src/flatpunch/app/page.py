@@ -27,7 +27,7 @@ from flatpunch._version import __version__
 from flatpunch.app.form import FormError, address_of, case_text, fields_of, form_of
 from flatpunch.app.store import Store
 from flatpunch.app.tables import page_tables
-from flatpunch.app.tabs import TABS, Tab, script
+from flatpunch.app.tabs import FILES, TABS, Tab, script
 from flatpunch.app.uploads import Uploads, shipped_fits
 from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
@@ -184,7 +184,7 @@ class Page:
         return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step), _SOON)
 
     def _file(self, tab_name: str, kind: str, fields: dict[str, str]) -> Answer:
-        if tab_name not in TABS or kind not in TABS[tab_name].files:
+        if tab_name not in TABS or kind not in FILES:
             raise NotHere(f"there is no file {tab_name}.{kind}.")
         tab = TABS[tab_name]
         stem = _stem(fields.get("title", "")) or tab_name
