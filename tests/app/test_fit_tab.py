@@ -165,5 +165,6 @@ def test_drift_over_depth_tells_the_layer_from_a_half_space(ask):
 
 
 def test_tables_of_other_tabs_are_left_out():
+    assert "[correct]" not in case_text(gel(), "fit")
     assert "[control]" not in case_text(gel(**{"control.quantity": "depth", "control.values": "1 nm"}), "fit")
     assert "[curve]" not in case_text(gel(**{"curve.flip": "true"}), "press")

@@ -78,10 +78,13 @@ def _shown(case: Case, found: Stresses) -> dict[str, Any]:
 
 def _first(first: CriticalLoad) -> dict[str, Any]:
     return {
-        "lines": first_failure_lines(first),
+        "line": first_failure_lines(first)[0],
         "force": plain(first.force),
         "margins": [
-            [name, f"{value:.4g}" if math.isfinite(value) else "–"]
+            [
+                re.sub(r"layers\[(\d+)\]\.(.*)", lambda found: f"{found[2]}, layer {int(found[1]) + 1}", name),
+                f"{value:.4g}" if math.isfinite(value) else "–",
+            ]
             for name, value in sorted(first.margins.items(), key=lambda item: item[1])
         ],
     }

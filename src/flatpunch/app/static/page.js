@@ -1,6 +1,7 @@
 // The page: tabs, requests to the server, jobs with progress, and what each tab shows.
 
-import { build, defaults, element, read, showProblems, write } from "./form.js";
+import { element } from "./fields.js";
+import { build, defaults, read, sharedFields, showProblems, write } from "./form.js";
 import { TABS } from "./tabs.js";
 
 const at = (id) => document.getElementById(id);
@@ -22,7 +23,7 @@ async function ask(path, options) {
 }
 
 function formText() {
-  return read().toString();
+  return read(tab).toString();
 }
 
 function keepAddress() {
@@ -183,13 +184,14 @@ function choose(name) {
     button.setAttribute("aria-selected", button.dataset.tab === tab);
     button.tabIndex = button.dataset.tab === tab ? 0 : -1;
   }
-  for (const box of at("job").children) box.hidden = box.dataset.tab !== tab;
   at("shown").replaceChildren();
   drawn = null;
   problems([]);
 }
 
 function tabs() {
+  const [before, after] = sharedFields();
+  const own = [];
   for (const [name, { title, fields }] of Object.entries(TABS)) {
     const button = element("button", { type: "button", role: "tab", "data-tab": name, id: `tab-${name}` }, title);
     button.addEventListener("click", () => {
@@ -197,8 +199,10 @@ function tabs() {
       go(true);
     });
     at("tabs").append(button);
-    at("job").append(element("div", { "data-tab": name }, element("h2", {}, title), ...fields(tools)));
+    at("job").append(element("h2", { "data-tabs": name }, title));
+    own.push(element("div", { "data-tabs": name }, ...fields(tools)));
   }
+  at("job").append(...before, ...own, ...after);
   at("tabs").addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;

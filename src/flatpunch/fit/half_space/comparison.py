@@ -157,10 +157,14 @@ def comparison_rows(found: xr.Dataset) -> list[list[str]]:
             "all depths" if end == deepest else text(end, "m") if end > 0 else "none"
             for end in map(float, found["valid_to"].values[i])
         ]
-        rows.append(
-            [str(name), f"{100 * off:+.3g} %" if math.isfinite(off) else "-", *ends, str(found["remark"].values[i])]
-        )
+        rows.append([str(name), _percent(off), *ends, str(found["remark"].values[i])])
     return rows
+
+
+def _percent(value: float) -> str:
+    if not math.isfinite(value):
+        return "-"
+    return f"{100 * value:+.2f} %" if abs(value) < 0.1 else f"{100 * value:+.3g} %"
 
 
 def comparison_columns(found: xr.Dataset) -> list[str]:
