@@ -192,8 +192,9 @@ def _study(fields: Mapping[str, str], case: Case, run: bool) -> dict[str, Any]:
         found = sweep(replace(case, source=(CALLED, source)), workers=1)
     except ValueError as error:
         # what is wrong with a range is said of the path, which is the name of its field
-        field = next((path for path in varied if f"{path} " in str(error) or f"'{path}'" in str(error)), "")
-        return {"problems": [{"field": f"vary.{field}" if field else "", "text": message(error)}]}
+        named = [path for path in varied if path in str(error)]
+        field = f"vary.{min(named, key=str(error).index)}" if named else ""
+        return {"problems": [{"field": field, "text": message(error)}]}
     return {"study": _drawn(found), "notes": [], "kept": pickle.dumps((case, None, found))}
 
 

@@ -7,6 +7,7 @@ import { TABS } from "./tabs.js";
 const at = (id) => document.getElementById(id);
 const WAIT = 150; // milliseconds between questions about a job
 const TYPING = 250; // milliseconds without a key before the form is sent
+const ADDRESS = 200; // milliseconds without a change before the address follows
 const LONGEST = 16000; // characters of an address
 
 let tab = "press";
@@ -15,6 +16,7 @@ let drawn = null; // form that is shown
 let job = null; // key of the job that runs
 let dirty = false; // whether the form has changed meanwhile
 let timer = null;
+let address = null;
 
 async function ask(path, options) {
   const response = await fetch(path, options);
@@ -26,7 +28,13 @@ function formText() {
   return read(tab).toString();
 }
 
-function keepAddress() {
+/** Write the form into the address, not more often than browsers allow. */
+function keepAddress(at_once = false) {
+  clearTimeout(address);
+  if (!at_once) {
+    address = setTimeout(() => keepAddress(true), ADDRESS);
+    return;
+  }
   const query = `tab=${tab}&${formText()}`;
   history.replaceState(null, "", query.length < LONGEST ? `?${query}` : `?tab=${tab}`);
 }
