@@ -17,6 +17,7 @@ from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app
 from flatpunch.files import load
+from flatpunch.fit.models import forget_models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -49,20 +50,26 @@ MAP = coat(**{"map": "on", "vary.layers.0.thickness": "1 um:9 um:3:log", "contro
 def test_files_are_those_of_the_command_line(ask, tmp_path, monkeypatch, capsys, tab, fields, command):
     """From the case file that the page saves: CSV byte for byte, NetCDF value for value, and the Python lines."""
     monkeypatch.chdir(tmp_path)
+    # whatever the page has solved before
+    for depth in ("500 nm", "20 nm"):
+        ask.solve("correct", GEL | {"correct.depth": depth})
     saved = {kind: ask.post(f"/file/{tab}.{kind}", fields) for kind in ("toml", "csv", "nc", "py", "svg")}
     for answer in saved.values():
         assert answer.status == 200, answer.content
         (tmp_path / answer.name).write_bytes(answer.content)
     assert b"<svg" in saved["svg"].content
     output = ["-o", "line.nc", "--csv", "line.csv"] if tab == "coating" else ["-o", "line.csv"]
+    forget_models()
     ran = CliRunner().invoke(app, [*command, saved["toml"].name, *output], env={"COLUMNS": "300"})
     assert ran.exit_code == 0, ran.output
     assert saved["csv"].content == (tmp_path / "line.csv").read_bytes()
     if tab != "coating":
+        forget_models()
         assert CliRunner().invoke(app, [*command, saved["toml"].name, "-o", "line.nc"]).exit_code == 0
     page, line = load(tmp_path / saved["nc"].name), load(tmp_path / "line.nc")
     assert page.identical(line) or page.drop_attrs().identical(line.drop_attrs())
     assert len(saved["py"].content.decode().strip().splitlines()) in (5, 6)
+    forget_models()
     runpy.run_path(saved["py"].name)
     printed = capsys.readouterr().out
     assert printed
@@ -72,6 +79,7 @@ def test_files_are_those_of_the_command_line(ask, tmp_path, monkeypatch, capsys,
 
 def test_what_is_shown_is_what_the_command_line_prints(ask):
     found = ask.solve("correct", GEL)
+    forget_models()
     assert found["summary"] in CliRunner().invoke(app, ["correct", str(EXAMPLES / "fit" / "thin_gel.toml")]).stdout
     # the curve of this example was made with 2.6 kPa
     assert found["young"] == pytest.approx(2600, rel=5e-3)

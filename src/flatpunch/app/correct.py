@@ -16,6 +16,7 @@ from flatpunch.contact import method_of
 from flatpunch.files.cases import parsed
 from flatpunch.fit.case import FitCase, fit_case_from
 from flatpunch.fit.half_space.correction import Correction, correct
+from flatpunch.fit.models import forget_models
 from flatpunch.fit.report.quantities import quantity
 
 COLUMNS = ("formula", "modulus of the layer", "off the exact one by", "remark")
@@ -35,6 +36,7 @@ def correct_modulus(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
         case = _case(fields)
         if not run and case.settings.method != "auto" and method_of(case.settings.method).name in ("bem", "refined"):
             return {"long": "This method takes boundary element solutions."}
+        forget_models()
         found = correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
         return {**shown(found), "kept": pickle.dumps(found)}
     except Exception as error:

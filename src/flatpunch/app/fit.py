@@ -26,6 +26,7 @@ from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -147,6 +148,7 @@ def _one(case: FitCase, curve: Curve) -> dict[str, Any]:
 
 
 def _fitted(case: FitCase, curve: Curve) -> FitResult:
+    forget_models()
     return fit(curve, case.medium, case.indenter, case.free, **case.arguments)
 
 
@@ -171,6 +173,7 @@ def _all(case: FitCase, path: Path) -> dict[str, Any]:
     """Fit every curve of a file, one after the other, with progress."""
     items = listed([path], case.reading)
     rows: list[dict[str, Any]] = []
+    forget_models()
     with reporting("Fitting", None) as report:
         for done in fit_rows(
             items, case.sample, case.free, replace(case.settings, engine="normal-equations"), case.reading, 1
