@@ -245,11 +245,12 @@ def test_coating_section_map_and_stop(visit):
 
 
 def test_compare_and_every_tab_by_keyboard(visit):
-    window = example(visit(width=800), "Compare: AFM pyramid")
+    window = example(visit(), "Compare: AFM pyramid")
     # the formula for pyramids, +0.00 %, beside the cone's
     row = window.locator("#shown tr", has_text="flatpunch").inner_text().split("\t")
     assert row[2:5] == ["all depths"] * 3
     photo(window, "compare")
+    window.set_viewport_size({"width": 800, "height": 900})
     window.focus("#tab-compare")
     for name in ("press", "fit", "correct", "coating", "compare"):
         window.keyboard.press("ArrowRight")

@@ -71,6 +71,16 @@ found = fp.fit(fp.read_curve("{curve}", **case.reading), case.medium, case.inden
 print(found.summary())
 """,
             {"drift": "fit:drift_over_depth"},
+            {
+                "all": """\
+import flatpunch as fp
+from flatpunch.fit.case import read_fit_case
+
+case = read_fit_case("{stem}.toml")
+how = {{**case.arguments, "engine": "normal-equations", "reading": case.reading}}
+fp.fit_batch(["{curve}"], case.medium, case.indenter, case.free, **how).save("{stem}.csv")
+"""
+            },
             previews={"preview": "fit:preview"},
             uploads=True,
         ),
