@@ -1,0 +1,51 @@
+"""Loading cycles of a history: where the tip turns, and positions freed from noise between the turns."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+from scipy.signal import find_peaks
+
+from flatpunch._support.checks import Array
+
+_TURN = 0.05
+"""Share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift."""
+
+
+def smoothed(values: Array) -> Array:
+    """Moving average over half a per cent of the points."""
+    window = max(values.size // 200, 1)
+    return np.convolve(np.pad(values, window // 2, "edge"), np.full(window, 1 / window), "valid")[: values.size]
+
+
+def turns(position: Array) -> list[int]:
+    """Points at which positions turn: deepest, furthest out, deepest, ..., an odd number of them.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n,)
+        Growing into the sample; the history begins and ends outside its deepest points.
+    """
+    smooth = smoothed(position)
+    # a history may begin or end at a deepest point
+    padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
+    deepest = (find_peaks(padded, prominence=_TURN * float(np.ptp(smooth)))[0] - 1).tolist()
+    found = deepest[:1]
+    for before, after in pairwise(deepest):
+        found += [before + int(np.argmin(smooth[before:after])), after]
+    return found
+
+
+def levelled(values: Array, at: list[int]) -> Array:
+    """Least squares to values that rise to the first turn, fall to the second, and so on."""
+    result = np.empty(values.size)
+    ends = [0, *at, values.size - 1]
+    for i, (begin, end) in enumerate(pairwise(ends)):
+        piece = isotonic_regression(values[begin : end + 1], increasing=i % 2 == 0).x
+        if i:
+            # both sides end at the same value, the more extreme one
+            piece[0] = (max if i % 2 else min)(piece[0], result[begin])
+        result[begin : end + 1] = piece
+    return result
