@@ -120,3 +120,19 @@ def test_saturation_with_noise(spring, level, noise):
         found = fitted("gel", curve)
         # interpolation of the curve without noise is good to 1e-4
         assert abs(found.value - 5e3) < 4 * found.stderr + 5.0
+
+
+def test_a_digitised_force_has_wider_intervals():
+    """Noise below a step of the converter: the rounding of the baseline is one error of all its readings, not many."""
+    held, errors, rng = 0, [], np.random.default_rng(0)
+    depth = np.linspace(-1e-6, 4e-7, 1500)
+    clean = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    step = 0.02 * clean.max()
+    for _ in range(30):
+        force = clean + step * (0.1 * rng.normal(size=1500) + rng.uniform())
+        found = fitted("gel", Curve(depth, step * np.round(force / step)))
+        held += found.low <= 5e3 <= found.high
+        errors.append(found.value / 5e3 - 1)
+    # the scatter of 30 fits is that of the rounding, q/sqrt(12) of the baseline; 26 of 30 or more with 0.994 probability
+    assert held >= 26
+    assert found.stderr / 5e3 < 2 * np.std(errors)

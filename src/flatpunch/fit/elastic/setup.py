@@ -259,7 +259,8 @@ class Approach:
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
             before = np.zeros(part.force.size, dtype=bool)
-        if self.settings.baseline == "sine":
+        if self.settings.baseline == "sine" or self.settings.drag != 0:
+            # no straight line
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
         step = converter_step(part.force)

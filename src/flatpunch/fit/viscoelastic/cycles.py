@@ -32,7 +32,7 @@ def turns(position: Array) -> list[int]:
     # a history may begin or end at a deepest point
     padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
     deepest = (find_peaks(padded, prominence=_TURN * float(np.ptp(smooth)))[0] - 1).tolist()
-    found = deepest[:1]
+    found: list[int] = deepest[:1]
     for before, after in pairwise(deepest):
         found += [before + int(np.argmin(smooth[before:after])), after]
     return found
