@@ -27,7 +27,7 @@ from flatpunch.fit.report.findings import about_contact, judged
 from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import follows, searched, unweighted
+from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
 
@@ -149,7 +149,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     setup, found = searched(setup, curve.name, free, settings)
     if setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, settings)
-    setup, found = unweighted(setup, found, curve.name, free, settings)
+    setup, found = evenly_weighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
     polished = None
     if settings.engine == "lmfit" and count:
