@@ -161,9 +161,10 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
-    spread = spread + _rounding(setup, found)
+    shared = _rounding(setup, found)
     if curve.meta.get("calibration"):
-        spread = spread + _calibration(curve, model, free, settings, found)
+        shared = shared + _calibration(curve, model, free, settings, found)
+    spread = spread + shared
     result = FitResult(
         curve=setup.part,
         used=setup.used,
@@ -178,7 +179,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         lmfit=polished,
         notes=setup.notes,
     )
-    result = replace(result, estimates=by_profile(result, setup.coarse))
+    result = replace(result, estimates=by_profile(result, setup.coarse, shared))
     return replace(result, notes=(*setup.notes, *about_contact(result), *judged(result), *limits_of_theory(result)))
 
 
