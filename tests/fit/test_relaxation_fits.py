@@ -5,8 +5,8 @@ import pytest
 
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, CurveError, Sample, fit
+from flatpunch.fit.measured.cycles import levelled, turns
 from flatpunch.fit.pictures import fit_figure
-from flatpunch.fit.viscoelastic.cycles import levelled, turns
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.indenters import Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, PowerLawRelaxation, Prony, RigidBase, StandardLinearSolid

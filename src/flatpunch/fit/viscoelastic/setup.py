@@ -10,11 +10,11 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.elastic.setup import Approach, over_line
 from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
 from flatpunch.fit.measured.signal import CLEAR, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
-from flatpunch.fit.viscoelastic.cycles import levelled, smoothed, turns
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.objective import HistoryObjective
 
