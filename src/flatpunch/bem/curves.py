@@ -35,6 +35,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
+"""Cells per side of a grid that is chosen for a contact; half as many quadruple the errors of force and outline."""
 
 
 SHARED_CELLS = 512

@@ -18,8 +18,6 @@ from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, solve_stiffness
 
-_STIFFNESS_TOLERANCE = 1e-5
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -125,7 +123,7 @@ def solution_of(
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.surface_length, sharp=sharp)
     k = float("nan")
     if stiffness:
-        wanted = _STIFFNESS_TOLERANCE if stiffness is True else float(stiffness)
+        wanted = 1e-5 if stiffness is True else float(stiffness)
         k = solve_stiffness(levels, state.contact, max(wanted, tolerance))
     converged = state.converged and effort.force_error <= tolerance
     notes = [outline.note] if outline.note else []

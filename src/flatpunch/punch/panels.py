@@ -22,6 +22,8 @@ TOLERANCE = 1e-10
 
 
 _UNIT = np.log(10) / 8
+"""Unit of the widths in ln beta: an eighth of a decade."""
+
 _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 

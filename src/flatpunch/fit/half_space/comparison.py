@@ -139,6 +139,9 @@ def compare_case(case: Case) -> xr.Dataset:
 def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
     """Largest depth up to which the deviation stays within the limit; 0 if it never does."""
     order = np.argsort(depth, kind="stable")
+    order = order[depth[order] > 0]
+    if not order.size:
+        return 0.0
     bad = np.flatnonzero(~(np.abs(deviation[order]) <= limit))
     if not bad.size:
         return float(depth[order[-1]])
