@@ -22,7 +22,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.layered import SATURATION
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, PowerLawHalfSpace
 
 _STEP = 0.1
 """Length of a step through a graded layer over its depth: order 8 leaves 1e-9 of what reaches that depth."""
@@ -84,10 +84,10 @@ def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices, *, 
     count = len(medium.layers) if isinstance(medium, Medium) else 0
     states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale, shear)
     mu, nu = constants_at(medium, z, layer)
-    return _named(states, across, mu / scale, nu, scale)
+    return named_waves(states, across, mu / scale, nu, scale)
 
 
-def interfaces(medium: HalfSpace | Medium) -> Array:
+def interfaces(medium: HalfSpace | Medium | PowerLawHalfSpace) -> Array:
     """Depths of the lower faces of all layers [m], shape (layers,)."""
     layers = medium.layers if isinstance(medium, Medium) else ()
     return np.cumsum([each.thickness for each in layers]) if layers else np.zeros(0)
@@ -355,8 +355,8 @@ def _in_base(
     return (start[..., None] + x * turned[..., None]) * decay, across[..., None] * decay
 
 
-def _named(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
-    """Add the in-plane stresses and give displacements their unit."""
+def named_waves(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
+    """Waves from states (4, loads, nk, nz) and transverse ones (2, nk, nz): in-plane stresses added, displacements scaled."""
     along, szz = states[0], states[3]
     difference = mu * along
     mean = (nu * szz + (1 + nu) * difference) / (1 - nu)
