@@ -127,6 +127,8 @@ class _Part:
     depths: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
     states: Array = field(default_factory=lambda: np.zeros(0))
     across: Array = field(default_factory=lambda: np.zeros(0))
+    raised: Array = field(default_factory=lambda: np.zeros(0))
+    lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
@@ -187,8 +189,8 @@ def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float
         if hidden.any():
             part.states[:, :, hidden] = _admitted(True, own, own_across)[0][:, :, hidden]
             part.across[:, hidden] = _admitted(True, own, own_across)[1][:, hidden]
-        raised, across = _raised(part, k, part.thickness, hidden, scale)
-        flexibility, transverse = _divided(raised[:2], raised[2:]), across[0] / across[1]
+        part.raised, part.lifted = _raised(part, k, part.thickness, hidden, scale)
+        flexibility, transverse = _divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
 
 
@@ -311,7 +313,7 @@ def _sweep_down(
     states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
         hidden = _hidden(part, k)
-        raised, lifted = _raised(part, k, part.thickness, hidden, scale)
+        raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
         wave = sideways / lifted[1]
         if part.depths.size and part.graded is None:

@@ -108,7 +108,7 @@ def cell_fields(
     the surface are moved by a cell as well. `coarser` is the load solved on such cells; without it pairs of cells are joined.
     """
     cells = cells.cropped
-    found = _fields(cells, at, x, y, direction, _CELLS)
+    found = fields_of_cells(cells, at, x, y, direction)
     wide = cells.joined(2) if coarser is None else coarser.cropped
     some = np.unique(np.linspace(0, x.size - 1, min(x.size, _TRIALS)).round().astype(int))
     shallow = some[at.depth[some] < wide.spacing]
@@ -119,14 +119,14 @@ def cell_fields(
     place = x[tried] + moved[:, 0], y[tried] + moved[:, 1]
     fine = found[:6, some]
     if shallow.size:
-        fine = _fields(cells, part, *place, direction, _CELLS)[:6]
-    coarse = _fields(wide, part, *place, direction, _CELLS // 2)[:6]
+        fine = fields_of_cells(cells, part, *place, direction)[:6]
+    coarse = fields_of_cells(wide, part, *place, direction, _CELLS // 2)[:6]
     largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
 
-def _fields(cells: Cells, at: Located, x: Array, y: Array, direction: float, count: int) -> Array:
+def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, count: int = _CELLS) -> Array:
     """All nine components at the points, shape (9, n); `count` cells to the distance of a point are enough."""
     result = np.empty((9, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])

@@ -26,11 +26,11 @@ from flatpunch.numerics.gauss import gauss
 REACH = 36.0
 """k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding."""
 
-_SHORTEST = 1 / 24
+SHORTEST = 1 / 24
 """Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k; shorter
 waves are ended by a smooth window, which blurs the rim."""
 
-_FADING = 0.55, 0.12
+FADING = 0.55, 0.12
 """Middle and width of that window over its last wavenumber: 1e-7 is left there."""
 
 _R_NODES, _Z_NODES = 20, 16
@@ -140,7 +140,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
     if i == 0 and not isinstance(medium.layers[0], GradedLayer):
         yield Points(np.arange(z.size), 0.0, faces[1], 2 * faces[1] - float(z.max()))
         return
-    low = max(faces[i], _SHORTEST * load.radius if i == 0 else 0.0)
+    low = max(faces[i], SHORTEST * load.radius if i == 0 else 0.0)
     limit = faces[i + 1] if i + 1 < faces.size else np.inf
     start = faces[i]
     while start < limit:
@@ -156,7 +156,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
 
 def _octaves(load: Load, z: Array) -> Iterator[Points]:
     """Panels in the depth of a power-law half-space."""
-    start, end = 0.0, 2 * _SHORTEST * load.radius
+    start, end = 0.0, 2 * SHORTEST * load.radius
     while start < z.max(initial=-1.0) or start == 0:
         chosen = np.flatnonzero((z > start) & (z <= end) if start > 0 else z <= end)
         if chosen.size:
@@ -245,16 +245,15 @@ def _spectrum(
     if windowed:
         weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
     elif faded:
-        weight = weight * scipy.special.erfc((k / last - _FADING[0]) / _FADING[1]) / 2
+        weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
     layer = np.full(z.size, i)
-    fields = _amplitudes(medium, k, z, layer, shear)
+    fields = amplitudes(medium, k, z, layer, shear)
     if split_off(medium, load, z[:1], layer[:1])[0]:
-        part = SurfacePart.of(medium)
-        fields -= part.kept(_amplitudes(part.half_space, k, z, layer, shear))
+        fields -= SurfacePart.of(medium).amplitudes(k, z, shear)
     return k, weight * k * load.transform(k), fields
 
 
-def _amplitudes(body: HalfSpace | Medium | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+def amplitudes(body: HalfSpace | Medium | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
     """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
     if isinstance(body, PowerLawHalfSpace):
         waves = power_law_waves(body, k, z)
@@ -268,11 +267,11 @@ def _table(spectrum: tuple[Array, Array, Array], r: Array) -> Array:
     """Functions on the product of radii and depths, shape (functions, nr, nz)."""
     k, weight, fields = spectrum
     orders = NORMAL_ORDERS + (SHEAR_ORDERS if len(fields) > len(NORMAL_ORDERS) else ())
-    bessel = [values * weight for values in _bessel(np.outer(r, k), max(orders) + 1)]
+    bessel = [values * weight for values in bessel_functions(np.outer(r, k), max(orders) + 1)]
     return np.stack([bessel[m] @ each for m, each in zip(orders, fields, strict=True)])
 
 
-def _bessel(x: Array, count: int) -> list[Array]:
+def bessel_functions(x: Array, count: int) -> list[Array]:
     """J_0 ... J_(count - 1): orders two and three by recurrence, below x = 1 by their series."""
     found = [scipy.special.j0(x), scipy.special.j1(x)]
     small = x < 1

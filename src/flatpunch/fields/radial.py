@@ -114,6 +114,12 @@ class SurfacePart:
         """Shear modulus [Pa] and Poisson ratio."""
         return self.half_space.young / (2 * (1 + self.half_space.poisson)), self.half_space.poisson
 
+    def amplitudes(self, k: Array, z: Array, shear: bool) -> Array:
+        """The part under unit load waves, shape (6 or 15, nk, nz): the integrals without the load's transform."""
+        decay = np.exp(-np.multiply.outer(k, z))
+        powers = np.broadcast_to(np.stack([decay / k[:, None], decay, decay * k[:, None]]), (4, 3, *decay.shape))
+        return self.closed(powers, z, shear)
+
     def kept(self, functions: Array) -> Array:
         """What is taken of the half-space's functions, shape (6 or 15, ...)."""
         if self.along is None:

@@ -15,11 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.polynomial import legendre as polynomial
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
@@ -40,6 +41,9 @@ _MANY_NODES = 64
 
 _LONG = 3.0
 """Length of the path in v above which more nodes are needed."""
+
+_SLOW = 24.0
+"""k times half a panel up to which Gauss quadrature gives its transform; more than the terms on a panel."""
 
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
@@ -111,16 +115,18 @@ class RingSources:
         return np.asarray(found.reshape(t.shape))
 
     def transform(self, k: Array) -> Array:
-        """P(k) = int g cos(kt) dt [Pa m], shape of k."""
+        """P(k) = int g cos(kt) dt [Pa m], shape of k.
+
+        Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
+        """
         total = np.zeros_like(k)
-        largest = float(k.max(initial=0.0))
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
-            half = (high - low) / 2
-            x, w = gauss(int(series.size + 8 + 0.6 * largest * half))
-            values = chebyshev.chebval(x, series) * w * half
-            for start in range(0, k.size, _CHUNK):
-                some = slice(start, start + _CHUNK)
-                total[some] += np.cos(np.outer(k[some], low + half * (1 + x))) @ values
+            half, middle = (high - low) / 2, (high + low) / 2
+            own = chebyshev.chebtrim(series)
+            slow = k * half <= _SLOW
+            x, w = gauss(own.size + 8 + int(0.6 * _SLOW))
+            total[slow] += np.cos(np.outer(k[slow], middle + half * x)) @ (chebyshev.chebval(x, own) * w * half)
+            total[~slow] += 2 * half * _oscillating(own, k[~slow] * half, k[~slow] * middle)
         return total
 
     def integrals(self, r: Array, z: Array) -> Array:
@@ -163,6 +169,27 @@ class RingSources:
                     _add_panel(part, ends, r[chosen], z[chosen], (middle, half), series, nodes)
                     result[:, :, chosen] += part
         return result
+
+
+@lru_cache(maxsize=64)
+def _to_legendre(terms: int) -> Array:
+    """Matrix from Chebyshev to Legendre coefficients, shape (terms, terms)."""
+    x, w = gauss(terms)
+    values = polynomial.legvander(x, terms - 1) * (np.arange(terms) + 0.5)
+    return np.asarray((values.T * w) @ chebyshev.chebvander(x, terms - 1))
+
+
+def _oscillating(series: Array, w: Array, phase: Array) -> Array:
+    """Re exp(i phase) sum c_n i^n j_n(w) for w beyond the number of terms, c_n the coefficients in Legendre polynomials."""
+    legendre = _to_legendre(series.size) @ series
+    bessel, ahead = np.sin(w) / w, np.cos(w) / w
+    turns = np.cos(phase), -np.sin(phase), -np.cos(phase), np.sin(phase)
+    total = np.zeros_like(w)
+    for n, c in enumerate(legendre):
+        total += c * turns[n % 4] * bessel
+        # j_(n+1) = (2n + 1)/w j_n - j_(n-1), stable while n < w; j_(-1) = cos(w)/w
+        bessel, ahead = (2 * n + 1) / w * bessel - ahead, bessel
+    return total
 
 
 def sampled(function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float) -> RingSources:
