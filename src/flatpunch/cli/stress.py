@@ -63,14 +63,8 @@ def _run(case: Case, output: Path | None, csv: Path | None, plot: Path | None) -
         reach, deep = _extent(case, contact)
         result = fp.fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
         first = None
-        if any(strength != fp.Strength() for strength in asked.strengths):
-            first = fp.critical_load(
-                case.medium,
-                case.indenter,
-                list(asked.strengths),
-                friction=asked.friction,
-                residual_stress=asked.residual_stress,
-            )
+        if asked.judged:
+            first = fp.critical_load(case.medium, case.indenter, **asked.critical(case.medium))
         if output is not None:
             step(f"writing {output.name}")
             written.append(save(result, output))
@@ -171,18 +165,22 @@ def _print_first(first: CriticalLoad) -> None:
 
     from flatpunch.files.units import text
 
+    two = any(name.startswith(("upper", "lower")) for name in first.margins)
+    where = f"layer {first.layer + 1}" + (f" of the {first.body} body" if two else "")
     if first.force == 0:
-        say(f"First failure: {first.kind} in layer {first.layer + 1} at the first touch: the tip is sharp.")
+        say(f"First failure: {first.kind} in {where} at the first touch: the tip is sharp.")
         return
     if math.isinf(first.force):
         say("No failure up to the largest contact that the tip or the layers allow.")
         return
     at = f"x = {text(first.place[0], 'm')}, z = {text(first.place[2], 'm')}"
     say(
-        f"First failure: {first.kind} in layer {first.layer + 1} at {at}, force {text(first.force, 'N')}, depth "
+        f"First failure: {first.kind} in {where} at {at}, force {text(first.force, 'N')}, depth "
         f"{text(first.depth, 'm')}, contact radius {text(first.radius, 'm')}."
     )
     margins = ", ".join(
         f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])
     )
     say(f"Strength over stress there: {margins}.")
+    if first.error > 1e-3:
+        say(f"Estimated relative error of that stress: {first.error:.1g}.")

@@ -19,7 +19,8 @@ import scipy
 from scipy.interpolate import CubicSpline
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Waves, named_waves, sagittal_system
+from flatpunch.compliance.depth import Waves, named_waves
+from flatpunch.compliance.layered import sagittal_system
 from flatpunch.media import PowerLawHalfSpace
 
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14
