@@ -54,6 +54,10 @@ _LOWEST = 1e-8
 """Smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it."""
 
 
+_MOST_RADIANS = 1e6
+"""Largest wavenumber times the extent of load and points that is integrated: half a minute."""
+
+
 class Load(Protocol):
     """A round load by its transform."""
 
@@ -240,6 +244,12 @@ def _spectrum(
     windowed = gap * last > _WINDOW[0] + 6 * _WINDOW[1]
     if windowed:
         last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
+    if last * extent > _MOST_RADIANS:
+        raise ValueError(
+            f"points are up to {extent:.3g} m from the load, {extent * last / REACH:.0e} times the distance {REACH / last:.3g} m "
+            "over which the fields of the layers vary; their integrals need too many wavenumbers. Check the units, or leave "
+            "out the thin layer."
+        )
     longest = max(medium.thickness, load.radius) if isinstance(medium, Medium) else load.radius
     k, weight = wavenumbers(last, extent, longest)
     if windowed:
