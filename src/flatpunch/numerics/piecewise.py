@@ -48,7 +48,7 @@ class Plain:
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """Root of the distance from a kink below the piece: contacts go on so when they reach a ring of the indenter.
+    """Root of the distance from a kink below the piece, the behaviour of contacts that pass a ring of the indenter.
 
     Parameters
     ----------
