@@ -67,7 +67,7 @@ _INSIDE = {
         {"case_values"},
         {"case_tables"},
         {"films", "batch", "case"},
-        {"batch_pictures"},
+        {"batch_pictures", "posterior_picture"},
         {"pictures"},
         {"__init__"},
     ],

@@ -22,7 +22,19 @@ from .contact import (
 from .design import Design, LargestLoad, Limit, Target, design
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
-from .fit import Curve, CurveError, Free, Measured, correct, fit, fit_batch, fit_together, plot_fit, read_curve
+from .fit import (
+    Curve,
+    CurveError,
+    Free,
+    Measured,
+    correct,
+    fit,
+    fit_batch,
+    fit_together,
+    plot_fit,
+    plot_posterior,
+    read_curve,
+)
 from .indenters import (
     AfmPyramid,
     AreaFunction,
@@ -155,6 +167,7 @@ __all__ = [
     "plot_fit",
     "plot_medium",
     "plot_outline",
+    "plot_posterior",
     "plot_pressure",
     "plot_sensitivity",
     "plot_tip",

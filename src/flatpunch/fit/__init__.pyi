@@ -9,13 +9,16 @@ from .fitting import fit, fit_ranges
 from .half_space.correction import Correction, correct
 from .measured.curve import Curve, CurveError
 from .measured.readers import read_curve
+from .parameters.priors import LogNormal, Normal, Uniform
 from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
+from .posterior_picture import plot_posterior
 from .report.estimate import Estimate
 from .report.joint import JointResult
 from .report.likelihood import Profile
+from .report.posterior import Posterior
 from .report.result import FitResult
 from .together import Measured, fit_together
 
@@ -31,11 +34,15 @@ __all__ = [
     "ForwardModel",
     "Free",
     "JointResult",
+    "LogNormal",
     "Measured",
+    "Normal",
+    "Posterior",
     "Profile",
     "Sample",
     "Settings",
     "Tip",
+    "Uniform",
     "Unloading",
     "correct",
     "fit",
@@ -46,6 +53,7 @@ __all__ = [
     "oliver_pharr",
     "parameter_names",
     "plot_fit",
+    "plot_posterior",
     "read_curve",
     "read_fit_case",
     "read_nanoindentation",
