@@ -15,9 +15,9 @@ from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
-from flatpunch.fit.report.findings import correlated
 from flatpunch.fit.report.likelihood import Fitted
 from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, parts_of
+from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.posterior import Posterior
 
 
