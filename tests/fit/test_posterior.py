@@ -29,7 +29,7 @@ def fitted():
 @pytest.fixture
 def short(monkeypatch):
     """Chains of ten autocorrelation times: enough for medians and standard deviations to some per cent."""
-    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, length=10.0, block=100))
+    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, shortest=10.0, length=10.0, block=100))
 
 
 def test_without_priors_it_is_the_covariance(fitted):
@@ -265,15 +265,15 @@ def _flat(ranks, bins, draws=99):
 
 def test_simulation_based_calibration_of_a_few(monkeypatch):
     """Talts et al. (2018): with the truth drawn from the priors its rank among the draws is uniform. Four bins of four."""
-    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, length=5.0, block=50, walkers=40))
+    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, shortest=5.0, block=50, walkers=40))
     _flat(_ranks(16, 11), 4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_simulation_based_calibration(monkeypatch, seed):
-    """200 data sets, ten bins of twenty. Draws are many autocorrelation times apart, so that shorter chains than usual do."""
-    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, length=20.0))
+    """200 data sets, ten bins of twenty; the 99 draws come from 40 chains of 20 autocorrelation times each."""
+    monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, walkers=40))
     _flat(_ranks(200, seed), 10)
 
 

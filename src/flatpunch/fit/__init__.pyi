@@ -14,6 +14,7 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
+from .plan import Plan, planned
 from .posterior_picture import plot_posterior
 from .report.estimate import Estimate
 from .report.joint import JointResult
@@ -37,6 +38,7 @@ __all__ = [
     "LogNormal",
     "Measured",
     "Normal",
+    "Plan",
     "Posterior",
     "Profile",
     "Sample",
@@ -52,6 +54,7 @@ __all__ = [
     "fit_together",
     "oliver_pharr",
     "parameter_names",
+    "planned",
     "plot_fit",
     "plot_posterior",
     "read_curve",

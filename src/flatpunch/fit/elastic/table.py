@@ -147,10 +147,11 @@ class Table:
         coefficients : ndarray, shape (6, n, intervals)
             As in `Piecewise`.
         """
-        position = (q - self._grid[0]) / self._grid[1]
+        offset, step, least, last = self._grid
+        position = (q - offset) / step
         nearest = {tuple(row) for row in np.rint(position).astype(int).tolist()}
         window = self._widened(min(float(highest.max()), max(map(self._end, nearest))))
-        first = np.minimum(np.floor(position) - _KNOTS // 2 + 1, self._grid[2] - _KNOTS + 1).astype(int)
+        first = np.clip(np.floor(position) - _KNOTS // 2 + 1, least, last - _KNOTS + 1).astype(int)
         total = np.empty((len(q), _DEGREE + 1, window[1] - window[0]))
         for place, mine in _alike(first):
             weights = np.ones((mine.size, 1))
@@ -190,14 +191,13 @@ class Table:
         return self._limits[index]
 
     @cached_property
-    def _grid(self) -> tuple[Array, Array, Array]:
-        """Offsets and steps of the coordinates, and their last knots."""
-        last = [np.inf if c.highest is None else float(c.highest) for c in self.coordinates]
-        return (
-            np.array([c.offset for c in self.coordinates]),
-            np.array([c.step for c in self.coordinates]),
-            np.array(last),
-        )
+    def _grid(self) -> Array:
+        """Offsets and steps of the coordinates, their first and last knots; shape (4, coordinates)."""
+        rows = [
+            (c.offset, c.step, -np.inf if c.lowest is None else c.lowest, np.inf if c.highest is None else c.highest)
+            for c in self.coordinates
+        ]
+        return np.array(rows, dtype=float).reshape(-1, 4).T
 
     def _values(self, index: tuple[int, ...]) -> tuple[float, ...]:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
@@ -288,6 +288,8 @@ def _span(coordinate: Coordinate, value: float) -> _Span:
     first = int(np.floor(position)) - _KNOTS // 2 + 1
     if coordinate.highest is not None:
         first = min(first, coordinate.highest - _KNOTS + 1)
+    if coordinate.lowest is not None:
+        first = max(first, coordinate.lowest)
     t = position - first
     points = range(_KNOTS)
     weights, derivatives = [], []

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ import xarray as xr
 from flatpunch._support.checks import Array, shown
 from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
+from flatpunch.files.results import save, write
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
@@ -135,6 +139,18 @@ class Posterior:
             "flatpunch_version": __version__,
         }
         return xr.Dataset(data, {"parameter": names, "draw": np.arange(len(self.draws))}, attributes)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the draws: .nc with everything, or .csv, a column for each parameter [SI]."""
+        target = Path(path)
+        if target.suffix.lower() != ".csv":
+            return save(self.dataset(), target)
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow([f"{name} [{unit_of(name) or '1'}]" for name in self.names])
+        table.writerows(self.draws.tolist())
+        write(target, text.getvalue().encode())
+        return target
 
 
 def _prior_text(prior: Prior, unit: str) -> str:

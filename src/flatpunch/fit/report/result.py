@@ -166,7 +166,7 @@ class FitResult:
         Parameters
         ----------
         draws : int
-            Number of draws returned, evenly from chains of at least 50 autocorrelation times.
+            Number of draws returned, evenly from chains of 20 to 50 autocorrelation times, the more the more draws.
         priors : mapping of str to Normal, LogNormal or Uniform, optional
             By parameter, SI: of fitted ones, the contact point "contact" and the background; of numbers of the case that were
             held in the fit, which are then drawn as well ("layers[0].thickness" from ellipsometry, "indenter.radius"); of the

@@ -29,8 +29,9 @@ class _Chains:
     ----------
     walkers : int
         Chains; they propose steps to each other, so there must be several times as many as parameters.
-    length : float
-        Autocorrelation times that are kept at least: estimates of these times need as many (emcee's advice).
+    shortest, length : float
+        Autocorrelation times that are kept at least, for few draws and for many: estimates of these times need as many (50 is
+        emcee's advice for one number).
     burned : float
         Share of the steps that are dropped at the beginning.
     block : int
@@ -40,6 +41,7 @@ class _Chains:
     """
 
     walkers: int = 64
+    shortest: float = 20.0
     length: float = 50.0
     burned: float = 0.2
     block: int = 250
@@ -223,7 +225,7 @@ def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Gener
     chains = _CHAINS
     walkers, count = state.shape
     # not emcee's DESnookerMove, whose draws are too narrow: 0.85 of the standard deviation of a normal density of four parameters
-    moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.StretchMove(), 0.2)]
+    moves = [(emcee.moves.DEMove(), 0.5), (emcee.moves.KDEMove(), 0.3), (emcee.moves.StretchMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, count, density, vectorize=True, moves=moves)
     sampler.random_state = np.random.RandomState(rng.integers(2**31)).get_state()
     while True:
@@ -232,7 +234,8 @@ def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Gener
         dropped: int = round(chains.burned * steps)
         times = emcee.autocorr.integrated_time(sampler.get_chain(discard=dropped), quiet=True, tol=0)
         times = np.maximum(np.nan_to_num(times, nan=float(steps)), 1.0)
-        needed = max(chains.length * float(times.max()), draws / walkers) / (1 - chains.burned)
+        length = min(chains.length, max(chains.shortest, draws / walkers))
+        needed = max(length * float(times.max()), draws / walkers) / (1 - chains.burned)
         report(min(steps, round(needed)), round(needed))
         if steps >= needed or steps >= chains.longest:
             break
@@ -240,7 +243,7 @@ def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Gener
     if steps < needed:
         notes = (
             f"The chains are {(steps - dropped) / float(times.max()):.0f} autocorrelation times long in place of "
-            f"{chains.length:g}: quantiles are uncertain. Narrow a prior or the limits of what the curve does not determine.",
+            f"{length:.0f}: quantiles are uncertain. Narrow a prior or the limits of what the curve does not determine.",
         )
     each = -(-draws // walkers)
     chosen = np.linspace(steps - 1, dropped, min(each, steps - dropped)).round().astype(int)[::-1]
