@@ -187,10 +187,9 @@ def planned(
 
     Examples
     --------
+    >>> from flatpunch.fit import planned
     >>> layer = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
-    >>> plan = fp.fit.planned(
-    ...     layer, fp.Sphere(5e-6), ["layers[0].young", "layers[0].thickness"], depth=5e-7, noise=2e-11
-    ... )
+    >>> plan = planned(layer, fp.Sphere(5e-6), ["layers[0].young", "layers[0].thickness"], depth=5e-7, noise=2e-11)
     >>> plan.judgement("layers[0].young")
     'determined'
     """

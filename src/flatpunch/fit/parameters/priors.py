@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -165,7 +166,7 @@ class Uniform:
     @property
     def spread(self) -> float:
         """Standard deviation."""
-        return (self.high - self.low) / 12.0**0.5
+        return (self.high - self.low) / math.sqrt(12.0)
 
     def logarithm(self, value: Array) -> Array:
         """ln of the probability density, up to a constant."""

@@ -201,7 +201,8 @@ class FitResult:
         >>> force[depth > 0] = fp.indent(layer, bead, depth=depth[depth > 0]).force
         >>> curve = fp.Curve(depth, force + 1e-11 * np.random.default_rng(0).normal(size=300))
         >>> result = fp.fit(curve, layer, bead, ["layers[0].young"])
-        >>> ellipsometry = {"layers[0].thickness": fp.fit.Normal(2e-6, 5e-8)}
+        >>> from flatpunch.fit import Normal
+        >>> ellipsometry = {"layers[0].thickness": Normal(2e-6, 5e-8)}
         >>> found = result.posterior(draws=2000, priors=ellipsometry)
         >>> low, high = found.interval("layers[0].young")
         >>> low < 5e3 < high
