@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import flatpunch as fp
 from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
@@ -221,7 +220,7 @@ def test_posterior_on_the_command_line(tmp_path):
         header="depth [m],force [N]",
         comments="",
     )
-    for target in ("corner.png", "draws.csv", "draws.nc"):
+    for target in ("corner.png", "draws.csv"):
         done = CliRunner().invoke(
             app, ["fit", str(tmp_path / "gel.csv"), str(path), "--posterior", str(tmp_path / target)]
         )
@@ -230,7 +229,6 @@ def test_posterior_on_the_command_line(tmp_path):
         assert "500 draws" in done.output
     draws = np.genfromtxt(tmp_path / "draws.csv", delimiter=",", names=True)
     assert draws.size == 500
-    assert fp.load(tmp_path / "draws.nc")["draws"].shape == (500, 5)
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def test_calibration_of_the_curve_enters(short):
     assert np.std(found["sensitivity"]) < 0.02
 
 
-def test_what_was_held_is_drawn_with_its_prior(short):
+def test_what_was_held_is_drawn_with_its_prior(short, tmp_path):
     """A thickness from ellipsometry: ln E moves with it as in a fit with another thickness."""
     result = fit(CURVE, GEL, BEAD, [YOUNG])
     found = result.posterior(4000, {THICK: Normal(1e-6, 3e-8), RADIUS: Uniform(2.9e-6, 3.1e-6)}, seed=2)
@@ -113,6 +113,10 @@ def test_what_was_held_is_drawn_with_its_prior(short):
     assert any("adds little" in note for note in found.notes)
     assert "prior 1 µm ± 30 nm" in found.summary()
     assert "effective draws" in str(found)
+    data = found.dataset()
+    assert data["draws"].shape == (4000, 5)
+    assert found.save(tmp_path / "draws.nc").stat().st_size > 0
+    np.testing.assert_array_equal(fp.load(tmp_path / "draws.nc")["draws"].values, found.draws)
 
 
 def test_quadratic_models_of_slow_fits(short, monkeypatch):
