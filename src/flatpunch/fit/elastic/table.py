@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from flatpunch._support.byte_cache import PROCESS
 from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.parameters.scaling import Coordinate
 
@@ -24,7 +25,7 @@ _DEGREE = 5
 _DECADES = 5
 _MARGIN = 4
 _KNOTS = 6
-_STACKS = 256
+_STACKS = 32
 """Groups of neighbouring knots kept together for many vectors at once."""
 
 Window = tuple[int, int]
@@ -229,6 +230,7 @@ class Table:
     def _knot(self, index: tuple[int, ...], window: Window) -> Array:
         if (window, index) not in self._pieces:
             self._pieces[window, index] = self._spline(index, window)
+            PROCESS.grown(2 * self._pieces[window, index].nbytes)
         return self._pieces[window, index]
 
     def _spline(self, index: tuple[int, ...], window: Window) -> Array:
