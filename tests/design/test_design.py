@@ -151,6 +151,10 @@ def test_progress_is_told():
         ({"vary": {"layers[0].young": (3e9, 9e9)}}, "starts outside its bounds"),
         ({"vary": {"layers[0].young": (9e9, 1e9)}}, "smaller one first"),
         ({"vary": {"layers[0].young": (-1e9, 9e9)}}, "must be > 0"),
+        (
+            {"vary": {"layers[0].poisson": (0.1, 0.9)}},
+            r"the bound 0\.9 of layers\[0\]\.poisson is impossible: Layer\.poisson",
+        ),
         ({"vary": {"indenter.slopes": (0.1, 1)}}, "goes with a RadialProfile"),
         ({"vary": {}}, "must name the numbers"),
         ({"objective": "weight"}, "must be a Target"),

@@ -193,7 +193,7 @@ class LogPosterior:
             if ensemble.applies(part.objective):
                 parts.append(part)
                 continue
-            near = np.linalg.cholesky((root @ root.T)[np.ix_(part.places, part.places)])
+            near = np.asarray(np.linalg.cholesky((root @ root.T)[np.ix_(part.places, part.places)]), dtype=float)
             parts.append(replace(part, objective=Quadratic.of(part.objective, origin[part.places], near, reach)))
         return replace(self, parts=tuple(parts))
 
