@@ -1,4 +1,4 @@
-"""What a boundary element solution holds, how it is made from the state of a solver, and when it counts as converged."""
+"""A boundary element solution, made from the state of a solver, and the criterion of its convergence."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def solution_of(
     *,
     endless: bool,
 ) -> Solution:
-    """Make the solution from what the solver ended with; `endless` if the indenter has a surface everywhere."""
+    """Make the solution from the last state of the solver; `endless` if the indenter has a surface everywhere."""
     grid, modulus = levels.grid, levels.kernel.modulus
     h = grid.spacing
     pressure = to_numpy(state.pressure).astype(float)

@@ -6,7 +6,7 @@ Concrete indenters are frozen dataclasses, one per file. What most of them answe
 
 Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. A shape that is made of
 pieces joined without an edge may name the joints in `seams`, polar angles like `corners`; quadrature over the
-angle is then split there as well. A shape laid through the points of a table says so by `tabulated = True`, for
+angle is then split there as well. A shape through the points of a table has `tabulated = True`, for
 quadrature along the radius then needs more points.
 
 A shape with kinks that lie neither along rays nor on circles about the apex (the border of a square flat, the rounding

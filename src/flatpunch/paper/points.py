@@ -25,7 +25,6 @@ _FORMAT = 2
 
 _TOLERANCE = 1e-6
 _VERSION = (_FORMAT, _TOLERANCE)
-_ANGLES = 360
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +88,7 @@ def solve(point: Point) -> Numbers:
         depths=[_depth_of_unit_radius(point) if point.fields else point.depth],
         grid=point.cells,
         tolerance=_TOLERANCE,
-        angles=_ANGLES,
+        angles=360,
     )
     return _numbers(point, solution)
 

@@ -68,7 +68,7 @@ class Edges:
         return result
 
     def felt(self, orders: Indices) -> list[tuple[int, Array]]:
-        """Columns of `orders` in which the medium is felt, with their vectors."""
+        """Columns of `orders` on which the layers act, with their vectors."""
         column = {int(m): i for i, m in enumerate(orders)}
         return [(column[m], vector) for m, vector in self.vectors.items() if m in column]
 
@@ -80,7 +80,7 @@ def half_space_power_edge(exponent: float, orders: Indices) -> Array:
 
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
-    """Terms of the common matrix: beyond order twice this, harmonics feel the half-space of the surface material only."""
+    """Terms of the common matrix: on harmonics beyond twice this order only the half-space of the surface material acts."""
     terms = sufficient_terms(kernel, beta) + _SPARE
     # the medium acts on harmonics up to m = 12 beta: v_m is 1e-8 of what it is added to there, and less in an outline, whose
     # harmonics fall like m^-2 or faster. No more than 600 beyond the terms of a round contact: those of kinked outlines are

@@ -67,7 +67,7 @@ def solve(
         elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi, options)
         response = force_of_depth(time, control.values, relaxation, elastic)
         if control.values[0] > 0:
-            # the series stands for psi from the first time step on
+            # the series represents psi for times of one step and more
             response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
     else:
         most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))

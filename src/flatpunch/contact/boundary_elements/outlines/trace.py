@@ -32,7 +32,7 @@ _WIDTH = 0.25
 
 
 _ROOT = 2
-"""Cells at the beginning of a window that feel the fixed cells beside it and do not count; twice as many cost short lobes."""
+"""Cells at the beginning of a window that do not count, as the fixed cells disturb them; twice as many lose short lobes."""
 
 
 @dataclass(frozen=True, slots=True)
