@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters import RadialProfile
 from flatpunch.media import (
     Constant,
@@ -41,11 +41,11 @@ UNITS = {
 _NO_SHAPE = {"r", "kinks", "limit", "unit", "start", "smoothing", "near", "reach", "corners"}
 """Numbers of indenters that say where and how a shape is given, not which shape it is."""
 
-_CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4]), -np.arange(9)
+_CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp), -np.arange(9, dtype=np.intp)
 """Steps of central differences, and of those at the upper end of a range."""
 
 
-def _weights(places: Array, used: Array) -> Array:
+def _weights(places: Indices, used: Indices) -> Array:
     """Weights of the samples at `places` of the polynomial through those at `used`, for its slope at zero."""
     found = np.zeros(places.size)
     found[np.isin(places, used)] = np.linalg.solve(np.vander(used, increasing=True).T, np.eye(used.size)[1])
