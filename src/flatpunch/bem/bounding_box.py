@@ -23,6 +23,9 @@ _ATTEMPTS = 60
 _TOLERANCE = 1e-3
 """Gap error of the coarse solutions over the depth; the rim is known to a cell anyway."""
 
+_LIMIT = 300
+"""Most iterations of a coarse solution: 932 contacts on bodies with modulus ratios up to 10 000 took at most 134."""
+
 SETTLED = 0.1
 """Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""
 
@@ -52,6 +55,10 @@ class Extent:
 
 class ContactTouchesEdge(ValueError):
     """The contact does not fit on the grid; the message says how large the grid must be."""
+
+
+class NotConverged(ValueError):
+    """Not even the coarse solution that looks for the contact converges; the message says for which contact."""
 
 
 def bounding_box(grid: Grid, contact: Mask) -> Extent:
@@ -85,11 +92,19 @@ def find_extent(
         Where to look first; any order of magnitude will do.
     depth, force : float
         One of them: what is prescribed [m], [N].
+
+    Raises
+    ------
+    NotConverged
+        If a coarse solution does not converge: the box of its contact means nothing.
+    ContactTouchesEdge
+        If no bounded contact is found.
     """
+    asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
     extent = first
     for _ in range(_ATTEMPTS):
         grid = extent.grid(CELLS)
-        pressure = _coarse_pressure(kernel, height, grid, depth, force)
+        pressure = _coarse_pressure(kernel, height, grid, asked, depth, force)
         contact = pressure > 0
         if not contact.any():
             extent = Extent((extent.half_widths[0] / 8, extent.half_widths[1] / 8), extent.center)
@@ -102,7 +117,6 @@ def find_extent(
         before, extent = extent, _recentred(box, grid)
         if _filled(box, grid) or _settled(before, extent, grid.spacing):
             return replace(extent, rough=Rough(grid, pressure))
-    asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
     raise ContactTouchesEdge(
         f"No bounded contact was found for {asked} in {_ATTEMPTS} attempts. Check the units, ask for less, or give a grid."
     )
@@ -137,16 +151,24 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
     return Extent((widths[0], widths[1]), (center[0], center[1]))
 
 
-def _coarse_pressure(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Array:
+def _coarse_pressure(
+    kernel: Kernel, height: Height, grid: Grid, asked: str, depth: float | None, force: float | None
+) -> Array:
     levels = Levels(kernel, grid)
     if depth is not None:
         if not (height(grid) < depth).any():
             return np.zeros(grid.shape)
-        state, _ = solve_depth(levels, height, depth, _TOLERANCE, 1000)
+        state, _ = solve_depth(levels, height, depth, _TOLERANCE, _LIMIT)
     else:
         assert force is not None
         state, _ = solve_force(
-            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, 1000
+            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, _LIMIT
+        )
+    if not state.converged:
+        raise NotConverged(
+            f"{asked}: boundary elements do not converge on this body, even on {grid.nx} x {grid.ny} cells of "
+            f"{text(grid.spacing, 'm')}: its compliance differs too much between the size of the contact and that of a cell. "
+            "Check the units, ask for a smaller contact, or take method='second-order'."
         )
     return np.asarray(state.pressure)
 

@@ -43,7 +43,7 @@ class Sample:
     shape : ndarray, shape (2 + angles,)
         ln of mean radius, of sqrt(area/pi) and of the outline a(phi) [m]; NaN where the contact has no outline.
     force_error, shape_error : float
-        Estimated errors: relative of the force, and of the outline over the mean radius.
+        Estimated errors: relative of the force, and of the outline over the mean radius; infinite if it did not converge.
     notes : tuple of str
         What a user should know of the solution.
     """
@@ -56,6 +56,11 @@ class Sample:
     notes: tuple[str, ...] = ()
 
     @property
+    def converged(self) -> bool:
+        """Whether the solution converged."""
+        return bool(np.isfinite(self.force_error))
+
+    @property
     def outlined(self) -> bool:
         """Whether the contact has an outline."""
         return bool(np.isfinite(self.shape[2:]).all())
@@ -64,7 +69,8 @@ class Sample:
 def solved(case: Case, place: tuple[float, Array, Array, bool]) -> Sample:
     """Solve at a place: depth [m], expected half-widths and centre of the contact [m], and whether these are well known."""
     sample = _solved_on(case, place, case.cells)
-    return _solved_on(case, place, 2 * case.cells) if sample.force_error > _UNRESOLVED else sample
+    unresolved = sample.converged and sample.force_error > _UNRESOLVED
+    return _solved_on(case, place, 2 * case.cells) if unresolved else sample
 
 
 def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) -> Sample:
@@ -92,7 +98,7 @@ def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) 
         force=float(np.log(force / case.kernel.modulus)),
         growth=solution.stiffness * depth / solution.force,
         shape=np.log([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour]),
-        force_error=force_error,
-        shape_error=trace.error,
+        force_error=force_error if solution.converged else float("inf"),
+        shape_error=trace.error if solution.converged else float("inf"),
         notes=() if solution.converged else solution.notes,
     )
