@@ -33,6 +33,9 @@ _WIDTH = 0.25
 _FINER = 6
 """Finer cells per cell along an axis; half as many double the error at the ends of lobes."""
 
+_BESIDE = 0.5
+"""Cells between the rims of pressure and cells, above which the cells count in contacts with lobes; twice as many are off by 1.5."""
+
 _ROOT = 2
 """Cells at the beginning of a window that feel the fixed cells beside it and do not count; twice as many cost short lobes."""
 
@@ -127,7 +130,9 @@ def _contour(kernel: Kernel, solution: bem.Solution, lobes: list[_Lobe], angles:
         rest[lobe.share(grid) == 1] = 0.0
     if why_none(grid, rest > 0) or not all(lobe.whole() for lobe in lobes):
         return np.full(angles, np.nan), np.inf
-    contour, moved = rim_along(grid, rest, phi, rim, length=kernel.surface_length)
+    # in the corners beside a lobe the pressure does not fall with the power of the distance that its rim is found by
+    farthest = _BESIDE if lobes else 1.0
+    contour, moved = rim_along(grid, rest, phi, rim, length=kernel.surface_length, farthest=farthest)
     # the ends of lobes
     error = max(float(moved.max()), grid.spacing * bool(lobes))
     for lobe in lobes:
