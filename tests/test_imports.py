@@ -43,7 +43,7 @@ _INSIDE = {
         {"__init__"},
     ],
     "contact": [
-        {"curve", "dataset"},
+        {"curve", "dataset", "pressure_field"},
         {"limits", "round"},
         {"perturbation", "axisymmetric"},
         {"boundary_elements", "adhesion", "viscoelastic"},
@@ -65,7 +65,8 @@ _INSIDE = {
         {"fitting", "half_space"},
         {"many", "together"},
         {"case_values"},
-        {"case_tables"},
+        {"case_tables", "places"},
+        {"records"},
         {"films", "batch", "case"},
         {"batch_pictures"},
         {"pictures"},

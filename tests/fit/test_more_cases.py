@@ -1,5 +1,6 @@
 """Two bodies, force maps, `check` on fit cases, and the examples of adhesion and relaxation."""
 
+import csv
 import importlib
 import os
 import signal
@@ -17,7 +18,7 @@ import flatpunch as fp
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, fit, read_curve
-from flatpunch.fit.batch import fit_batch
+from flatpunch.fit.batch import Batch, fit_batch
 from flatpunch.fit.batch_pictures import map_figure
 from flatpunch.fit.case import read_fit_case
 from flatpunch.indenters import Paraboloid
@@ -182,6 +183,75 @@ def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
     assert done.exit_code == 130
     assert "Interrupted after 16 of 40 curves" in done.output
     assert len(out.read_text(encoding="utf-8").splitlines()) == 17
+    # the same command goes on; a curve that has changed meanwhile is fitted again
+    monkeypatch.setattr(batch, "fit_rows", real)
+    changed = (EXAMPLES / "thin_gel.csv").read_text(encoding="utf-8").splitlines()
+    (tmp_path / "c03.csv").write_text("\n".join(changed[:-20]), encoding="utf-8")
+    done = _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out)
+    assert done.exit_code == 0, done.output
+    assert "15 of 40 curves were fitted by an earlier run" in done.output
+    table = out.read_text(encoding="utf-8")
+    rows = list(csv.DictReader(table.splitlines()))
+    assert int(rows[3]["points"]) < int(rows[2]["points"]) == int(rows[39]["points"])
+    assert not out.with_suffix(".records").exists()
+    # an uninterrupted run writes the same, to the last digit
+    assert _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out).exit_code == 0
+    assert out.read_text(encoding="utf-8") == table
+
+
+def test_records_of_a_batch_are_kept_as_it_goes(tmp_path, monkeypatch):
+    """What is in the folder is not fitted again, whatever is added; other cases, and damaged records, are."""
+    batch = importlib.import_module("flatpunch.fit.batch")
+    gel, start = (Medium([Layer(young, 0.5, 1e-6)], RigidBase()) for young in (5e3, 3e3))
+    curves = [synthetic(gel, Paraboloid(3e-6), 4e-7, seed=i, points=300) for i in range(20)]
+    curves[7] = Curve(curves[7].depth, np.full(300, 1e-9), name="flat")
+    fitted = []
+    real = batch._Job.run
+
+    def counted(job, items):
+        fitted.extend(items)
+        return real(job, items)
+
+    monkeypatch.setattr(batch._Job, "run", counted)
+
+    def run(some, tip=3e-6, free=("layers[0].young",)):
+        fitted.clear()
+        return fit_batch(some, start, Paraboloid(tip), list(free), workers=1, store=tmp_path)
+
+    first = run(curves[:18])
+    assert len(fitted) == 18
+    # what could not be evaluated is tried again
+    again = run(curves)
+    assert [c.name for c in fitted] == ["flat", "synthetic-18", "synthetic-19"]
+    np.testing.assert_array_equal(again.column("layers[0].young")[:18], first.column("layers[0].young"))
+    assert [row["curve"] for row in again.rows] == [c.name for c in curves]
+    run(curves, tip=2e-6)
+    assert len(fitted) == 20
+    files = sorted(tmp_path.glob("*.json"), key=lambda file: file.stat().st_size)
+    files[-1].write_bytes(files[-1].read_bytes().replace(b"synthetic", b"synthetiq"))
+    with pytest.warns(fp.FlatpunchWarning, match="Its curves are fitted again"):
+        run(curves)
+    assert 1 < len(fitted) < 20
+    with pytest.raises(ValueError, match="store"):
+        fit_batch(curves, start, Paraboloid(3e-6), ["layers[0].young"], store=files[0])
+
+
+def test_a_histogram_counts_with_errors():
+    """The interval of the median holds the median of the distribution in 95 % or a little more of samples."""
+    rng, held = np.random.default_rng(1), 0
+    for _ in range(300):
+        rows = [{"curve": "", "ok": i > 2, "reason": "", "E": v} for i, v in enumerate(rng.lognormal(0, 1, 30))]
+        median = Batch(tuple(rows)).median("E")
+        held += median.low <= 1 <= median.high
+    # 27 values: the exact coverage of these ranks is 0.981
+    assert 0.95 < held / 300 <= 1
+    rows = [{"curve": str(i), "ok": i != 4, "reason": "", "base.young": float(i % 3)} for i in range(40)]
+    columns = {"base.young low": 0.0, "base.young high": 1.0}
+    axes = map_figure(Batch(tuple({**r, **columns} for r in rows)), "base.young").axes
+    assert "39 curves, 1 left out" in axes[1].get_title()
+    assert len(axes[1].containers) == 2  # bars and their errors
+    few = Batch(tuple({"curve": "", "ok": True, "reason": "", "E": float(i)} for i in range(5)))
+    assert few.median("E").high == np.inf
 
 
 @pytest.mark.parametrize("late", [False, True], ids=["as workers start", "as they work"])

@@ -21,13 +21,14 @@ from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
 from flatpunch.files.results import netcdf
 from flatpunch.files.tables.fields import validated
-from flatpunch.fit.batch import Batch, fit_rows, listed
+from flatpunch.fit.batch import Batch, fit_rows
 from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
 from flatpunch.fit.case_tables import CurveTable
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fit.places import listed
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
@@ -174,7 +174,7 @@ class MediumSolution:
         return self.solution.edges(beta, orders, exponent)
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def _read_once(path: Path, changed: float) -> Table:
     return read_table(path)
 

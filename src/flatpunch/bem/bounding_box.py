@@ -14,18 +14,6 @@ from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
 
-CELLS = 48
-"""Square root of the cells of the coarse grid; half or twice as many find boxes that change the force by 1e-4."""
-
-_ATTEMPTS = 60
-"""Most grids tried; half as many find no box from a first one that is 1e9 times too large."""
-
-_TOLERANCE = 1e-3
-"""Gap error of the coarse solutions over the depth; the rim is known to a cell anyway."""
-
-_LIMIT = 300
-"""Most iterations of a coarse solution: 932 contacts on bodies with modulus ratios up to 10 000 took at most 134."""
-
 SETTLED = 0.1
 """Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""
 
@@ -102,8 +90,11 @@ def find_extent(
     """
     asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
     extent = first
-    for _ in range(_ATTEMPTS):
-        grid = extent.grid(CELLS)
+    # half as many attempts find no box from a first one that is 1e9 times too large
+    attempts = 60
+    for _ in range(attempts):
+        # half or twice as many cells find boxes that change the force by 1e-4
+        grid = extent.grid(48)
         pressure = _coarse_pressure(kernel, height, grid, asked, depth, force)
         contact = pressure > 0
         if not contact.any():
@@ -118,7 +109,7 @@ def find_extent(
         if _filled(box, grid) or _settled(before, extent, grid.spacing):
             return replace(extent, rough=Rough(grid, pressure))
     raise ContactTouchesEdge(
-        f"No bounded contact was found for {asked} in {_ATTEMPTS} attempts. Check the units, ask for less, or give a grid."
+        f"No bounded contact was found for {asked} in {attempts} attempts. Check the units, ask for less, or give a grid."
     )
 
 
@@ -154,15 +145,18 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
 def _coarse_pressure(
     kernel: Kernel, height: Height, grid: Grid, asked: str, depth: float | None, force: float | None
 ) -> Array:
-    levels = Levels(kernel, grid)
+    # gap error over the depth: the rim is known to a cell anyway
+    levels, tolerance = Levels(kernel, grid), 1e-3
+    # 932 contacts on bodies with modulus ratios up to 10 000 took at most 134 iterations
+    limit = 300
     if depth is not None:
         if not (height(grid) < depth).any():
             return np.zeros(grid.shape)
-        state, _ = solve_depth(levels, height, depth, _TOLERANCE, _LIMIT)
+        state, _ = solve_depth(levels, height, depth, tolerance, limit)
     else:
         assert force is not None
         state, _ = solve_force(
-            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, _LIMIT
+            levels, height, force, typical_depth(height, grid, force / kernel.modulus), tolerance, limit
         )
     if not state.converged:
         raise NotConverged(

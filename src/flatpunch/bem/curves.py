@@ -36,17 +36,9 @@ from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
 
-_CLOSE = 0.005
-"""Relative step of depth below which the solution before is as good a start as the next coarser grid."""
-
-_TOGETHER = 16
-"""Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and reported too."""
 
 SHARED_CELLS = 512
 """Most cells per side for which far steps are shared with worker processes, each of which holds as much as this one."""
-
-_GROWTHS = 8
-"""How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
 
 
 def solve(
@@ -170,7 +162,8 @@ def _together(steps: list[_Step]) -> list[list[_Step]]:
     """Steps in a row that are close, of which each starts from the one before, some at a time; all others stand alone."""
     groups: list[list[_Step]] = []
     for step in steps:
-        if groups and len(groups[-1]) < _TOGETHER and _near(step, groups[-1][-1]):
+        # most close steps in a row; the next begin on coarse cells, so that long rows are shared and reported too
+        if groups and len(groups[-1]) < 16 and _near(step, groups[-1][-1]):
             groups[-1].append(step)
         else:
             groups.append([step])
@@ -179,7 +172,8 @@ def _together(steps: list[_Step]) -> list[list[_Step]]:
 
 def _near(step: _Step, before: _Step) -> bool:
     """Whether the solution before is a better start than a coarser grid."""
-    return abs(step.target - before.target) < _CLOSE * step.target
+    # relative step of depth below which the solution before is as good a start as the next coarser grid
+    return abs(step.target - before.target) < 0.005 * step.target
 
 
 def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
@@ -212,7 +206,8 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                     )
             start = state.pressure if state is not None and close and before is levels else None
             rough = None if isinstance(grid, Grid) else extent.rough
-            growths = 0 if isinstance(grid, Grid) else _GROWTHS
+            # times that a grid chosen for the contact may grow when the contact is larger: by 1.5^8 along an axis
+            growths = 0 if isinstance(grid, Grid) else 8
             levels, state, effort = _solve_inside(
                 levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, rough=rough, **prescribed
             )

@@ -15,6 +15,7 @@ from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import PICTURES, StyleOption, friendly, progress, say, say_written
 
 if TYPE_CHECKING:
+    from flatpunch.fit.batch import Batch
     from flatpunch.fit.case import FitCase
 
 CurveFile = Annotated[
@@ -42,6 +43,12 @@ def add_commands(app: typer.Typer) -> None:
             bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
         ] = False,
         workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
+        resume: Annotated[
+            bool,
+            typer.Option(
+                "--resume/--fresh", help="Use the curves that an interrupted run has fitted, or fit all again."
+            ),
+        ] = True,
         style: StyleOption = "screen",
     ) -> None:
         """Fit a case to a measured curve, or to every curve in a folder.
@@ -51,6 +58,9 @@ def add_commands(app: typer.Typer) -> None:
         [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
 
         A case file with tables [bold]curves[/bold] is fitted to all of these together, one sample: give it alone.
+
+        With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
+        interruption the same command goes on from there. Curves or a case that have changed are fitted again.
         """
         with friendly():
             check_target("--output", output, (".csv", ".nc"))
@@ -65,7 +75,7 @@ def add_commands(app: typer.Typer) -> None:
             elif curve.is_dir() or _many(curve, loaded):
                 if drift is not None or profile:
                     raise ValueError("--drift and --profile go with a single curve.")
-                _fit_folder(curve, loaded, output, plot, workers, style)
+                _fit_folder(curve, loaded, output, plot, workers, style, resume)
             else:
                 _fit_one(curve, loaded, output, plot, drift, profile, style)
 
@@ -216,49 +226,69 @@ def _drift(curve: Any, case: FitCase, path: Path, style: str) -> Path:
 
 
 def _fit_folder(
-    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, style: str
+    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, style: str, resume: bool
 ) -> None:
     from dataclasses import replace
 
-    import numpy as np
-
-    from flatpunch.fit.batch import Batch, files_in, fit_rows, listed
-    from flatpunch.fit.report.quantities import label, quantity, unit_of
+    from flatpunch.fit.batch import Batch, fit_rows
+    from flatpunch.fit.places import files_in, listed
+    from flatpunch.fit.records import Records
 
     items = listed(files_in(folder) if folder.is_dir() else [folder], case.reading)
     settings = replace(case.settings, engine="normal-equations")
+    records = Records(output.with_suffix(".records")) if output is not None else None
+    if records is not None and not resume:
+        records.known.clear()
+    before = len(records.known) if records is not None else 0
     rows: list[Any] = []
     try:
         with progress("Fitting", len(items)) as step:
-            for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers):
+            for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers, records):
                 rows.extend(done)
                 step(f"{len(rows)} of {len(items)}", len(done))
     except KeyboardInterrupt:
         # what has been fitted was work; the table says how much of it there is
-        if output is not None and rows:
+        if output is not None and records is not None and rows:
             Batch(tuple(rows)).save(output)
-            say(f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}.")
+            say(
+                f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}. The same command goes on from "
+                f"there with the help of {records.path}."
+            )
         raise
+    if before and records is not None:
+        say(f"{records.reused} of {len(items)} curves were fitted by an earlier run ({records.path})")
     batch = Batch(tuple(rows))
-    good = len(batch.rows) - len(batch.failed)
-    say(f"{good} of {len(batch.rows)} curves fitted")
-    for name in case.free:
-        values = np.asarray(batch.column(name), dtype=float)
-        values = values[np.isfinite(values) & np.array([bool(row["ok"]) for row in batch.rows])]
-        if values.size:
-            low, middle, high = (quantity(float(v), unit_of(name)) for v in np.percentile(values, [16, 50, 84]))
-            say(f"  {label(name):<20} median {middle}, middle two thirds {low} .. {high}")
-    for row in batch.failed:
-        say(f"  {row['reason']}")
+    _say_batch(batch, case)
     written = [batch.save(output)] if output is not None else []
+    if records is not None:
+        records.remove()
     if plot is not None and case.free:
         from flatpunch.fit.batch_pictures import map_figure
         from flatpunch.plots.result import save_figure
 
         written.append(save_figure(map_figure(batch, next(iter(case.free)), style=style), plot))
     say_written(written)
-    if not good:
+    if len(batch.failed) == len(batch.rows):
         raise ValueError("no curve could be fitted.")
+
+
+def _say_batch(batch: Batch, case: FitCase) -> None:
+    """Print how many curves count, the median of each parameter, and why the others are left out."""
+    import numpy as np
+
+    from flatpunch.fit.report.quantities import label, quantity, unit_of
+
+    say(f"{len(batch.rows) - len(batch.failed)} of {len(batch.rows)} curves fitted")
+    for name in case.free:
+        values = batch.trusted(name)
+        if np.isfinite(values).any():
+            low, high = (quantity(float(v), unit_of(name)) for v in np.nanpercentile(values, [16, 84]))
+            median = batch.median(name)
+            middle, *ends = (quantity(v, unit_of(name)) for v in (median.value, median.low, median.high))
+            within = f" (95 % in {ends[0]} .. {ends[1]})" if np.isfinite(median.low) else ""
+            say(f"  {label(name):<20} median {middle}{within}, middle two thirds {low} .. {high}")
+    for row in batch.failed:
+        say(f"  {row['reason']}")
 
 
 def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:

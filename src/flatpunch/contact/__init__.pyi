@@ -1,7 +1,7 @@
 from .adhesion.loop import adhesion_loop
 from .adhesion.pull_off import PullOff, pull_off
-from .default import Choice
-from .indent import default_choice, default_method, indent, pressure
+from .default import Choice, default_choice, default_method
+from .indent import indent, pressure
 from .methods import (
     METHODS,
     BoundaryElements,

@@ -52,14 +52,6 @@ class Curve:
     extra: Extra = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class PressureField:
-    """Contact pressure at points, and its estimated error there; shape (n,) each [Pa]."""
-
-    pressure: Array
-    error: Array
-
-
 def control_from(*, depth: object, force: object, radius: object) -> Control:
     """Exactly one of depth, force and radius, checked."""
     name, value = prescribed(depth=depth, force=force, radius=radius)

@@ -1,4 +1,4 @@
-"""The default method: chosen by estimated error and cost, with the reason in words."""
+"""Which method solves a contact: the one that was asked for, or the default, chosen by estimated error and cost."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve, percent
-from flatpunch.contact.methods import FirstOrder, FourthOrder, Method, Refined, SecondOrder
+from flatpunch._support.checks import Array, Values
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.curve import Control, Curve, control_from, percent
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 FORCE_LIMIT = 0.005
 """Estimated relative error of the force above which a series is not taken by default."""
@@ -55,6 +56,40 @@ def series_of(indenter: Indenter) -> FirstOrder | SecondOrder | FourthOrder:
     return SecondOrder() if indenter.exponent is None else FourthOrder()
 
 
+def default_method(
+    indenter: Indenter,
+    medium: Body | None = None,
+    *,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
+) -> str:
+    """Short name of the method that `indent` chooses by itself; arguments as for `indent`.
+
+    Round tips are solved exactly by "first-order", the shortest way. Pyramids of 3, 4 and 6 sides and ellipses on one layer on a
+    rigid base take "refined" with corrections that come with the package. Other power laws take "fourth-order" if its own
+    estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
+    layer, and else "refined", as do all other shapes. Without a
+    medium it is the best of the fast methods for the shape.
+    """
+    if medium is None:
+        return series_of(indenter).name
+    return default_choice(indenter, medium, depth=depth, force=force, radius=radius).method.name
+
+
+def default_choice(
+    indenter: Indenter,
+    medium: Body,
+    *,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
+) -> Choice:
+    """The method that `indent` chooses by itself, with the reason; see `default_method`."""
+    control = control_from(depth=depth, force=force, radius=radius)
+    return choose(compliance(medium), indenter, control, np.zeros(1))
+
+
 def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Choice:
     """Choose the method for some steps.
 
@@ -84,6 +119,26 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     if not curve.valid.all():
         expected = f"the {series.name} series does not hold at all steps"
     return Choice(Refined(), expected, quick=False)
+
+
+def asked_for(method: Method, indenter: Indenter) -> Choice:
+    """A method that was asked for."""
+    exact = indenter.round and not isinstance(method, BoundaryElements)
+    return Choice(method, EXACT if exact else "asked for", quick=not isinstance(method, (Refined, BoundaryElements)))
+
+
+def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
+    """Return the method by which adhesive contacts are solved, second order if none is named, or refuse it."""
+    if method is None:
+        return SecondOrder()
+    if isinstance(method, BoundaryElements):
+        raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")
+    if not isinstance(method, SecondOrder) and not indenter.round:
+        raise ValueError(
+            f"method = {method.name!r} does not know adhesion of non-round tips; it is solved to second order: choose "
+            "method='second-order'."
+        )
+    return method
 
 
 def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:

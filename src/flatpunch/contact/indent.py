@@ -17,19 +17,18 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, control_from, uncertain
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.default import EXACT, Choice, choose, series_of
+from flatpunch.contact.default import Choice, adhesive_method, asked_for, choose, series_of
 from flatpunch.contact.limits import deepest, judged
 from flatpunch.contact.methods import (
     BoundaryElements,
     Method,
     MethodName,
     Refined,
-    SecondOrder,
     check_indenter,
-    exact,
     method_of,
     solver_of,
 )
+from flatpunch.contact.pressure_field import exact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.media.relaxation import Relaxation
@@ -167,12 +166,12 @@ def indent(
         control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
         phi = _angles(angles, control)
         curve = adhesive.solve(compliance(medium), indenter, control, phi, work_of_adhesion, range_of_action)
-        result = _dataset(curve, phi, medium, indenter, control, _asked(chosen, indenter))
+        result = _dataset(curve, phi, medium, indenter, control, asked_for(chosen, indenter))
         ranges = {} if range_of_action is None else {"range_of_action": range_of_action}
         return result.assign_attrs(work_of_adhesion=work_of_adhesion, **ranges)
     control = control_from(depth=depth, force=force, radius=radius)
     phi, kernel = _angles(angles, control), compliance(medium)
-    choice = choose(kernel, indenter, control, phi) if chosen is None else _asked(chosen, indenter)
+    choice = choose(kernel, indenter, control, phi) if chosen is None else asked_for(chosen, indenter)
     curve = choice.curve or solver_of(choice.method, indenter).solve(kernel, indenter, control, phi)
     return _dataset(curve, phi, medium, indenter, control, choice)
 
@@ -289,60 +288,6 @@ def pressure(
     return (values, field.error.reshape(x.shape)) if return_error else values
 
 
-def default_method(
-    indenter: Indenter,
-    medium: Body | None = None,
-    *,
-    depth: Values | None = None,
-    force: Values | None = None,
-    radius: Values | None = None,
-) -> str:
-    """Short name of the method that `indent` chooses by itself; arguments as for `indent`.
-
-    Round tips are solved exactly by "first-order", the shortest way. Pyramids of 3, 4 and 6 sides and ellipses on one layer on a
-    rigid base take "refined" with corrections that come with the package. Other power laws take "fourth-order" if its own
-    estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
-    layer, and else "refined", as do all other shapes. Without a
-    medium it is the best of the fast methods for the shape.
-    """
-    if medium is None:
-        return series_of(indenter).name
-    return default_choice(indenter, medium, depth=depth, force=force, radius=radius).method.name
-
-
-def default_choice(
-    indenter: Indenter,
-    medium: Body,
-    *,
-    depth: Values | None = None,
-    force: Values | None = None,
-    radius: Values | None = None,
-) -> Choice:
-    """The method that `indent` chooses by itself, with the reason; see `default_method`."""
-    control = control_from(depth=depth, force=force, radius=radius)
-    return choose(compliance(medium), indenter, control, np.zeros(1))
-
-
-def _asked(method: Method, indenter: Indenter) -> Choice:
-    """A method that was asked for."""
-    exact = indenter.round and not isinstance(method, BoundaryElements)
-    return Choice(method, EXACT if exact else "asked for", quick=not isinstance(method, (Refined, BoundaryElements)))
-
-
-def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
-    """Return the method by which adhesive contacts are solved, second order if none is named, or refuse it."""
-    if method is None:
-        return SecondOrder()
-    if isinstance(method, BoundaryElements):
-        raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")
-    if not isinstance(method, SecondOrder) and not indenter.round:
-        raise ValueError(
-            f"method = {method.name!r} does not know adhesion of non-round tips; it is solved to second order: choose "
-            "method='second-order'."
-        )
-    return method
-
-
 def _history(
     medium: Any,
     indenter: Indenter,
@@ -375,7 +320,7 @@ def _history(
         largest = Control(control.name, np.maximum(control.values.max(keepdims=True), 0.0))
         choice = choose(compliance(medium), indenter, largest, phi)
     else:
-        choice = _asked(method, indenter)
+        choice = asked_for(method, indenter)
     solve = solver_of(choice.method, indenter).solve
     curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solve, {})
     result = _dataset(curve, phi, medium, indenter, control, choice)

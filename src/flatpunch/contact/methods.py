@@ -17,19 +17,13 @@ from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, 
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve, PressureField
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.pressure_field import PressureField, exact, superposed
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
 if TYPE_CHECKING:
     from flatpunch.bem import Grid
-
-
-_QUADRATURE, _KINKED = 1e-6, 1e-4
-"""Relative error of exact pressures from their quadrature, and the same under profiles with kinks or on graded surfaces."""
-
-_NOTABLE = 0.02
-"""Median error over the mean pressure above which a superposed pressure is returned with a warning."""
 
 
 @readable
@@ -69,7 +63,7 @@ class FirstOrder:
                 stacklevel=4,
             )
             return _cell_pressure(self, kernel, indenter, control, r, phi)
-        return _judged(field, _cell_pressure(self, kernel, indenter, control, r, phi))
+        return superposed(field, _cell_pressure(self, kernel, indenter, control, r, phi))
 
 
 @readable
@@ -365,29 +359,6 @@ def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arr
             stacklevel=5,
         )
     return exact(field, kernel, indenter)
-
-
-def exact(field: Array, kernel: Kernel, indenter: Indenter) -> PressureField:
-    """A pressure that is exact up to the quadrature over the history."""
-    kinked = kernel.graded or len(indenter.rings) > 0
-    return PressureField(field, (_KINKED if kinked else _QUADRATURE) * np.abs(field))
-
-
-def _judged(field: Array, cells: PressureField) -> PressureField:
-    """A superposed pressure with its difference to boundary elements as the error; warns where that is large."""
-    difference = np.abs(field - cells.pressure)
-    touched = cells.pressure > 0
-    if touched.any():
-        share = difference[touched] / cells.pressure[touched].mean()
-        if np.median(share) > _NOTABLE:
-            warn(
-                "First-order pressures under a tip that is not round are those of stretched flat punches: at these points they "
-                f"differ from boundary elements by {np.median(share):.0%} of the mean pressure (median; 95 % of the points by "
-                f"less than {np.quantile(share, 0.95):.0%}). All other methods take pressures from boundary elements.",
-                FlatpunchWarning,
-                stacklevel=5,
-            )
-    return PressureField(field, difference + cells.error)
 
 
 def solver_of(method: Method, indenter: Indenter) -> Method | FlatEnd:

@@ -13,7 +13,7 @@ from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact import BoundaryElements, FirstOrder, Method, indent, method_of, pressure
 from flatpunch.contact.curve import Control, control_from
-from flatpunch.contact.indent import adhesive_method
+from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.methods import check_indenter
 from flatpunch.fields.cells import Cells

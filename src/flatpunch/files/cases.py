@@ -13,7 +13,8 @@ from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, brief, positive, shown, whole
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
-from flatpunch.contact.indent import adhesive_method, check_outlines
+from flatpunch.contact.default import adhesive_method
+from flatpunch.contact.indent import check_outlines
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.design import DesignCase, DesignTable

@@ -12,6 +12,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.checks import Array
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
@@ -21,11 +22,14 @@ from flatpunch.fit.elastic.many import supported
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
-from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in, read_curve
+from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
+from flatpunch.fit.places import Place, listed
+from flatpunch.fit.records import Records, keys_of
+from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
@@ -87,6 +91,35 @@ class Batch:
         """One column; nan where there is nothing."""
         return np.array([row.get(name, float("nan")) for row in self.rows])
 
+    def trusted(self, name: str) -> Array:
+        """Values of a fitted parameter; nan for the curves that are left out."""
+        values = np.asarray(self.column(name), dtype=float)
+        return np.where([bool(row["ok"]) for row in self.rows], values, np.nan)
+
+    def median(self, name: str, level: float = 0.95) -> Estimate:
+        """Median of a fitted parameter over the curves that count, with its confidence interval.
+
+        The interval ends at two of the values, by their rank: below the median are as many as tosses of a coin show heads. It
+        holds for any distribution, and is infinite where the curves are too few. The standard error is nan.
+
+        Examples
+        --------
+        >>> batch = fp.fit.Batch(tuple({"curve": f"{i}", "ok": True, "reason": "", "E": float(i)} for i in range(25)))
+        >>> m = batch.median("E")
+        >>> m.low, m.value, m.high
+        (7.0, 12.0, 17.0)
+        """
+        values = self.trusted(name)
+        values = np.sort(values[np.isfinite(values)])
+        if not values.size:
+            return Estimate(np.nan, np.nan, -np.inf, np.inf)
+        from scipy.stats import binom
+
+        # fewer than k of n values lie below the median with at most half of the probability that is left out
+        k = int(binom.ppf((1 - level) / 2, values.size, 0.5))
+        low, high = (values[k - 1], values[-k]) if k else (-np.inf, np.inf)
+        return Estimate(float(np.median(values)), np.nan, float(low), float(high))
+
     def to_csv(self) -> str:
         """The table as CSV text; units are in the titles."""
         out = io.StringIO()
@@ -142,6 +175,7 @@ def fit_batch(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Mapping[str, Any] | None = None,
+    store: str | Path | None = None,
     **settings: Unpack[SettingsOf],
 ) -> Batch:
     """Fit one case to many curves.
@@ -158,6 +192,9 @@ def fit_batch(
         Called with the number of curves done so far.
     reading : mapping, optional
         Keyword arguments of `read_curve` for paths.
+    store : path, optional
+        Folder in which records are kept as they are made. After an interruption the same call goes on from there; curves or a
+        case that have changed since, and curves that could not be evaluated, are fitted again. Delete it when all is done.
     **settings
         As for `fit`; the engine is the fast one unless named.
 
@@ -170,39 +207,12 @@ def fit_batch(
     given: SettingsOf = {"engine": "normal-equations", **settings}
     chosen = Settings(**given)
     rows: list[dict[str, Any]] = []
-    for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers):
+    records = Records(store) if store is not None else None
+    for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers, records):
         rows.extend(done)
         if progress is not None:
             progress(len(rows))
     return Batch(tuple(rows))
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """One curve of a file."""
-
-    path: Path
-    index: int | None = None
-
-
-def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> list[Any]:
-    """Curves and places of curves; a file with many of them is opened to count them."""
-    items: list[Any] = []
-    for item in curves:
-        if isinstance(item, Curve):
-            items.append(item)
-            continue
-        try:
-            chosen = (reading or {}).get("index")
-            if chosen is not None:
-                items.append(Place(Path(item), int(chosen)))
-                continue
-            count = curves_in(item, **(reading or {}))
-        except CurveError:
-            # reported again in the record of this file, when its turn comes
-            count = 1
-        items += [Place(Path(item), i if count > 1 else None) for i in range(count)]
-    return items
 
 
 def fit_rows(
@@ -212,6 +222,7 @@ def fit_rows(
     settings: Settings,
     reading: Mapping[str, Any] | None = None,
     workers: int | None = None,
+    records: Records | None = None,
 ) -> Iterator[list[dict[str, Any]]]:
     """Records of fits, chunk by chunk, in order.
 
@@ -223,9 +234,32 @@ def fit_rows(
         The case.
     reading, workers
         As for `fit_batch`.
+    records : Records, optional
+        Where records are kept; those that are there are not made again.
     """
     model_of(sample, free, settings.method)
     job = _Job(sample, free, settings, dict(reading or {}))
+    if records is None:
+        yield from _in_parallel(job, items, workers)
+        return
+    keys = keys_of(items, sample, free, settings, job.reading)
+    known = {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
+    records.reused = len(known)
+    missing = [i for i in range(len(items)) if i not in known]
+    place = 0
+    for made in _in_parallel(job, [items[i] for i in missing], workers):
+        now, missing = missing[: len(made)], missing[len(made) :]
+        records.keep([keys[i] for i in now], made)
+        known |= zip(now, made, strict=True)
+        end = missing[0] if missing else len(items)
+        yield [known[i] for i in range(place, end)]
+        place = end
+    if place < len(items):
+        yield [known[i] for i in range(place, len(items))]
+
+
+def _in_parallel(job: _Job, items: Sequence[Any], workers: int | None) -> Iterator[list[dict[str, Any]]]:
+    """Records of all items, chunk by chunk, in order."""
     count = workers if workers is not None else min(cores(), 1 + len(items) // 64)
     chunks = (items[i : i + _CHUNK] for i in range(0, len(items), _CHUNK))
     # the first chunk is done here: its tables are inherited where processes fork
@@ -302,20 +336,10 @@ class _Job:
 
 
 def _origin(place: Place) -> dict[str, Any]:
-    name = place.path.name if place.index is None else f"{place.path.name}[{place.index}]"
-    return {"curve": name, "file": place.path.name, "index": place.index or 0}
+    return {"curve": place.name, "file": place.path.name, "index": place.index or 0}
 
 
 def _position(curve: Curve) -> dict[str, float]:
     """Where in a map a curve was taken [m]."""
     known = curve.meta.get("metadata", {})
     return {key: float(known[key]) for key in ("position x", "position y") if known.get(key) is not None}
-
-
-def files_in(folder: str | Path) -> list[Path]:
-    """Files of a folder that can be read as curves, in order."""
-    folder = Path(folder)
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (*TEXT, *EXCEL, *AFM, ".zip") and p.is_file())
-    if not found:
-        raise ValueError(f"{folder}: no files of curves ({', '.join((*TEXT, *EXCEL, *AFM))}).")
-    return found

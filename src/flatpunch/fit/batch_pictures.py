@@ -18,20 +18,18 @@ if TYPE_CHECKING:
     from flatpunch.fit.batch import Batch
 
 
+_FULL = 2
+"""Cells of a grid for each curve up to which positions are drawn as a grid; scattered positions are drawn as squares."""
+
+
 def first_parameter(batch: Batch) -> str:
     """First column with an interval."""
     return next(name.removesuffix(" low") for name in batch.columns if name.endswith(" low"))
 
 
-def _trusted(batch: Batch, name: str) -> Array:
-    """Values of a parameter; NaN where they cannot be trusted."""
-    values = np.asarray(batch.column(name), dtype=float)
-    return np.where([bool(row["ok"]) for row in batch.rows], values, np.nan)
-
-
 def bars(batch: Batch, name: str, axes: Axes) -> None:
     """Values with their intervals, one a curve, in the order of the curves."""
-    values = _trusted(batch, name)
+    values = batch.trusted(name)
     factor, unit = scale_of(values, unit_of(name))
     low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
     spread: Any = np.abs(np.stack([values - low, high - values])) * factor
@@ -76,36 +74,63 @@ def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") ->
 
 
 def _histogram(batch: Batch, name: str, axes: Axes) -> None:
-    """Histogram of the values, with their median and middle two thirds."""
-    values = _trusted(batch, name)
+    """Histogram with the standard error of its counts, and the median with its 95 % interval.
+
+    A share p of n curves falls into a bin by chance: its count has the variance n p (1 - p).
+    """
+    values = batch.trusted(name)
     factor, unit = scale_of(values, unit_of(name))
     known = values[np.isfinite(values)] * factor
     if known.size:
-        axes.hist(known, bins="auto", color=PALE, edgecolor="white", linewidth=0.8)
-        low, middle, high = np.percentile(known, [16, 50, 84])
-        axes.axvline(middle, color=BLUE)
+        counts, edges, _ = axes.hist(known, bins="auto", color=PALE, edgecolor="white", linewidth=0.8)
+        counts = np.asarray(counts, dtype=float)
+        error = np.sqrt(counts * (1 - counts / known.size))
+        low_error: Any = np.array([np.minimum(error, counts), error])
+        axes.errorbar((edges[1:] + edges[:-1]) / 2, counts, low_error, fmt="none", ecolor=GREY, elinewidth=1, capsize=2)
+        median = batch.median(name)
+        axes.axvline(median.value * factor, color=BLUE)
+        within = ""
+        if np.isfinite(median.low):
+            axes.axvspan(median.low * factor, median.high * factor, color=BLUE, alpha=0.25, lw=0)
+            within = f" (95 % in {median.low * factor:.4g} to {median.high * factor:.4g})"
+        low, high = np.percentile(known, [16, 84])
         for end in (low, high):
             axes.axvline(end, color=BLUE, lw=1, ls="--")
-        axes.set_title(f"median {middle:.3g}, middle two thirds\n{low:.3g} to {high:.3g} {unit}".rstrip())
+        lost = values.size - known.size
+        left_out = f", {lost} left out" if lost else ""
+        axes.set_title(
+            f"{known.size} curves{left_out}\nmedian {median.value * factor:.4g}{within}\n"
+            f"middle two thirds {low:.3g} to {high:.3g} {unit}".rstrip()
+        )
     axes.set_xlabel(axis_label(name, unit))
     axes.set_ylabel("curves")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags) -> None:
-    """Values over the positions of a force map, as squares of about the map's spacing."""
-    values = _trusted(batch, name)
+    """Values over the positions of a force map; curves that are left out are masked and crossed out."""
+    values = batch.trusted(name)
     factor, unit = scale_of(values, unit_of(name))
     span = float(max(np.ptp(x[placed]), np.ptp(y[placed])))
     scale, length = scale_of([span], "m")
-    across = max(*(np.unique(np.round(along[placed] / span, 4)).size for along in (x, y)), 4)
     x, y = ((along - along[placed].min()) * scale for along in (x, y))
-    points: Any = axes.scatter(x, y, c=values * factor, s=(250 / across) ** 2, marker="s", cmap="viridis")
+    columns, rows = (np.unique(np.round(along[placed] / (span * scale), 4)) * span * scale for along in (x, y))
+    if min(columns.size, rows.size) > 1 and columns.size * rows.size <= _FULL * placed.sum():
+        cells = np.full((rows.size, columns.size), np.nan)
+        at = tuple(
+            np.abs(along[placed] - places[:, None]).argmin(axis=0) for along, places in ((y, rows), (x, columns))
+        )
+        cells[at] = values[placed] * factor
+        axes.set_facecolor("0.88")
+        drawn: Any = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True)
+    else:
+        across = max(columns.size, rows.size, 4)
+        drawn = axes.scatter(x, y, c=values * factor, s=(250 / across) ** 2, marker="s", cmap="viridis")
     bad = placed & ~np.isfinite(values)
     axes.plot(x[bad], y[bad], "x", color=GREY)
-    drawn = axes.get_figure()
-    assert drawn is not None
-    drawn.colorbar(points, ax=axes, label=axis_label(name, unit))
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=axes, label=axis_label(name, unit))
     axes.set_aspect("equal")
     axes.set_xlabel(f"$x$ ({length})")
     axes.set_ylabel(f"$y$ ({length})")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, real
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic.model import ForwardModel
@@ -44,7 +44,7 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Mod
         return _made(started, tuple(free), method)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     return _made(sample, free, method)
 

@@ -40,11 +40,30 @@ def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settin
             break
         setup, start = wider, found.x
     if not found.converged:
-        raise CurveError(
-            f"{name}: no minimum found after {found.evaluations} evaluations, residual "
-            f"{np.sqrt(np.mean(found.residual**2)):.2g} of the force range. Fix a parameter, or give limits and a better start."
-        )
+        raise CurveError(f"{name}: {_why_not(setup, found)}")
     return setup, found
+
+
+def _why_not(setup: Setup, found: Minimum) -> str:
+    """Reason of a search that found no minimum, and what to do."""
+    if "contact" in setup.objective.names:
+        inside = setup.objective.indentation(setup.part, found.x)[setup.used]
+        if inside.min() > 0:
+            return (
+                "the data begin in contact, no baseline is seen, and the curve bends too little to tell where the contact began: "
+                f"contact point and modulus run off together ({inside.min():.3g} m before the first reading so far). Record from "
+                "further out, or give the contact point, contact = '...', and baseline = 'none' where the force begins at zero."
+            )
+        if inside.max() <= 0:
+            return (
+                "the contact point is outside the data: the search ran beyond the deepest reading, and nothing is in contact. "
+                "Press deeper, or give limits, contact = { min = ..., max = ... }."
+            )
+    misfit = float(np.sqrt(np.mean(found.residual**2)))
+    return (
+        f"no minimum found after {found.evaluations} evaluations, residual {misfit:.2g} of the force range. Fix a parameter, "
+        "or give limits and a better start."
+    )
 
 
 def unweighted(

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS
 from flatpunch._support.checks import Array, Indices
 from flatpunch.numerics.chebyshev import derivative, nodal_transform, polynomials, unit_nodes
 
@@ -224,6 +225,7 @@ class PiecewiseChebyshev:
             count = self.nodes(*ends)
             known = values[i] if self.together and len(spans) > 1 else None
             self._pieces[ends] = self._built(*ends, count, known)
+            PROCESS.grown(sum(piece.series.nbytes for piece in self._pieces[ends]))
 
     def _built(self, low: float, high: float, count: int, values: Array | None = None) -> list[Piece]:
         """Pieces of a span: one, or those of both halves."""

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flatpunch import bem
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.progress import Report
 from flatpunch.paper import base_stress
@@ -94,7 +94,7 @@ def solve(point: Point) -> Numbers:
     return _numbers(point, solution)
 
 
-@lru_cache(maxsize=4)
+@byte_cached
 def _indenter(shape: Shape, eccentricity: float) -> Any:
     return indenter(shape, eccentricity)
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _PATIENCE = 15.0
-_AHEAD = 2
-"""Chunks on the way for each worker: one it works at and one that waits there."""
 
 
 def on_cluster(
@@ -55,7 +53,8 @@ def _outcomes(client: Client, function: Function, waiting: Waiting) -> Iterator[
     def fill() -> None:
         """Keep all workers busy, those too that have joined meanwhile; suspects come when nothing else is on its way."""
         busy = {slot for slot, _ in running.values()}
-        for slot in sorted(set(range(_AHEAD * _workers(client))) - busy):
+        # two chunks for each worker: one in progress and one that waits there
+        for slot in sorted(set(range(2 * _workers(client))) - busy):
             if items := waiting.take(slot, suspects=not running):
                 packed = [cloudpickle.dumps(item.point) for item in items]
                 future = client.submit(solve_chunk, called, packed, pure=False)

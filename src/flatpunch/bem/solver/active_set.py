@@ -28,9 +28,6 @@ DROP = 0.03
 PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken; half is too soon for full ones."""
 
-_HALVINGS = 12
-"""Most halvings of a step that must lower the energy; with half as many, pyramids under films 50 times stiffer stall."""
-
 
 @dataclass(frozen=True, slots=True)
 class State:
@@ -186,13 +183,14 @@ def _advance(
     energy = _energy(xp, now)
     # differences of energy are only known to the rounding of its sum
     rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
-    for tried in range(_HALVINGS):
+    halvings = 12
+    for tried in range(halvings):
         later = _trial(operator, height, depth, _pressing(xp, now.pressure + 0.5**tried * change))
         better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
         lower = _energy(xp, later) - energy
         if lower < -rounding or (lower <= rounding and better):
             return later, tried + 1
-    return _descended(operator, height, depth, now, change), _HALVINGS + 1
+    return _descended(operator, height, depth, now, change), halvings + 1
 
 
 def _descended(operator: Operator, height: Any, depth: float, now: _Trial, change: Any) -> _Trial:

@@ -21,9 +21,6 @@ from flatpunch.compliance import Kernel
 COARSEST = 32
 """Square root of the cells of the coarsest grid; half as many solve once more on cells that know little, for 20 % more time."""
 
-RIM = 4
-"""Cells left around the contact of a coarser grid, whose rim is known to two cells; twice as many add their share of the time."""
-
 
 @dataclass(frozen=True)
 class Levels:
@@ -85,7 +82,8 @@ class Levels:
             return None
         cut, mirrored = [], self.grid.mirrored
         for used, cells, half in ((columns, self.grid.nx, mirrored[0]), (rows, self.grid.ny, mirrored[1])):
-            rim = max(RIM, int(0.03 * used.size * (1 + half)))
+            # cells left around the contact of a coarser grid, whose rim is known to two cells
+            rim = max(4, int(0.03 * used.size * (1 + half)))
             cut.append((0 if half else max(0, int(used[0]) - rim), min(cells, int(used[-1]) + 1 + rim)))
         (x0, x1), (y0, y1) = cut
         size = (x1 - x0) * (1 + mirrored[0]), (y1 - y0) * (1 + mirrored[1])

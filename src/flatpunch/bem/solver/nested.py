@@ -23,9 +23,6 @@ from flatpunch.bem.solver.prolongation import prolong, sampled
 COARSE_TOLERANCE = 1e-4
 """Largest tolerance of coarser grids, whose forces enter error estimates; at twice or half, forces change by 1e-10."""
 
-_NEWTON_STEPS = 40
-"""Most Newton steps towards a force on one grid; three or four are usual, and half as many would do."""
-
 
 @dataclass(frozen=True, slots=True)
 class Effort:
@@ -199,7 +196,8 @@ def _newton(
     if punch is not None and punch.foresees and follow:
         share = levels.asarray(punch.share(levels.grid))
         aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
-    for _ in range(_NEWTON_STEPS):
+    # most Newton steps towards a force on one grid; three or four are usual, and half as many would do
+    for _ in range(40):
         wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
         state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
         iterations, start = iterations + state.iterations, state.pressure

@@ -39,8 +39,6 @@ JKR_FROM = 5.0
 DMT_UP_TO = 0.1
 """Tabor parameter below which that of rigid bodies is."""
 
-_NECK = float(np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6))
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -203,7 +201,8 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
         unit="m",
     )
     contact = case.branch.at(np.array([result.radius]))
-    mu = float(contact.retraction[0]) / (_NECK * z0)
+    # (T11.4)
+    mu = float(contact.retraction[0]) / (np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6) * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2
     if mu >= JKR_FROM:
         return Tabor(mu, dmt, "JKR", "")

@@ -16,9 +16,10 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
-from flatpunch.contact.curve import Control, Curve, Extra, PressureField
+from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation.error import estimates
+from flatpunch.contact.pressure_field import PressureField
 from flatpunch.indenters.profile import Indenter
 
 TOLERANCE = 1e-6

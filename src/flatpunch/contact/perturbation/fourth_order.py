@@ -8,10 +8,10 @@ on the other depths of a curve.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
@@ -186,7 +186,7 @@ def check(indenter: Indenter) -> None:
         )
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _expansion(kernel: Kernel, indenter: Indenter) -> BlendedExpansion:
     """The blended series of a medium and an indenter."""
     return BlendedExpansion(kernel, indenter)

@@ -47,15 +47,6 @@ _MOST_DECADES = 40
 _NEWTON = 12
 """Newton steps before plain bisection takes over; smooth indenters need two or three."""
 
-_BISECTIONS = 60
-"""Bisections after that: a tenth of a decade to rounding."""
-
-_SPARE = 0.03
-"""How far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target."""
-
-_ROUNDING = 1e-14
-"""Width of a bracket in ln a that counts as a point."""
-
 
 def radius_for(
     evaluate: Callable[[Array], Loading],
@@ -163,7 +154,8 @@ def _bracket(
         most = min(reach, resolved)
         # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
-        enough = last * np.exp(min(left + _SPARE, 1.0))
+        # how far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target
+        enough = last * np.exp(min(left + 0.03, 1.0))
         above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
     raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
@@ -199,7 +191,8 @@ def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Ar
     lo, hi = nodes.x[upper - 1], nodes.x[upper]
     x = _start(nodes, upper, np.log(wanted))
     left = np.arange(wanted.size)
-    for count in range(_NEWTON + _BISECTIONS):
+    # 60 bisections after that: a tenth of a decade to rounding
+    for count in range(_NEWTON + 60):
         here, goal, at = _sample(evaluate, quantity, np.exp(x[left])), wanted[left], x[left]
         miss = here.value - goal
         lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
@@ -210,7 +203,8 @@ def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Ar
         middle = (lo[left] + hi[left]) / 2
         x[left] = np.where(safe, trial, np.where(close, at, middle))
         # Newton converges quadratically: a step this small leaves the next one below rounding
-        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < _ROUNDING)
+        # width of a bracket in ln a that counts as a point
+        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < 1e-14)
         left = left[~settled]
         if not left.size:
             break

@@ -27,8 +27,6 @@ from flatpunch.media.relaxation import Relaxation
 _SPLITS = 16
 """Pieces, each half as long as the next, into which the step of the first touch is split: K begins there like a root of d."""
 
-_EQUAL = 1e-9
-"""Difference of two rates, over the largest, that may be rounding."""
 
 _HALVINGS = 12
 """Halvings of a step at most."""
@@ -146,7 +144,8 @@ def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
     first = int(lost[0])
     rate = np.diff(depth[first - 1 :]) / np.diff(memory.time[first - 1 :])
     # its height falls ever slower: a tip that does not slow down stays ahead of it
-    if (np.diff(rate) <= _EQUAL * np.abs(rate).max()).all():
+    # difference of two rates, over the largest, that may be rounding
+    if (np.diff(rate) <= 1e-9 * np.abs(rate).max()).all():
         return False
     modes = recovery(memory.series)
     speed = memory.approach[first] @ modes.amplitudes

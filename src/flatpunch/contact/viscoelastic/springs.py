@@ -25,14 +25,9 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch.contact.viscoelastic.elastic import ElasticForce
+from flatpunch.contact.viscoelastic.lumps import Lumps
 from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries
-
-_TURNS = 100
-"""Newton steps and halvings for the time at which a spring is met or left."""
-
-_FIRST = 1e-9
-"""Depth that counts as the first touch, over that of the first spring."""
 
 _TIME_TOLERANCE = 1e-11
 """Error of that time over the step."""
@@ -136,9 +131,10 @@ class Springs:
         self.touch = self.deepest * np.linspace(0, 1, self.count + 1) ** 2
         force, stiffness = self.elastic.force(self.touch), self.elastic.stiffness(self.touch)
         # flat ends are stiff from the first touch on
-        stiffness[0] = self.elastic.stiffness(_FIRST * self.touch[1:2])[0]
-        self.fine = _Lumps(self.touch, force, stiffness)
-        self.rough = _Lumps(self.touch[::2], force[::2], stiffness[::2])
+        # depth that counts as the first touch, over that of the first spring
+        stiffness[0] = self.elastic.stiffness(1e-9 * self.touch[1:2])[0]
+        self.fine = Lumps(self.touch, force, stiffness)
+        self.rough = Lumps(self.touch[::2], force[::2], stiffness[::2])
         self.recovery = recovery(self.series)
         terms = self.series.rates.size
         self.memory = np.zeros((self.count + 1, terms))
@@ -345,53 +341,6 @@ def _along(modes: Array, share: Array) -> Array:
     return np.asarray(np.einsum("ij,ij->i", modes, share))
 
 
-class _Lumps:
-    """Springs at depths `touch` that make the elastic force exact for pulls Q linear between them."""
-
-    def __init__(self, touch: Array, force: Array, stiffness: Array) -> None:
-        self.touch, self.stiffness = touch, stiffness
-        self.slope = np.diff(force) / np.diff(touch)
-        self.lump = np.diff(self.slope, prepend=0.0, append=stiffness[-1])
-
-    def force(self, pull: Array, extent: float) -> float:
-        """Force [N] of springs pulled by Q [m], shape (n,), which reaches zero at the contact depth `extent`."""
-        n = pull.size
-        if not n:
-            return 0.0
-        total = float(self.lump[:n] @ pull)
-        if n == self.touch.size:
-            return total
-        share = (extent - self.touch[n - 1]) / (self.touch[n] - self.touch[n - 1])
-        # the lumps take Q as zero from the next spring on
-        return total + float(pull[n - 1] * (self.slope[n - 1] - self.stiffness[n - 1]) * (share - 1))
-
-    def grown_to(self, contact: int, depth: float, height: Array) -> float:
-        """Contact depth: where the heights of the springs ahead come down to the tip, linear in between."""
-        if not contact:
-            return 0.0
-        low = float(self.touch[contact - 1])
-        if contact == self.touch.size:
-            return low
-        high = float(self.touch[contact])
-        # beyond the last spring but one nothing was ever touched: heights rise as the depths of touch do
-        last = height.size < 2 or height[1] <= height[0]
-        slope = 1.0 if last else (height[1] - height[0]) / (self.touch[contact + 1] - high)
-        return float(np.clip(high + (depth - height[0]) / slope, low, high))
-
-    def shrunk_to(self, pull: Array) -> float:
-        """Contact depth: where Q comes down to zero, linear beyond the last springs in contact."""
-        n = pull.size
-        if not n:
-            return 0.0
-        low = float(self.touch[n - 1])
-        if n == self.touch.size:
-            return low
-        high = float(self.touch[n])
-        if n < 2 or pull[-2] <= pull[-1]:
-            return high
-        return float(np.clip(low + pull[-1] * (low - self.touch[n - 2]) / (pull[-2] - pull[-1]), low, high))
-
-
 def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
     """Roots in (0, high) of functions that are positive before it and negative after; shape (n,).
 
@@ -401,7 +350,8 @@ def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
     f_old, f_new = function(old), function(new)
     third, f_third = old, f_old
     share = np.full_like(high, 0.5)
-    for _ in range(_TURNS):
+    # Newton steps and halvings for the time at which a spring is met or left
+    for _ in range(100):
         x = new + share * (old - new)
         value = function(x)
         same: Flags = (value > 0) == (f_new > 0)

@@ -8,7 +8,8 @@ with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fit.pa
 without adhesion (`flatpunch.fit.adhesion.tables`).
 
 The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
-in radius before it the force goes on as a straight line, so that a trial step that lets go too early still has a slope.
+in radius before it, or from where dF/dd falls below a given stiffness, the force goes on as a straight line, so that a trial
+step that lets go too early still has a slope.
 """
 
 from __future__ import annotations
@@ -77,8 +78,8 @@ class StableBranch:
     _pieces: tuple[Piecewise, ...] = ()
     _grid: tuple[Array, Array] | None = None
 
-    def up_to(self, deepest: float) -> StableBranch:
-        """Choose the largest radius, and find pull-off below it."""
+    def up_to(self, deepest: float, softest: float = -np.inf) -> StableBranch:
+        """Choose the largest radius, and find pull-off below it; the branch begins where dF/dd is `softest` [N/m], or there."""
         q = tuple(self.forms[FUNCTIONS:])
         top = self.tables.begin(q, self.forms, deepest)
         most = self.tables.functions[0].highest(q) - 3 * STEP
@@ -105,9 +106,23 @@ class StableBranch:
             self.fold = float(high)
         # denser towards pull-off, where the depth goes like the square of the distance in x
         start = min(self.fold + _BEFORE, self.top - STEP)
+        if np.isfinite(softest):
+            start = self._stiffer(start, softest)
         grid = start + (self.top - start) * np.linspace(0, 1, _GRID) ** 2
         self._grid = (grid, self._depths(grid)[0])
         return self
+
+    def _stiffer(self, start: float, softest: float) -> float:
+        """Smallest x from `start` on with a stiffness of `softest` or more; dF/dd grows along the branch."""
+        for _ in range(2):
+            x = np.linspace(start, self.top - STEP, _GRID // 4)
+            state = self.at(x)
+            below = np.flatnonzero(state.force_slope < softest * state.depth_slope)
+            if not below.size:
+                return start
+            start = float(x[below[-1]])
+            end = float(x[min(below[-1] + 1, x.size - 1)])
+        return end
 
     def _depths(self, x: Array) -> tuple[Array, Array]:
         """Depth and its slope."""

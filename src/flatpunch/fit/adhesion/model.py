@@ -80,7 +80,7 @@ class AdhesiveModel(SampleParameters):
         family = BranchFamily(*start, found, coordinates, work is not None)
         object.__setattr__(self, "_tables", branch_tables(family))
 
-    def evaluate(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
+    def evaluate(self, depth: Array, theta: Array, softest: float = -np.inf) -> tuple[Array, Array, Array]:
         """Force and derivatives at depths of any sign, on the stable branch.
 
         Parameters
@@ -89,6 +89,8 @@ class AdhesiveModel(SampleParameters):
             Depths [m].
         theta : ndarray, shape (parameters,)
             Internal values of the free parameters.
+        softest : float
+            Stiffness dF/dd [N/m] below which the branch is continued by its tangent.
 
         Returns
         -------
@@ -98,20 +100,21 @@ class AdhesiveModel(SampleParameters):
             dF/dtheta [N].
         """
         with np.errstate(over="ignore"):
-            return self._evaluated(depth, theta)
+            return self._evaluated(depth, theta, softest)
 
-    def _evaluated(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
-        branch = self.branch(theta, float(depth.max(initial=-np.inf)))
+    def _evaluated(self, depth: Array, theta: Array, softest: float) -> tuple[Array, Array, Array]:
+        branch = self.branch(theta, float(depth.max(initial=-np.inf)), softest)
         x, beyond = branch.radius_at(depth)
         state = branch.at(x)
         stiffness = state.force_slope / state.depth_slope
         by_theta = state.force_by - stiffness * state.depth_by
         return state.force + stiffness * beyond, stiffness, by_theta
 
-    def branch(self, theta: Array, deepest: float) -> StableBranch:
-        """The stable branch up to a depth."""
+    def branch(self, theta: Array, deepest: float, softest: float = -np.inf) -> StableBranch:
+        """The stable branch up to a depth, from a stiffness on."""
         constants, weights = self._forms
-        return StableBranch(constants + (weights @ theta if theta.size else 0.0), weights, self._tables).up_to(deepest)
+        forms = constants + (weights @ theta if theta.size else 0.0)
+        return StableBranch(forms, weights, self._tables).up_to(deepest, softest)
 
     def pull_off(self, theta: Array) -> tuple[float, float]:
         """Depth and force at which the tip lets go under prescribed depth [m], [N]."""

@@ -31,6 +31,9 @@ _FREE = 0.2
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _GIVING = -0.5
+"""Stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it shows."""
+_SOFTEST = -0.75
+"""The same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
 _RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
 _FACTOR = 8.0
@@ -215,6 +218,7 @@ class _Start:
             held=self.settings.held,
             frame=frame_of(self.part.depth, self.part.force, self.part.position, speed),
             spring=None if start is None else taken.spring_constant,
+            softest=None if taken.spring_constant is None else _SOFTEST * taken.spring_constant,
             speed=speed[used] if speed is not None else None,
             loaded=np.flatnonzero(self.in_contact[used]),
             part_loaded=np.flatnonzero(self.in_contact),

@@ -12,13 +12,14 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.least_squares.blocks import blocked, uniform
+from flatpunch.fit.least_squares.blocks import blocked, towards_the_end, uniform
+from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.scan import Scan, scanned
+from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
-from flatpunch.fit.measured.signal import adhesion_dip, check_rise, check_saturation, converter_step, noise_of
+from flatpunch.fit.measured.signal import CLEAR, adhesion_dip, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
@@ -32,6 +33,8 @@ _BOTH_ENDS = (
 )
 IMPRINT, HARD = 0.2, 1e8
 """Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
+_ROUGHLY = 0.1
+"""Distance from the minimum, in standard errors, at which two directions of the tip can be compared."""
 _WAVING = 0.01
 """Standard deviation of a wave over the rise from which it is worth a note."""
 _WAVES = 160
@@ -53,6 +56,7 @@ def elastic_setup(
         problem = replace(problem, part=part)
         scan = problem.scan()
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    problem.check_contact(scan)
     if problem.withdraws(scan):
         if turning(curve) and not _second:
             # in contact at both ends: counted the other way, the tip approaches in the second part
@@ -107,14 +111,14 @@ class Approach:
         return [j for j, free in enumerate(self.model.free) if free.endswith("young")]
 
     def contacts(self, objective: Objective) -> tuple[float, float]:
-        """Contact points that are allowed, those of the user or the whole curve and as much before it."""
+        """Contact points that are allowed, those of the user or the whole curve and ten times as much before it."""
         low, high = self.settings.contact_limits
         if self.turned < 0:
             low, high = (None if v is None else -v for v in (high, low))
         position, force, k = objective.position, objective.force, objective.spring
         bent = (0.0, 0.0) if k is None else (float(force.max()) / k, float(force.min()) / k)
         first, last = float(position.min()) - bent[0], float(position.max()) - bent[1]
-        return 2 * first - last if low is None else low, last if high is None else high
+        return first - FARTHEST * (last - first) if low is None else low, last if high is None else high
 
     def scan(self, keep: Flags | None = None) -> Scan:
         """Best contact point, with a wave in the background if one is fitted."""
@@ -138,15 +142,40 @@ class Approach:
         end = float(np.median(force[-few:]))
         return end < 0 and -end > 0.8 * float(np.abs(force).max() - 3 * noise_of(force[: force.size // 3]))
 
+    def check_contact(self, scan: Scan) -> None:
+        """Refuse a curve that its background alone describes as well."""
+        if scan.gain > CLEAR**2:
+            return
+        straight = self.settings.baseline in ("linear", "sine")
+        raise CurveError(
+            f"{self.part.name}: no contact is to be seen: the background alone (baseline = {self.settings.baseline!r}) describes "
+            "the force within its noise. "
+            + (
+                "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
+                if straight
+                else ""
+            )
+            + "Press deeper, average, or check which column is the force."
+        )
+
     def withdraws(self, scan: Scan) -> bool:
         """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
         objective = self.objective()
         inside = objective.indentation(self.part, scan.x)
         if inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned:
             return False
-        backwards = replace(self, part=self.part.turned(depth=-1.0), settings=replace(self.settings, contact="free"))
-        other = backwards.scan()
-        return min(other.cost, other.turned) < 0.5 * scan.cost
+        free = replace(self.settings, contact="free")
+        costs = []
+        for sign in (1.0, -1.0):
+            backwards = replace(self, part=self.part.turned(depth=-1.0, force=sign), settings=free)
+            costs.append(backwards.misfit(backwards.scan()))
+        return min(costs) < 0.5 * self.misfit(scan)
+
+    def misfit(self, scan: Scan) -> float:
+        """Sum of squares after a descent from a scanned contact: a scan takes positions of the tip for free of noise."""
+        objective = self.objective()
+        lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
+        return minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=_ROUGHLY).cost
 
     def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
         """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""

@@ -1,5 +1,9 @@
 """Levenberg-Marquardt on the normal equations, with bounds by projection.
 
+Two parameters that trade off along a bent valley make straight steps climb its sides. A step that does not improve is therefore
+tried once more along the parabola that the refused residuals r(x + v) determine: with r'' v v = 2 (r(x + v) - r(x) - J v), the
+step becomes v - (J^T J)^-1 J^T r'' v v/2 (geodesic acceleration, Transtrum and Sethna 2012).
+
 Few parameters, many points, derivatives at hand, all unknowns of order one: then the normal equations lose nothing and an
 iteration costs one evaluation. lmfit finds the same minimum (a test compares them) at several times the cost per curve; it
 polishes single fits, batches go without.
@@ -12,11 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, Indices
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
 _ITERATIONS = 60
+_DAMPING = (1e-12, 1e10)
+"""Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
 SOON = 1e-3
@@ -87,30 +93,35 @@ def minimise(
         if not live.size:
             converged = True
             break
-        part = normal[np.ix_(live, live)]
-        step = np.zeros_like(x)
-        step[live] = -_solved(part, gradient[live], damping)
-        scale = float(np.abs(step).max())
-        if scale > longest:
-            step *= longest / scale
-        trial = np.clip(x + step, lower, upper)
-        moved = trial - x
-        # the step in standard errors: moved^T N moved over the variance of the residuals
-        size = float(moved @ normal @ moved) / max(cost / max(residual.size - live.size, 1), 1e-300)
+        ends = (lower - x, upper - x)
+        # what is left to go, in standard errors: the undamped step v and v^T N v over the variance of the residuals
+        whole = _within(normal, gradient, live, ends, _DAMPING[0])
+        size = float(whole @ normal @ whole) / max(cost / max(residual.size - live.size, 1), 1e-300)
         if size < settled**2:
-            x = trial
-            residual, jacobian = evaluate(x)
+            last = evaluate(x + whole)
             evaluations += 1
+            if not _larger(last[0], cost):
+                x, (residual, jacobian) = x + whole, last
             converged = True
             break
+        moved = _within(normal, gradient, live, ends, damping)
+        moved *= min(1.0, longest / float(np.abs(moved).max()))
+        trial = x + moved
         new_residual, new_jacobian = evaluate(trial)
         evaluations += 1
-        new_cost = float(new_residual @ new_residual)
-        if np.isfinite(new_cost) and new_cost < cost:
-            x, residual, jacobian, cost = trial, new_residual, new_jacobian, new_cost
+        if _larger(new_residual, cost) and np.isfinite(new_residual).all():
+            # the valley bends: its curvature along the step is that of the refused residuals
+            bend = 2 * (new_residual - residual - moved @ jacobian)
+            aside = _within(normal, jacobian @ bend / 2, live, (ends[0] - moved, ends[1] - moved), damping)
+            if np.abs(aside).max() < np.abs(moved).max():
+                trial = trial + aside
+                new_residual, new_jacobian = evaluate(trial)
+                evaluations += 1
+        if not _larger(new_residual, cost):
+            x, residual, jacobian, cost = trial, new_residual, new_jacobian, float(new_residual @ new_residual)
             normal, gradient = jacobian @ jacobian.T, jacobian @ residual
-            damping = max(damping / 10, 1e-12)
-        elif damping > 1e10 or size < 1e-12:
+            damping = max(damping / 10, _DAMPING[0])
+        elif damping > _DAMPING[1] or size < 1e-12:
             # no step improves: the sum of squares is at rounding (data without noise)
             converged = True
             break
@@ -118,6 +129,27 @@ def minimise(
             damping = max(damping * 10, 1e-5)
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
+
+
+def _within(normal: Array, gradient: Array, live: Indices, ends: tuple[Array, Array], damping: float) -> Array:
+    """Step of the live parameters between its ends: those that would leave stop there, and the others follow."""
+    step, held = np.zeros_like(gradient), np.zeros(gradient.size, dtype=bool)
+    for _ in range(live.size):
+        rest = live[~held[live]]
+        step[rest] = -_solved(
+            normal[np.ix_(rest, rest)], gradient[rest] + normal[np.ix_(rest, live)] @ (step * held)[live], damping
+        )
+        beyond = rest[(step[rest] < ends[0][rest]) | (step[rest] > ends[1][rest])]
+        step = np.clip(step, *ends)
+        held[beyond] = True
+        if not beyond.size or held[live].all():
+            break
+    return step
+
+
+def _larger(residual: Array, cost: float) -> bool:
+    """Whether a sum of squares is no improvement."""
+    return not float(residual @ residual) < cost
 
 
 def _solved(normal: Array, gradient: Array, damping: float) -> Array:

@@ -26,8 +26,6 @@ from flatpunch.fit.parameters.unknowns import Unknowns
 _NEWTON = 8
 _SETTLED = 1e-2
 """Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
-_STEEPEST = 0.25
-"""Least 1 + M'/k that is let through; data closer to the instability are left out of the fit in the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +35,8 @@ class Objective(Unknowns):
     Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
     to negative depths. `part_loaded` is the same over all points of the curve that is shown. `counts` are the readings behind
     each entry where entries are means. `plain` takes the measured positions of the tip as they are: the residual then is the
-    difference in force at the measured depth, whatever the cantilever.
+    difference in force at the measured depth, whatever the cantilever. `softest` is the stiffness dF/dd [N/m] below which an
+    adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's position.
     """
 
     depth: Array
@@ -49,6 +48,7 @@ class Objective(Unknowns):
     speed: Array | None = None
     counts: Array | None = None
     plain: bool = False
+    softest: float | None = None
     position: Array = field(init=False, repr=False)
     _before: dict[int, Array] = field(default_factory=dict, repr=False)
 
@@ -97,9 +97,10 @@ class Objective(Unknowns):
         residual = np.zeros_like(depth) if spring is None else self._before.get(depth.size, np.zeros_like(depth))
         at = depth if spring is None else depth - residual / spring
         fresh = not residual.any()
+        softest = () if self.softest is None else (self.softest,)
         for turn in range(_NEWTON):
             block = _touching(at) if self.loaded is None else self.loaded
-            force, stiffness, by_theta = self.model.evaluate(at[block], theta)
+            force, stiffness, by_theta = self.model.evaluate(at[block], theta, *softest)
             miss = straight - residual
             miss[block] += force
             if spring is None:
@@ -120,10 +121,9 @@ class Objective(Unknowns):
         return residual, block, stiffness, by_theta
 
     def _give(self, stiffness: Array) -> Array:
-        """How much faster the piezo moves than the tip; it must not turn round where adhesion is about to let go."""
+        """How much faster the piezo moves than the tip."""
         assert self.spring is not None
-        give = 1 + stiffness / self.spring
-        return give if self.loaded is None else np.asarray(np.maximum(give, _STEEPEST))
+        return 1 + stiffness / self.spring
 
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""

@@ -16,8 +16,10 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.least_squares.blocks import towards_the_end
 from flatpunch.fit.least_squares.objective import Objective
 
-_BEFORE = (0.03, 0.1, 0.3, 1.0)
-"""Contact points before the first point that are tried as well, over the range of depths."""
+FARTHEST = 10.0
+"""Contact points are looked for this far before the first point, over the range of depths."""
+_BEFORE = (0.03, 0.1, 0.3, 1.0, 3.0, FARTHEST)
+"""Contact points before the first point that are tried, over the range of depths."""
 _FEWEST = 4
 """Readings that must be in contact, or any curve fits them."""
 _FINER = 9
@@ -44,12 +46,21 @@ class Scan:
         Sum of squares there, and that of the background alone, both over the force range squared.
     turned : float
         Sum of squares of the best contact with a negative amplitude.
+    freedom : int
+        Block means less parameters.
     """
 
     x: Array
     cost: float
     without: float
     turned: float
+    freedom: int
+
+    @property
+    def gain(self) -> float:
+        """What a contact of either sign explains beyond the background, over the variance of the noise."""
+        best = min(self.cost, self.turned)
+        return (self.without - best) / max(best / self.freedom, 1e-300)
 
     def contact(self, objective: Objective) -> float:
         """Contact point [m]."""
@@ -152,6 +163,7 @@ def _one_scan(
     data = weight * (coarse.force - fixed - held) / span
     columns = np.array([weight * coarse.column(n, values, coarse.position, coarse.speed) for n in fitted])
     basis = np.linalg.qr(columns.T)[0] if fitted else np.zeros((data.size, 0))
+    steepness = model.max(axis=1) * span / np.maximum(inside.max(axis=1), 1e-300)
     model *= weight
     left = data - basis @ (basis.T @ data)
     reduced = model - (model @ basis) @ basis.T
@@ -164,7 +176,12 @@ def _one_scan(
     gain = np.where(usable, along**2 / square, 0.0)
     up = np.where(along > 0, gain if moduli else 2 * along - square, -np.inf)
     best = int(np.argmax(up))
-    down = float(np.max(np.where(along < 0, gain, 0.0), initial=0.0))
+    falls = along < 0
+    if coarse.spring is not None:
+        # S < 0 behind a cantilever whose force has its sign turned is S/(1 + 2 S/k) > -k/2 over the position without the turn;
+        # -k is the position's own noise, F = k (p - depth)
+        falls &= -along / square * steepness < 0.75 * coarse.spring
+    down = float(np.max(np.where(falls, gain, 0.0), initial=0.0))
     amplitude = max(float(along[best] / square[best]), 1e-12) if moduli and up[best] > 0 else 1.0
     end = theta.copy()
     for j in moduli:
@@ -176,7 +193,8 @@ def _one_scan(
             x[coarse.names.index(name)] = value
     if "contact" in coarse.nuisance:
         x[coarse.names.index("contact")] = (candidates[best] - origin) / width
-    return Scan(x, total - max(float(up[best]), 0.0), total, total - down), float(np.log(amplitude))
+    freedom = max(data.size - len(fitted) - 2, 1)
+    return Scan(x, total - max(float(up[best]), 0.0), total, total - down, freedom), float(np.log(amplitude))
 
 
 def _candidates(coarse: Objective, depth: Array, between: tuple[float, float]) -> Array:

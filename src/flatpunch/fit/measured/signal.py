@@ -87,15 +87,17 @@ def check_saturation(curve: Curve, position: Array, force: Array, noise: float) 
     # the second largest of a few: less than the largest moved by noise
     top = float(np.partition(force, -3)[-2])
     band = max(_UPPER * top, 8 * noise)
-    if band > 0.3 * top:
+    # data may begin in contact, above half of the rise
+    low = max(0.5 * top, float(np.median(force[: max(force.size // 50, 3)])))
+    if band > 0.6 * (top - low):
         return
     above = np.flatnonzero(force >= top - band)
-    half = np.flatnonzero(force >= 0.5 * top)
+    half = np.flatnonzero(force >= low)
     if not above.size or not half.size or half[0] >= above[0]:
         return
     before = float(position[above[0]] - position[half[0]])
     flat = float(position[-1] - position[above[0]])
-    allowed = before * band / (0.5 * top - band)
+    allowed = before * band / (top - low - band)
     spacing = float(np.ptp(position)) / position.size
     if flat > _LONGER * allowed + 3 * spacing and above.size >= 8:
         raise CurveError(

@@ -7,16 +7,14 @@ import numpy as np
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter
 
-_WIDEST_WEDGE = 1.5
-"""Half of the angle to the next edge at most [rad]."""
-
 
 def wedges_of(indenter: Indenter) -> list[tuple[float, float, bool]]:
     """Polar angles of the edges [rad], tangents of half the angle to the next one, and whether they are rounded."""
     rounded = tuple(getattr(indenter, "rounded_edges", ()))
     angles = np.array(sorted(indenter.corners + rounded))
     gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
-    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, _WIDEST_WEDGE)
+    # half of the angle to the next edge at most [rad]
+    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, 1.5)
     return [(float(angle), float(np.tan(h)), angle in rounded) for angle, h in zip(angles, half, strict=True)]
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
-
-MOST = 24
-"""Highest rotational symmetry looked for; tips with more sides are treated as if they had none."""
 
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
 
@@ -23,10 +19,10 @@ def sample_radii(indenter: Indenter, count: int) -> Array:
     return np.geomspace(1e-10, 1e3, 2 * count)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    for fold in range(MOST, 1, -1):
+    for fold in range(24, 1, -1):
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1

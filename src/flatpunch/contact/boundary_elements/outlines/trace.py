@@ -30,12 +30,6 @@ from flatpunch.indenters.profile import Indenter
 _WIDTH = 0.25
 """Half-width over the mean radius below which the contact along an edge is a lobe; twice as much solves four times the cells."""
 
-_FINER = 6
-"""Finer cells per cell along an axis; half as many double the error at the ends of lobes."""
-
-_BESIDE = 0.5
-"""Cells between the rims of pressure and cells, above which the cells count in contacts with lobes; twice as many are off by 1.5."""
-
 _ROOT = 2
 """Cells at the beginning of a window that feel the fixed cells beside it and do not count; twice as many cost short lobes."""
 
@@ -130,8 +124,8 @@ def _contour(kernel: Kernel, solution: bem.Solution, lobes: list[_Lobe], angles:
         rest[lobe.share(grid) == 1] = 0.0
     if why_none(grid, rest > 0) or not all(lobe.whole() for lobe in lobes):
         return np.full(angles, np.nan), np.inf
-    # in the corners beside a lobe the pressure does not fall with the power of the distance that its rim is found by
-    farthest = _BESIDE if lobes else 1.0
+    # in the corners beside a lobe the pressure follows no root law: believed up to a cell, its rim was off by 1.5
+    farthest = 0.5 if lobes else 1.0
     contour, moved = rim_along(grid, rest, phi, rim, length=kernel.surface_length, farthest=farthest)
     # the ends of lobes
     error = max(float(moved.max()), grid.spacing * bool(lobes))
@@ -187,7 +181,8 @@ def _lobe(
     last = x[beside].max(initial=0.0)
     if last < start + 2 * _ROOT * h:
         return None
-    fine = h / _FINER
+    # finer cells per cell along an axis; half as many double the error at the ends of lobes
+    fine = h / 6
     ny = 2 * int(np.ceil((half[x >= start - h].max() + 2 * h) / fine))
     nx = int((_edge(grid, angle) - start) / fine)
     window = Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))

@@ -1,0 +1,93 @@
+"""Curves of a batch: in memory, or places in files, which are read when their turn comes; each has a digest."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.parallel.keys import content_key
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One curve of a file."""
+
+    path: Path
+    index: int | None = None
+
+    @property
+    def name(self) -> str:
+        """File, and number of the curve in it."""
+        return self.path.name if self.index is None else f"{self.path.name}[{self.index}]"
+
+
+def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> list[Any]:
+    """Curves and places of curves; a file with many of them is opened to count them."""
+    items: list[Any] = []
+    for item in curves:
+        if isinstance(item, Curve):
+            items.append(item)
+            continue
+        try:
+            chosen = (reading or {}).get("index")
+            if chosen is not None:
+                items.append(Place(Path(item), int(chosen)))
+                continue
+            count = curves_in(item, **(reading or {}))
+        except CurveError:
+            # reported again in the record of this file, when its turn comes
+            count = 1
+        items += [Place(Path(item), i if count > 1 else None) for i in range(count)]
+    return items
+
+
+def files_in(folder: str | Path) -> list[Path]:
+    """Files of a folder that can be read as curves, in order."""
+    folder = Path(folder)
+    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (*TEXT, *EXCEL, *AFM, ".zip") and p.is_file())
+    if not found:
+        raise ValueError(f"{folder}: no files of curves ({', '.join((*TEXT, *EXCEL, *AFM))}).")
+    return found
+
+
+def digests(items: Sequence[Any], case: str) -> Iterator[str | None]:
+    """Digest of each curve together with the case; None for a file that cannot be read.
+
+    Parameters
+    ----------
+    items : sequence of Curve or Place
+        As `listed` gives them.
+    case : str
+        Digest of everything else that determines the outcome.
+    """
+    path, digest = None, None
+    for item in items:
+        if isinstance(item, Curve):
+            yield content_key(case, *_content(item))
+            continue
+        if item.path != path:
+            # all curves of a file have its digest
+            path, digest = item.path, _of_file(item.path)
+        yield None if digest is None else content_key(case, digest, item.name, item.index)
+
+
+def _content(curve: Curve) -> tuple[Any, ...]:
+    """What of a curve reaches its record."""
+    columns = (curve.depth, curve.force, curve.stiffness, curve.time, curve.segment)
+    known = curve.meta.get("metadata", {})
+    place = [known.get(f"position {axis}") for axis in "xy"]
+    notes = [curve.meta.get(name) for name in ("piezo", "read", "calibration", "no time")]
+    return (curve.name, curve.spring_constant, columns, place, notes)
+
+
+def _of_file(path: Path) -> str | None:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None

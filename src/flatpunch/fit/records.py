@@ -1,0 +1,109 @@
+"""Records of a batch that are kept as it goes, so that an interrupted run goes on where it was.
+
+A folder holds one file for each group of curves that was fitted together, {digest: record}, written whole or not at all and
+sealed. The digest is that of the curve, the case and the version: a curve or a case that has changed is fitted again.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch._support.whole_file import check_folder, remove_left, write_whole
+from flatpunch._version import __version__
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.places import digests
+from flatpunch.parallel.interruption import held
+from flatpunch.parallel.keys import content_key
+
+_LARGEST = 1_000_000_000
+"""Largest file of records that is read [bytes]."""
+
+
+class Records:
+    """Records of fitted curves in a folder, which is made if it is not there.
+
+    Parameters
+    ----------
+    path : path
+        The folder.
+
+    Attributes
+    ----------
+    known : dict of str to dict
+        Records by the digest of their curve.
+    reused : int
+        How many of them a run has used.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"store = {self.path}: no folder can be made there ({error.strerror or error}).") from None
+        check_folder("store", self.path)
+        remove_left(self.path)
+        self.known: dict[str, dict[str, Any]] = {}
+        self.reused = 0
+        for file in sorted(self.path.glob("*.json")):
+            self.known |= _whole(file)
+
+    def keep(self, keys: Sequence[str | None], rows: Sequence[Mapping[str, Any]]) -> None:
+        """Keep the records of fitted curves; those without values are tried again by the next run."""
+        good = {key: dict(row) for key, row in zip(keys, rows, strict=True) if key is not None and "points" in row}
+        if not good:
+            return
+        with held():
+            body = json.dumps(good, ensure_ascii=False).encode()
+            write_whole(self.path / f"{content_key(sorted(good))}.json", sealed(body))
+            self.known |= good
+
+    def remove(self) -> None:
+        """Delete the records, and the folder if nothing else is in it."""
+        for file in self.path.glob("*.json"):
+            file.unlink(missing_ok=True)
+        with suppress(OSError):
+            self.path.rmdir()
+
+
+def _whole(file: Path) -> dict[str, dict[str, Any]]:
+    """Records in a file; none, with a warning, if it is damaged."""
+    try:
+        body, has_seal = unsealed(content(file, _LARGEST))
+        if not has_seal:
+            raise BrokenSeal("it has no seal")
+        found: dict[str, dict[str, Any]] = json.loads(body)
+    except (BrokenSeal, Unreadable, ValueError, OSError) as error:
+        warnings.warn(
+            f"{file}: damaged or changed after it was written ({error}). Its curves are fitted again.",
+            FlatpunchWarning,
+            stacklevel=4,
+        )
+        return {}
+    return found
+
+
+def keys_of(
+    items: Sequence[Any], sample: Sample, free: Mapping[str, Free], settings: Settings, reading: Mapping[str, Any]
+) -> list[str | None]:
+    """Digest of each item with the case and the version of the package.
+
+    Raises
+    ------
+    TypeError
+        If the case holds something whose content cannot be read, such as a function.
+    """
+    try:
+        case = content_key(__version__, sample, dict(free), settings, dict(reading))
+    except TypeError as error:
+        raise TypeError(f"store: a run with this case cannot be resumed, leave store out. ({error})") from None
+    return list(digests(items, case))

@@ -1,0 +1,102 @@
+"""Curves without a baseline, a contact or a bend: fitted where they can be, else refused for the right reason."""
+
+import numpy as np
+import pytest
+
+from flatpunch.contact import indent
+from flatpunch.fit import Curve, CurveError, fit, fit_batch
+from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.indenters import Cone, Cylinder, Paraboloid, Sphere
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+
+BODY, BODY_START = HalfSpace(2e3, 0.5), HalfSpace(1e3, 0.5)
+GEL, GEL_START = (Medium([Layer(young, 0.5, 1e-6)], RigidBase()) for young in (5e3, 2e3))
+CASES = {
+    "sphere": (BODY, BODY_START, Paraboloid(5e-6), "base.young"),
+    "cone": (BODY, BODY_START, Cone(0.4), "base.young"),
+    "gel": (GEL, GEL_START, Sphere(3e-6), "layers[0].young"),
+    "flat": (BODY, BODY_START, Cylinder(2e-6), "base.young"),
+}
+
+
+def curve_of(name, begin, spring, seed=3):
+    """400 nm deep, from a share `begin` of that depth on, noise half a per cent of the range."""
+    body, _, tip, _ = CASES[name]
+    depth = np.linspace(begin, 1, 500) * 4e-7
+    force = indent(body, tip, depth=np.maximum(depth, 0), angles=8)["force"].values
+    force = force + 0.005 * np.ptp(force) * np.random.default_rng(seed).normal(size=500)
+    return Curve(depth, force) if spring is None else Curve.from_piezo(depth + force / spring, force, spring)
+
+
+def fitted(name, curve, **settings):
+    _, start, tip, free = CASES[name]
+    return fit(curve, start, tip, [free], engine="normal-equations", **settings).estimates[free]
+
+
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("begin", [0.02, 0.3, 0.9])
+@pytest.mark.parametrize("name", ["sphere", "cone", "gel"])
+def test_data_that_begin_in_contact(name, begin, spring):
+    """The bend tells where the contact began, however far before the first reading: within four standard errors."""
+    curve = curve_of(name, begin, spring)
+    truth = CASES[name][0].surface_modulus * 0.75
+    found = fitted(name, curve)
+    assert abs(found.value - truth) < 4 * found.stderr
+    # where the force begins at zero is more than the bend
+    held = fitted(name, curve, baseline="none")
+    assert abs(held.value - truth) < 4 * held.stderr
+    assert held.stderr < found.stderr
+    row = fit_batch([curve], *CASES[name][1:3], [CASES[name][3]], workers=1).rows[0]
+    assert not row["ok"]
+    assert "they begin in contact, and no baseline is seen" in row["reason"]
+
+
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("name", ["sphere", "cone"])
+def test_a_straight_line_has_no_bend(name, spring):
+    """No depth before the data is too far: contact point and modulus run off."""
+    depth = np.linspace(0, 4e-7, 500)
+    force = 1e-9 * depth / depth[-1] + 5e-12 * np.random.default_rng(3).normal(size=500)
+    curve = Curve(depth, force) if spring is None else Curve.from_piezo(depth + force / spring, force, spring)
+    with pytest.raises(CurveError, match=r"begin in contact, no baseline is seen, and the curve bends too little"):
+        fitted(name, curve)
+    with pytest.raises(CurveError, match=r"no contact is to be seen: the background alone \(baseline = 'linear'\)"):
+        fitted(name, curve, baseline="linear")
+
+
+@pytest.mark.parametrize("baseline", ["constant", "linear", "none"])
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("name", CASES)
+def test_noise_alone(name, spring, baseline):
+    depth = np.linspace(0, 4e-7, 500)
+    force = 1e-11 * np.random.default_rng(3).normal(size=500)
+    curve = Curve(depth, force) if spring is None else Curve.from_piezo(depth, force, spring)
+    with pytest.raises(CurveError, match="no contact is to be seen"):
+        fitted(name, curve, baseline=baseline)
+
+
+@pytest.mark.parametrize("spring", [None, 0.05])
+def test_a_flat_end_is_a_straight_line(spring):
+    """Its force has no bend but at the contact: without a baseline the modulus is the slope, and a tilt takes all of it."""
+    found = fitted("flat", curve_of("flat", 0.9, spring), baseline="none")
+    assert abs(found.value - 2e3) < 4 * found.stderr
+    with pytest.raises(CurveError, match=r"no contact is to be seen: .* choose baseline = 'constant'"):
+        fitted("flat", curve_of("flat", 0.3, spring), baseline="linear")
+
+
+@pytest.mark.parametrize("steep", [1.0, 100.0, 1e4])
+def test_minimum_of_a_bent_valley(steep):
+    """Rosenbrock's function, whose valley is a parabola: known minimum (1, 1), and one on a limit."""
+
+    def evaluate(x):
+        root = np.sqrt(steep)
+        return np.array([1 - x[0], root * (x[1] - x[0] ** 2)]), np.array([[-1, -2 * root * x[0]], [0, root]])
+
+    wide = np.full(2, 10.0)
+    found = minimise(evaluate, np.array([-1.2, 1.0]), -wide, wide)
+    np.testing.assert_allclose(found.x, 1, rtol=1e-6)
+    assert found.evaluations < 20
+    # with x[0] <= 0.5 the minimum is on the limit, with the other on the parabola
+    cut = minimise(evaluate, np.array([-1.2, 1.0]), -wide, np.array([0.5, 10.0]))
+    np.testing.assert_allclose(cut.x, [0.5, 0.25], rtol=1e-6)
+    assert cut.at_bound.tolist() == [True, False]
