@@ -125,7 +125,7 @@ def _contour(kernel: Kernel, solution: bem.Solution, lobes: list[_Lobe], angles:
     if why_none(grid, rest > 0) or not all(lobe.whole() for lobe in lobes):
         return np.full(angles, np.nan), np.inf
     # in the corners beside a lobe the pressure follows no root law: believed up to a cell, its rim was off by 1.5
-    farthest = 0.5 if lobes else 1.0
+    farthest = 0.7 if lobes else 1.0
     contour, moved = rim_along(grid, rest, phi, rim, length=kernel.surface_length, farthest=farthest)
     # the ends of lobes
     error = max(float(moved.max()), grid.spacing * bool(lobes))
