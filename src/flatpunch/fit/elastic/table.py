@@ -187,6 +187,8 @@ def _span(coordinate: Coordinate, value: float) -> _Span:
     first = int(np.floor(position)) - _KNOTS // 2 + 1
     if coordinate.highest is not None:
         first = min(first, coordinate.highest - _KNOTS + 1)
+    if coordinate.lowest is not None:
+        first = max(first, coordinate.lowest)
     t = position - first
     points = range(_KNOTS)
     weights, derivatives = [], []

@@ -43,8 +43,8 @@ class Coordinate:
         Internal parameter -> coefficient.
     step, offset : float
         Knots.
-    highest : int or None
-        Largest knot, where the coordinate ends.
+    lowest, highest : int or None
+        Smallest and largest knot, where the coordinate ends.
     """
 
     name: str
@@ -52,6 +52,7 @@ class Coordinate:
     step: float
     offset: float = 0.0
     highest: int | None = None
+    lowest: int | None = None
 
 
 def parameter_names(medium: Any, indenter: Any) -> list[str]:
@@ -250,7 +251,10 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
         # curvature 1/R of a paraboloid, tan of an inclination
         depth[tip] = force[tip] = -1.0 if tip.endswith("radius") else 1.0
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
-    coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0) for name in names if name.endswith("poisson")]
+    lowest = math.ceil((_PLAIN["poisson"][0] - 0.5) / POISSON_STEP)
+    coordinates += [
+        Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, lowest) for name in names if name.endswith("poisson")
+    ]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, force, depth, moving, modulus, length)
 
