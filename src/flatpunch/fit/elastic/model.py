@@ -191,6 +191,11 @@ def _shared(family: _Family) -> Table:
     return Table(solve, family.scaling.coordinates, limit)
 
 
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
+
+
 def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
     """The exact solution of the scaled problem, and how deep it goes."""
 
