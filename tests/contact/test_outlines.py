@@ -80,3 +80,43 @@ def test_contacts_in_several_parts_have_no_outline_and_an_area(depth: float) -> 
     # mean radii of ten to twenty cells
     assert coarse.radius == pytest.approx(fine.radius, rel=0.03)
     assert coarse.area == pytest.approx(fine.area, rel=0.03)
+
+
+def drawn(rng: np.random.Generator) -> tuple[fp.Medium, Indenter, float]:
+    """A stiff film on a half-space or on a softer layer, a pyramid, and a depth."""
+    ratio, depth = 10 ** rng.uniform(1.0, 3.0), 10 ** rng.uniform(-1.5, 0.7)
+    tip: Indenter = fp.Pyramid(int(rng.choice([3, 4, 5])), 0.35)
+    kind = rng.integers(4)
+    if kind == 1:
+        tip = fp.Rounded(tip, depth / 0.35 * 10 ** rng.uniform(-1.7, 0.0))
+    elif kind == 2:
+        tip = fp.Truncated(tip, height_removed=depth * 10 ** rng.uniform(-1.3, 0.0))
+    layers = [fp.Layer(ratio, 0.3, 1.0)]
+    if rng.random() < 0.5:
+        return fp.Medium(layers, base=fp.HalfSpace(1.0, 0.3)), tip, depth
+    return fp.Medium([*layers, fp.Layer(1.0, 0.3, 10 ** rng.uniform(0, 1))], base=fp.RigidBase()), tip, depth
+
+
+@pytest.mark.parametrize("count", [9, pytest.param(100, marks=pytest.mark.slow)])
+def test_random_contacts_stay_within_the_estimates_of_their_outlines(count: int) -> None:
+    rng, off, stated = np.random.default_rng(35), [], []
+    for medium, tip, depth in (drawn(rng) for _ in range(count)):
+        coarse, fine = (trace_of(medium, tip, depth, cells) for cells in (128, 512))
+        if np.isfinite(coarse.error) and np.isfinite(fine.error):
+            off.append(distance(coarse.contour, fine.contour) / fine.radius)
+            stated.append(coarse.error)
+    assert len(off) > count / 2
+    assert np.mean(np.array(off) < stated) >= 0.95
+    # where one is exceeded, it is by chance and not by a part of the outline that was missed
+    assert np.max(np.array(off) / stated) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("ratio", "sides", "depth", "below"), [(26.3, 4, 1.84, 3.0), (15.8, 3, 0.919, 4.0), (22.6, 5, 1.58, 3.0)]
+)
+def test_corners_beside_lobes(ratio: float, sides: int, depth: float, below: float) -> None:
+    """The rim of the pressure there was up to 1.5 cells off, with an estimate of one cell."""
+    base = fp.Layer(1.0, 0.3, below)
+    medium, tip = fp.Medium([fp.Layer(ratio, 0.3, 1.0), base], base=fp.RigidBase()), fp.Pyramid(sides, 0.35)
+    coarse, fine = (trace_of(medium, tip, depth, cells) for cells in (128, 512))
+    assert distance(coarse.contour, fine.contour) < coarse.error * fine.radius

@@ -62,6 +62,8 @@ SOME = {
     "list with None": [1.0, None],
     "complex array": np.array([1 + 1j, 2.0]),
     "nan within": np.array([1.0, np.nan]),
+    "bytes within": bytearray(b"12"),
+    "view of bytes": memoryview(b"12"),
     "masked within": np.ma.masked_array([1.0, 2.0], mask=[False, True]),
     "three dimensions": np.ones((2, 2, 2)),
     "ragged": [[1.0], [1.0, 2.0]],
@@ -148,6 +150,9 @@ def test_quantities_are_converted(call, name):
     for other in ("kg", "m**7"):
         with pytest.raises(TypeError, match=r"must be in|must be without dimension"):
             function(**{**given, name: REGISTRY.Quantity(plain if plain.ndim else float(plain), other)})
+    masked = REGISTRY.Quantity(np.ma.masked_array([1.0, 2.0], mask=[False, True]), unit)
+    with pytest.raises(ValueError, match="masked entries"):
+        function(**{**given, name: masked})
 
 
 def assert_same(found, wanted):

@@ -69,6 +69,32 @@ def test_coverage_of_five_hundred(medium, tip, deepest, name):
     assert 0.93 <= covered / 500 <= 0.97
 
 
+@pytest.mark.parametrize("second", ["layers[0].thickness", "layers[0].poisson"])
+@pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
+def test_valleys_of_two_parameters(second, count):
+    """A modulus of 3087 Pa beside a thickness or a Poisson ratio that the data hardly determine: correlations above 0.99.
+
+    Intervals come from the likelihood profile, to the end of the parameter where the data do not end them. Of 200 curves
+    96.0 % (modulus) and 95.5 % (thickness) cover.
+    """
+    thickness = 12e-6 if second.endswith("thickness") else 5e-6
+    truth, tip, deepest = (
+        {YOUNG: 3087.0, "layers[0].thickness": thickness, "layers[0].poisson": 0.45},
+        Sphere(5e-6),
+        0.4e-6,
+    )
+    exact = synthetic(Medium([Layer(3087.0, 0.45, thickness)], RigidBase()), tip, deepest, noise=0)
+    rng, covered = np.random.default_rng(78), np.zeros(2)
+    for _ in range(count):
+        force = exact.force + 0.02 * exact.force.max() * rng.normal(size=exact.force.size)
+        curve = type(exact)(exact.depth + rng.uniform(-0.2, 0.2) * deepest, force)
+        poisson = 0.4 if second.endswith("poisson") else 0.45
+        start = Medium([Layer(3087.0 * 10 ** rng.uniform(-0.5, 0.5), poisson, thickness)], RigidBase())
+        found = fit(curve, start, tip, [YOUNG, second]).estimates
+        covered += [found[name].low <= truth[name] <= found[name].high for name in (YOUNG, second)]
+    assert (binom.cdf(covered, count, 0.95) > 1e-3).all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sides", [3, 4])
 @pytest.mark.parametrize("name", ["gel", "film-0.1", "film-1", "film-10"])

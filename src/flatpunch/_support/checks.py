@@ -203,6 +203,8 @@ def numbers(name: str, value: Any, unit: str | None = None) -> Array:
     value = _bare(name, value, unit)
     if isinstance(value, (list, tuple)):
         return _from_sequence(name, value, unit)
+    if isinstance(value, (bytes, bytearray, memoryview)):
+        _no_number(name, value)
     array = np.asarray(value)
     if array.dtype.kind == "O":
         if array.ndim == 0:
@@ -228,13 +230,6 @@ def _from_sequence(name: str, value: Any, unit: str | None) -> Array:
 
 def _bare(name: str, value: Any, unit: str | None) -> Any:
     """`value` without mask, labels and unit, in the SI unit of the argument."""
-    if isinstance(value, np.ma.MaskedArray):
-        if np.ma.getmaskarray(value).any():
-            raise ValueError(
-                f"{name} has {int(np.ma.getmaskarray(value).sum())} masked entries, which are no numbers. Leave them out: "
-                "values.compressed()."
-            )
-        value = np.ma.getdata(value)
     attributes = getattr(value, "attrs", None)
     if isinstance(attributes, Mapping) and hasattr(value, "dims"):
         stated = attributes.get("units")
@@ -242,8 +237,16 @@ def _bare(name: str, value: Any, unit: str | None) -> Any:
             raise TypeError(f"{name} is labelled as in {shown(stated)}; it must be {_written(unit)}. Convert it first.")
         value = value.data
     if hasattr(value, "to") and any(hasattr(value, mark) for mark in ("magnitude", "units", "unit")):
-        return _converted(name, value, unit)
-    return value
+        value = _converted(name, value, unit)
+    # quantities and labelled arrays may hold masked ones
+    if not isinstance(value, np.ma.MaskedArray):
+        return value
+    masked = int(np.ma.getmaskarray(value).sum())
+    if masked:
+        raise ValueError(
+            f"{name} has {masked} masked entries, which are no numbers. Leave them out: values.compressed()."
+        )
+    return np.ma.getdata(value)
 
 
 def _converted(name: str, value: Any, unit: str | None) -> Any:

@@ -14,11 +14,11 @@ import numpy as np
 
 @contextmanager
 def refused_overflow() -> Iterator[None]:
-    """Turn over- and underflows into a ValueError that says what to do; usable as a decorator."""
+    """Turn over- and underflows, and arrays beyond the memory, into a ValueError with the remedy; usable as a decorator."""
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield
-    except (ArithmeticError, np.linalg.LinAlgError) as error:
+    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
         raise ValueError(
             "The numbers of this case overflow, or differ by more than can be computed: moduli, lengths, or the depth against "
             f"the tip. Check the units. ({type(error).__name__})"

@@ -1,6 +1,6 @@
 """The rigorous reference: boundary elements in free space for any medium and indenter."""
 
-from flatpunch.bem.bounding_box import ContactTouchesEdge
+from flatpunch.bem.bounding_box import ContactTouchesEdge, NotConverged
 from flatpunch.bem.curves import solve
 from flatpunch.bem.flat_punch import solve_punch
 from flatpunch.bem.grid import Grid
@@ -11,6 +11,7 @@ from flatpunch.bem.solution import Solution
 __all__ = [
     "ContactTouchesEdge",
     "Grid",
+    "NotConverged",
     "Outline",
     "Solution",
     "required_bytes",

@@ -152,7 +152,14 @@ def enough_rays(angles: int) -> int:
 
 
 def rim_along(
-    grid: Grid, pressure: Array, phi: Array, rim: float, *, length: float = np.inf, sharp: bool = False
+    grid: Grid,
+    pressure: Array,
+    phi: Array,
+    rim: float,
+    *,
+    length: float = np.inf,
+    sharp: bool = False,
+    farthest: float = 1.0,
 ) -> tuple[Array, Array]:
     """Farthest points in contact along rays from the point of first touch [m], and their estimated errors [m].
 
@@ -162,6 +169,8 @@ def rim_along(
         As for `trace_outline`.
     phi : ndarray, shape (n,)
         Polar angles of the rays [rad]. Rays that meet no contact have NaN.
+    farthest : float
+        Distance in cells between the rim of the pressure and that of the cells above which the latter counts.
 
     The error is the distance between the rim of the pressure and that of the cells; one cell where only the latter is known.
     """
@@ -179,7 +188,7 @@ def rim_along(
     points = contour * np.exp(1j * phi)
     inwards = _inwards(grid, contact, points)
     way = _zero(grid, pressure ** (1 / rim), points, inwards)
-    believed = (np.abs(way - EXCESS) < 1) & (not short)
+    believed = (np.abs(way - EXCESS) < farthest) & (not short)
     moved = h * np.where(believed, way, EXCESS)
     # least cosine of the angle between a ray and the normal of the rim; half lets rays along a flank scatter twice as much
     slant = np.maximum(-(inwards * np.exp(-1j * phi)).real, 0.3)

@@ -48,6 +48,8 @@ class Solution:
         Whether both errors are at most the tolerance asked for, and the force is the one asked for.
     coarser_force, coarsest_force : float
         Forces on cells twice and four times as wide at the same depth [N]; NaN where these were not solved.
+    modulus : float
+        Contact modulus E* of the surface [Pa]; NaN for flat punches.
     notes : tuple of str
         What a user should know about this solution.
 
@@ -79,6 +81,7 @@ class Solution:
     notes: tuple[str, ...] = ()
     coarser_force: float = float("nan")
     coarsest_force: float = float("nan")
+    modulus: float = float("nan")
 
     @property
     def extrapolated_force(self) -> float:
@@ -147,6 +150,7 @@ def solution_of(
         notes=warned(notes) if not converged else tuple(notes),
         coarser_force=effort.coarser_force,
         coarsest_force=effort.coarsest_force,
+        modulus=modulus,
     )
 
 

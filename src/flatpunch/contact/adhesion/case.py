@@ -75,9 +75,9 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
                 "or leave work_of_adhesion out."
             )
         perturbed = PerturbedBranch(kernel, indenter, work)
-        return AdhesiveCase(
-            kernel, indenter, perturbed, stability(perturbed, perturbed.profile, indenter.reach, pinned=False)
-        )
+        # the round contact costs little and is refused for the same reasons, to second order
+        stability(perturbed.base, perturbed.profile, indenter.reach)
+        return AdhesiveCase(kernel, indenter, perturbed, stability(perturbed, perturbed.profile, indenter.reach))
     pinned = isinstance(indenter, Cylinder)
     profile: RoundProfile = FlatFace() if pinned else mean_profile(indenter)
     branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)

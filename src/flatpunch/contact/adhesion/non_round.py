@@ -202,7 +202,9 @@ class PerturbedBranch:
         without = self.plain.evaluate(radius)
         x2 = without.terms[:, 0]
         force = contact.force - v + plain.stiffness * delta + rest + plain.force * (np.expm1(x2) - x2)
-        area = without.area * np.exp(-2 * ((rest + slope_by_depth) / q - weak))
+        # where the outline is unstable, which results are marked for, these terms have poles
+        shrinkage = np.clip((rest + slope_by_depth) / q - weak, -1.0, 1.0)
+        area = without.area * np.exp(-2 * shrinkage)
         return np.stack([contact.depth + delta, force, area])
 
     def _left(self, radius: Array) -> Array:

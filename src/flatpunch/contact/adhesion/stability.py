@@ -130,20 +130,24 @@ def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: 
         if x[-1] >= most - 1e-9:
             if (slopes[:, -1] > 0).all():
                 return x, slopes
-            raise ValueError(
-                f"Up to the contact radius {text(float(np.exp(most)), 'm')}, "
-                + (
-                    "where the shape of this indenter ends"
-                    if np.exp(most) >= reach * (1 - 1e-9)
-                    else "the largest that is resolved"
-                )
-                + ", adhesion still pulls the contact outwards: there is no stable contact. Reduce the work of adhesion, or give "
-                "the shape further out."
-            )
+            raise ValueError(_still_pulled(branch, float(np.exp(most)), reach))
         more = x[-1] + np.log(10) / PER_DECADE * np.arange(1, PER_DECADE // 4 + 1)
         more = np.unique(np.minimum(more, most))
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     return x, slopes
+
+
+def _still_pulled(branch: Equilibria, radius: float, reach: float) -> str:
+    asked = f"work_of_adhesion = {branch.work:.4g} J/m^2: "
+    if radius >= reach * (1 - 1e-9):
+        return (
+            f"{asked}adhesion draws the contact to the end of the indenter's shape, {text(radius, 'm')} from the first touch: "
+            "there is no stable contact. Reduce the work of adhesion, or give the shape further out."
+        )
+    return (
+        f"{asked}adhesion draws the contact to radii above {text(radius, 'm')}, the largest at which it is solved on this "
+        "medium: no stable contact was found below. Check the units; reduce the work of adhesion, or take a sharper tip."
+    )
 
 
 def _guard(kernel: Kernel) -> float:

@@ -185,6 +185,8 @@ def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
     weights = (gaps * (3e-3 + 0.1 * gaps**2)) ** -2.0
     difference = np.diff(np.eye(nodes.size), axis=0)
     missing = gaps * (slopes[1:] + slopes[:-1]) / 2 - np.diff(values)
+    # a solution that did not converge has an infinite error
+    errors = np.minimum(errors, 1.0)
     normal = np.diag(errors**-2.0) + difference.T @ (weights[:, None] * difference)
     shift = np.linalg.solve(normal, difference.T @ (weights * missing))
     # largest change of a force over its stated error; with twice as much, forces beside kinks follow the rule across the kink

@@ -10,8 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
+from flatpunch.bem import NotConverged
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve, first_failure
+from flatpunch.contact.curve import UNITS, Control, Curve, first_failure
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates
@@ -58,7 +60,12 @@ def solve(
         radius = np.where(still, control.values, 0.0)
         return replace(nothing, radius=radius, area=np.pi * radius**2)
     solutions = refinement(kernel, indenter, ANGLES, cells or CELLS, cache)
-    x, curve = _positions(kernel, indenter, solutions, Control(control.name, control.values[live]), rtol)
+    try:
+        x, curve = _positions(kernel, indenter, solutions, Control(control.name, control.values[live]), rtol)
+    except NotConverged as error:
+        raise NotConverged(
+            f"{control.name} up to {text(float(control.values.max()), UNITS[control.name])}: {error}"
+        ) from None
     found = curve.at(x)
 
     def filled(values: Array) -> Array:
@@ -86,7 +93,7 @@ def solve(
         area=area,
         stiffness=filled(found.growth) * force / np.where(live, depth, 1.0),
         contour=contour,
-        valid=np.ones(depth.size, dtype=bool),
+        valid=np.isfinite(filled(found.force_error)),
         notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
         extra=estimates(filled(found.force_error), np.where(untraced, np.inf, filled(found.shape_error))),
     )

@@ -19,6 +19,8 @@ import numpy as np
 
 from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
+from flatpunch.bem import NotConverged
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.expected_box import boxes_between, level_line
@@ -199,11 +201,17 @@ class Refinement:
             if known and not below and known[0] > least:
                 new.add(max(known[0] + self._step(quantity, known[1::-1], wanted[0]), least))
             self.solve(sorted(new))
+            if lost := [x for x in new if not self.samples[x].converged]:
+                raise NotConverged(
+                    f"boundary elements do not converge at a depth of {text(float(np.exp(lost[0])), 'm')} on the way there "
+                    f"({self.samples[lost[0]].notes[0]}). Prescribe a smaller {quantity}, or take method='second-order'."
+                )
             known = sorted({*known, *new})
-        scale = self._case.kernel.modulus if quantity == "force" else 1.0
+        scale, unit = (self._case.kernel.modulus, "N") if quantity == "force" else (1.0, "m")
+        asked, most = (text(float(scale * np.exp(value)), unit) for value in (wanted[1], max(values)))
         raise ValueError(
-            f"{quantity} = {scale * np.exp(wanted[1]):.6g} is not reached: the largest is {scale * np.exp(max(values)):.6g} at "
-            f"a depth of {np.exp(known[-1]):.6g} m. Prescribe the depth instead, or choose method='bem'."
+            f"{quantity} = {asked} is not reached: the largest is {most} at a depth of {text(float(np.exp(known[-1])), 'm')}. "
+            "Prescribe the depth instead, or choose method='bem'."
         )
 
     def _step(self, quantity: ControlName, beside: list[float], wanted: float) -> float:

@@ -37,7 +37,7 @@ class Sample:
     shape : ndarray, shape (2 + angles,)
         ln of mean radius, of sqrt(area/pi) and of the outline a(phi) [m]; NaN where the contact has no outline.
     force_error, shape_error : float
-        Estimated errors: relative of the force, and of the outline over the mean radius.
+        Estimated errors: relative of the force, and of the outline over the mean radius; infinite if it did not converge.
     notes : tuple of str
         What a user should know of the solution.
     """
@@ -50,6 +50,11 @@ class Sample:
     notes: tuple[str, ...] = ()
 
     @property
+    def converged(self) -> bool:
+        """Whether the solution converged."""
+        return bool(np.isfinite(self.force_error))
+
+    @property
     def outlined(self) -> bool:
         """Whether the contact has an outline."""
         return bool(np.isfinite(self.shape[2:]).all())
@@ -59,7 +64,8 @@ def solved(case: Case, place: tuple[float, Array, Array, bool]) -> Sample:
     """Solve at a place: depth [m], expected half-widths and centre of the contact [m], and whether these are well known."""
     sample = _solved_on(case, place, case.cells)
     # estimated error of the force above which a contact is solved again on half as wide cells, at five times the cost
-    return _solved_on(case, place, 2 * case.cells) if sample.force_error > 2e-3 else sample
+    unresolved = sample.converged and sample.force_error > 2e-3
+    return _solved_on(case, place, 2 * case.cells) if unresolved else sample
 
 
 def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) -> Sample:
@@ -88,7 +94,7 @@ def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) 
         force=float(np.log(force / case.kernel.modulus)),
         growth=solution.stiffness * depth / solution.force,
         shape=np.log([trace.radius, np.sqrt(trace.area / np.pi), *trace.contour]),
-        force_error=force_error,
-        shape_error=trace.error,
+        force_error=force_error if solution.converged else float("inf"),
+        shape_error=trace.error if solution.converged else float("inf"),
         notes=() if solution.converged else solution.notes,
     )
