@@ -48,18 +48,23 @@ def is_map(result: xr.Dataset, quantity: str | None) -> bool:
     return quantity == "critical_force" and "critical_force" in result and numeric
 
 
-def map_figure(result: xr.Dataset) -> Figure:
+def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
     """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
 
     Parameters
     ----------
     result : xarray.Dataset
         What `sweep` returned for a case with strengths.
+    width : float, optional
+        Width of the picture [in].
+    settings : mapping, optional
+        Settings of Matplotlib, as of `picture.figure`.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
+    import matplotlib
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -79,25 +84,30 @@ def map_figure(result: xr.Dataset) -> Figure:
     number = np.full(kind.shape, np.nan)
     for n, (k, i) in enumerate(places):
         number[(kind == k) & (layer == i)] = n
-    drawn = Figure(figsize=(6.4, 4.4), layout="constrained")
-    axes = drawn.subplots()
-    colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
-    norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
-    axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-    if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
-        factor, unit = readable(float(np.nanmax(force)), "N")
-        levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
-        lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
-        axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize=7)
-    for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
-        if (values > 0).all() and values.max() > 8 * values.min():
-            scale("log")
-    layers = int(np.nanmax(layer)) if places else 0
-    patches = [
-        Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}") for n, (k, i) in enumerate(places)
-    ]
-    drawn.legend(handles=patches, loc="outside right upper", frameon=False, fontsize=8)
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1])
-    axes.set_title("First failure and its load" + (", layers counted from the surface" if layers else ""), fontsize=10)
-    return drawn
+    with matplotlib.rc_context({"font.size": 9.5, **(settings or {})}):
+        size = (width, 0.95 * width) if width else (6.4, 5.2)
+        drawn = Figure(figsize=size, layout="constrained")
+        axes = drawn.subplots()
+        colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
+        norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
+        axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+        if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
+            factor, unit = readable(float(np.nanmax(force)), "N")
+            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
+            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
+            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small")
+        for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
+            if (values > 0).all() and values.max() > 8 * values.min():
+                scale("log")
+        layers = int(np.nanmax(layer)) if places else 0
+        patches = [
+            Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}")
+            for n, (k, i) in enumerate(places)
+        ]
+        drawn.legend(handles=patches, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+        axes.set_xlabel(labels[0])
+        axes.set_ylabel(labels[1])
+        axes.set_title(
+            "First failure and its load" + (", layers counted from the surface" if layers else ""), fontsize="medium"
+        )
+        return drawn
