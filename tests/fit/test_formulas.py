@@ -72,6 +72,11 @@ def test_range_ends_before_the_first_depth_beyond_the_limit():
     assert len(comparison_rows(found)) == found.sizes["formula"]
 
 
+def test_no_load_says_nothing_about_a_formula():
+    found = fp.compare_formulas(GEL, fp.Paraboloid(3e-6), depth=[0.0, 1e-9])
+    assert found["valid_to"].sel(formula="Garcia", limit=0.1) == 1e-9
+
+
 def test_what_cannot_be_compared_says_so(tmp_path):
     with pytest.raises(TypeError, match=r"layers\[0\] must be a homogeneous layer"):
         fp.compare_formulas(fp.HalfSpace(5e3, 0.5), fp.Sphere(1e-6), depth=1e-8)

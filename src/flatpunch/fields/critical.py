@@ -55,6 +55,18 @@ class CriticalLoad:
         Which of two bodies fails; a single one is the lower.
     error : float
         Estimated relative error of the stress at that place.
+
+    See Also
+    --------
+    critical_load : Makes it.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=200e9, poisson=0.2, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.3))
+    >>> found = fp.critical_load(film, fp.Sphere(radius=10e-6), strengths=[None, fp.Strength(yield_stress=1e9)])
+    >>> print(f"{found.kind} of layer {found.layer} at {found.force * 1e3:.1f} mN")
+    yield of layer 1 at 3.5 mN
     """
 
     force: float
@@ -103,6 +115,12 @@ def critical_load(
     ------
     ValueError, TypeError
         On bad input, and where the residual stress alone exceeds a strength.
+
+    See Also
+    --------
+    Strength : What a layer bears.
+    fields : The stresses.
+    CriticalLoad : What it returns.
 
     Examples
     --------

@@ -95,6 +95,12 @@ def fields(
     ValueError, TypeError
         On bad input, before any work.
 
+    See Also
+    --------
+    plot_fields : The picture.
+    critical_load : The first failure.
+    energy_by_depth : Where the energy is stored.
+
     Examples
     --------
     >>> import flatpunch as fp

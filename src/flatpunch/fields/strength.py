@@ -35,6 +35,10 @@ class Strength:
     ValueError, TypeError
         If a value is not > 0.
 
+    See Also
+    --------
+    critical_load : Takes one for each layer.
+
     Examples
     --------
     >>> fp.Strength(yield_stress=2e9)

@@ -80,6 +80,19 @@ def sweep(
     ------
     ValueError
         Before any work: for a path that is not in the file, a value without its unit, a combination that is no case.
+
+    See Also
+    --------
+    read_case : The case.
+    sweeps.table : The result as a table.
+    parallel.solve_points : Any function over any points.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm:2mm:3:lin"}, workers=1)
+    >>> print(dict(study.sizes)["layers.0.thickness"], set(study.status.values.ravel().tolist()))
+    3 {'solved'}
     """
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)

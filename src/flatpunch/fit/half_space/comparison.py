@@ -59,12 +59,17 @@ def compare_formulas(
     ValueError, TypeError
         On bad input, and for tips without a half-space formula.
 
+    See Also
+    --------
+    correct : From a reported modulus to the true one.
+    indent : The exact contact.
+
     Examples
     --------
     >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
     >>> found = fp.compare_formulas(gel, fp.Paraboloid(radius=5e-6), depth=[50e-9, 300e-9])
     >>> print(f"{float(found.deviation.sel(formula='Garcia')[-1]):.3f}")
-    0.156
+    0.265
     """
     import xarray as xr
 
@@ -134,6 +139,9 @@ def compare_case(case: Case) -> xr.Dataset:
 def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
     """Largest depth up to which the deviation stays within the limit; 0 if it never does."""
     order = np.argsort(depth, kind="stable")
+    order = order[depth[order] > 0]
+    if not order.size:
+        return 0.0
     bad = np.flatnonzero(~(np.abs(deviation[order]) <= limit))
     if not bad.size:
         return float(depth[order[-1]])
