@@ -103,7 +103,7 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
         for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
             if (values > 0).all() and values.max() > 5 * values.min():
                 scale("log")
-        for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
+        for axis in (axes.xaxis, axes.yaxis):
             if axis.get_scale() == "log":
                 axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
                 axis.set_minor_locator(NullLocator())
