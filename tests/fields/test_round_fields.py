@@ -145,6 +145,48 @@ def test_continuity_at_interfaces(friction):
         np.testing.assert_array_equal(sides[0].layer + 1, sides[1].layer)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_random_stacks(seed):
+    """Continuity at every interface and no traction beside the contact, to 1e-10 of the largest stress or displacement.
+
+    One to ten layers, moduli over eight decades, Poisson ratios up to 1/2, every fourth interface sliding.
+    """
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 11))
+    layers = [
+        fp.Layer(
+            1e9 * 10 ** rng.uniform(-4, 4),
+            0.5 if rng.random() < 0.3 else rng.uniform(0, 0.49),
+            1e-6 * rng.uniform(0.3, 2),
+            bonded=bool(rng.random() > 0.25),
+        )
+        for _ in range(count)
+    ]
+    medium = fp.Medium(layers, fp.HalfSpace(1e9, rng.uniform(0, 0.5)))
+    a = 1e-6 * rng.uniform(0.5, 2)
+    arguments = {"radius": a, "friction": 0.2}
+    x, y = rng.uniform(-3e-6, 3e-6, (2, 20))
+    surface = fp.fields(medium, fp.Sphere(50e-6), x, y, 0.0, **arguments)
+    scale = float(np.abs(surface.stress).max())
+    outside = np.hypot(x, y) > a
+    np.testing.assert_allclose(surface.stress.values[2:5, outside], 0, atol=1e-10 * scale)
+    depth = 0.0
+    for layer in layers:
+        depth += layer.thickness
+        sides = [
+            fp.fields(medium, fp.Sphere(50e-6), x, y, depth, side=side, **arguments) for side in ("above", "below")
+        ]
+        across = slice(2, 5) if layer.bonded else slice(2, 3)
+        stress = [side.stress.values[across] for side in sides]
+        scale = max(scale, float(np.abs(sides[0].stress).max()), float(np.abs(sides[1].stress).max()))
+        np.testing.assert_allclose(stress[0], stress[1], atol=1e-10 * scale)
+        axes = slice(None) if layer.bonded else slice(2, 3)
+        moved = [side.displacement.values[axes] for side in sides]
+        np.testing.assert_allclose(moved[0], moved[1], atol=1e-10 * float(np.abs(surface.displacement).max()))
+        if not layer.bonded:
+            np.testing.assert_allclose(sides[0].stress.values[3:5], 0, atol=1e-10 * scale)
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_equilibrium_at_points(friction):
     """div(stress) = 0 by central differences; their error is (step/length)^2 = 1e-7 of the largest gradient."""

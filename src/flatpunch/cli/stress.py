@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import friendly, progress, say, say_written
+from flatpunch.cli.terminal import StyleOption, friendly, progress, say, say_written
 
 if TYPE_CHECKING:
     from flatpunch.files import Case
@@ -25,6 +25,7 @@ def add_commands(app: typer.Typer) -> None:
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
         csv: Annotated[Path | None, typer.Option(help="Table of the points as CSV.")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        style: StyleOption = "screen",
     ) -> None:
         """Compute the stresses inside the body at the last step of a case, and the load of its first failure.
 
@@ -39,10 +40,10 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--plot", plot, (".png", ".pdf", ".svg"))
             from flatpunch.files import read_case
 
-            _run(read_case(case), output, csv, plot)
+            _run(read_case(case), output, csv, plot, style)
 
 
-def _run(case: Case, output: Path | None, csv: Path | None, plot: Path | None) -> None:
+def _run(case: Case, output: Path | None, csv: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.files import save
     from flatpunch.files.results import write
     from flatpunch.files.stresses import stress_csv, stresses
@@ -60,17 +61,23 @@ def _run(case: Case, output: Path | None, csv: Path | None, plot: Path | None) -
             written.append(csv)
         if plot is not None:
             step(f"drawing {plot.name}")
-            written.append(_draw(case, found, plot))
+            written.append(_draw(case, found, plot, style))
     _print(case, found)
     say_written(written)
 
 
-def _draw(case: Case, found: Stresses, plot: Path) -> Path:
+def _draw(case: Case, found: Stresses, plot: Path, style: str) -> Path:
     from flatpunch.plots import fields as pictures
     from flatpunch.plots.result import save_figure
 
     drawn = pictures.figure(
-        found.fields, case.medium, case.indenter, found.contact, strengths=found.strengths, title=case.title
+        found.fields,
+        case.medium,
+        case.indenter,
+        found.contact,
+        strengths=found.strengths,
+        title=case.title,
+        style=style,
     )
     return save_figure(drawn, plot)
 

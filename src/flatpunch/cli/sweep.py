@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import friendly, progress, say_written
+from flatpunch.cli.terminal import StyleOption, friendly, progress, say_written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +34,7 @@ def add_commands(app: typer.Typer) -> None:
             Path | None, typer.Option(help="Table as CSV, a line for each point and step, besides the output.")
         ] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        style: StyleOption = "screen",
         quantity: Annotated[
             str | None,
             typer.Option(help="What to print and draw at the last step instead of the force: radius, stiffness, ..."),
@@ -77,11 +78,16 @@ def add_commands(app: typer.Typer) -> None:
                         retry_failed=retry_failed,
                         anew=not resume,
                     )
-            _finish(result, output, csv, plot, quantity, step)
+            _finish(result, output, csv, (plot, style), quantity, step)
 
 
 def _finish(
-    result: xr.Dataset, output: Path | None, csv: Path | None, plot: Path | None, quantity: str | None, step: int
+    result: xr.Dataset,
+    output: Path | None,
+    csv: Path | None,
+    picture: tuple[Path | None, str],
+    quantity: str | None,
+    step: int,
 ) -> None:
     """Write what was asked for, then print: a picture that cannot be drawn costs no result."""
     from flatpunch.files import save
@@ -92,12 +98,20 @@ def _finish(
         written.append(save_table(result, csv))
     failed = int((result["status"] == "failed").sum())
     if failed < result["status"].size:
+        plot, style = picture
         if plot:
             from flatpunch.plots.result import save_figure
+            from flatpunch.plots.style import style_of
             from flatpunch.sweeps.failure import is_map, map_figure
             from flatpunch.sweeps.picture import figure
 
-            drawn = map_figure(result) if is_map(result, quantity) else figure(result, quantity=quantity, step=step)
+            chosen = style_of(style)
+            sizes = {} if chosen.width is None else {"width": chosen.width, "settings": chosen.settings}
+            drawn = (
+                map_figure(result, **sizes)
+                if is_map(result, quantity)
+                else figure(result, quantity=quantity, step=step, **sizes)
+            )
             written.append(save_figure(drawn, plot))
         _print(result, quantity, step)
     out = Console()

@@ -16,7 +16,7 @@ from flatpunch.compliance.depth import interfaces
 from flatpunch.fields import Strength, fields
 from flatpunch.files.units import readable
 from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
-from flatpunch.plots.style import axes_or_new
+from flatpunch.plots.style import BLUE, GREY, ORANGE, StyleName, axes_or_new, legend_below, panels, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def plot_fields(
         part = np.where(result["layer"].values == i, values, np.nan)
         if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
             lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
-            axes.clabel(lines, fontsize=6.5, fmt="%.3g")
+            axes.clabel(lines, fontsize="x-small", fmt="%.3g")
     if names[1] == "z":
         if not axes.yaxis_inverted():
             axes.invert_yaxis()
@@ -178,17 +178,17 @@ def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **c
     largest = max(float(np.abs(each).max()) for each in drawn)
     factor, unit = readable(largest, "Pa")
     length_factor, length_unit = readable(deepest, "m")
-    for row, (name, colour) in enumerate((("xx", "#c1121f"), ("zz", "#1f4e79"))):
+    for row, (name, colour) in enumerate((("xx", ORANGE), ("zz", BLUE))):
         for i, (z, values) in enumerate(zip(depth, drawn, strict=True)):
             label = _SYMBOLS[name] if i == 0 else None
             axes.plot(values[row] * factor, z * length_factor, color=colour, label=label)
     for face in faces[faces < deepest]:
         axes.axhline(face * length_factor, **_LINE)
-    axes.axvline(0, color="#8c8c8c", linewidth=0.6)
+    axes.axvline(0, color=GREY, linewidth=0.6)
     axes.set_ylim(deepest * length_factor, 0)
     axes.set_xlabel(f"stress on the axis ({unit})")
     axes.set_ylabel(f"$z$ ({length_unit})")
-    axes.legend(frameon=False)
+    legend_below(axes, ncols=2, frameon=False)
     return axes
 
 
@@ -222,10 +222,10 @@ def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float,
                 color=colour,
                 label=f"{_SYMBOLS[name]}, interface {i + 1}",
             )
-    axes.axhline(0, color="#8c8c8c", linewidth=0.6)
+    axes.axhline(0, color=GREY, linewidth=0.6)
     axes.set_xlabel(f"$x$ ({length_unit})")
     axes.set_ylabel(f"traction ({unit})")
-    axes.legend(frameon=False, fontsize=7)
+    legend_below(axes, ncols=2, frameon=False)
     return axes
 
 
@@ -237,15 +237,26 @@ def figure(
     *,
     strengths: Sequence[Strength | None] = (),
     title: str = "",
+    style: StyleName | str = "screen",
 ) -> Figure:
-    """Return the plane of a result, stresses along the axis and tractions at the interfaces side by side."""
-    drawn = Figure(figsize=(13.6, 4.2), layout="constrained")
-    left, middle, right = drawn.subplots(1, 3, width_ratios=(1.5, 0.9, 1.1))
+    """Return the plane of a result, stresses along the axis and tractions at the interfaces, in a style of `plots.style`."""
+    with styled(style) as chosen:
+        drawn, (left, middle, right) = panels(chosen, 3, title=title)
+        _draw(result, medium, indenter, contact, strengths, (left, middle, right))
+    return drawn
+
+
+def _draw(
+    result: xr.Dataset,
+    medium: Any,
+    indenter: Any,
+    contact: dict[str, Any],
+    strengths: Sequence[Strength | None],
+    axes: tuple[Axes, Axes, Axes],
+) -> None:
+    left, middle, right = axes
     judged = any(strength is not None and strength.yield_stress is not None for strength in strengths)
     plot_fields(result, left, quantity="utilisation" if judged else "von_mises", medium=medium, strengths=strengths)
     span = [float(np.ptp(result[name].values)) for name in ("x", "y", "z")]
     axis_stresses(medium, indenter, middle, deepest=span[2] or max(span), **contact)
     interface_tractions(medium, indenter, right, reach=max(span[:2]) / 2 or max(span), **contact)
-    if title:
-        drawn.suptitle(title, fontsize=12)
-    return drawn

@@ -48,21 +48,36 @@ def is_map(result: xr.Dataset, quantity: str | None) -> bool:
     return quantity == "critical_force" and "critical_force" in result and numeric
 
 
-def map_figure(result: xr.Dataset) -> Figure:
+def _words(path: str) -> str:
+    """Path of a parameter as it is read: thickness of layer 1 for layers.0.thickness, which counts from 0."""
+    *owner, name = path.split(".")
+    name = {"young": "Young's modulus", "poisson": "Poisson ratio"}.get(name, name.replace("_", " "))
+    if len(owner) == 2 and owner[0] == "layers":
+        return f"{name} of layer {int(owner[1]) + 1}"
+    return " ".join([*owner, name])
+
+
+def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
     """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
 
     Parameters
     ----------
     result : xarray.Dataset
         What `sweep` returned for a case with strengths.
+    width : float, optional
+        Width of the picture [in].
+    settings : mapping, optional
+        Settings of Matplotlib, as of `picture.figure`.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
+    import matplotlib
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     first, second = (str(name) for name in result["status"].dims)
     axes_values, labels = [], []
@@ -70,7 +85,7 @@ def map_figure(result: xr.Dataset) -> Figure:
         unit = str(result[name].attrs.get("units", ""))
         factor, readable_unit = readable(float(np.abs(result[name].values).max()), unit) if unit else (1.0, "")
         axes_values.append(result[name].values * factor)
-        words = name.replace(".", " ").replace("_", " ")
+        words = _words(name)
         labels.append(f"{words} ({readable_unit})" if readable_unit else words)
     force = result["critical_force"].isel(step=0).values.T
     force = np.where(np.isfinite(force) & (force > 0), force, np.nan)
@@ -79,25 +94,36 @@ def map_figure(result: xr.Dataset) -> Figure:
     number = np.full(kind.shape, np.nan)
     for n, (k, i) in enumerate(places):
         number[(kind == k) & (layer == i)] = n
-    drawn = Figure(figsize=(6.4, 4.4), layout="constrained")
-    axes = drawn.subplots()
-    colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
-    norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
-    axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-    if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
-        factor, unit = readable(float(np.nanmax(force)), "N")
-        levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
-        lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
-        axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize=7)
-    for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
-        if (values > 0).all() and values.max() > 8 * values.min():
-            scale("log")
-    layers = int(np.nanmax(layer)) if places else 0
-    patches = [
-        Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}") for n, (k, i) in enumerate(places)
-    ]
-    drawn.legend(handles=patches, loc="outside right upper", frameon=False, fontsize=8)
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1])
-    axes.set_title("First failure and its load" + (", layers counted from the surface" if layers else ""), fontsize=10)
-    return drawn
+    with matplotlib.rc_context({"font.size": 9.5, **(settings or {})}):
+        size = (width, 0.95 * width) if width else (6.4, 5.2)
+        drawn = Figure(figsize=size, layout="constrained")
+        axes = drawn.subplots()
+        colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
+        norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
+        for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
+            if (values > 0).all() and values.max() > 5 * values.min():
+                scale("log")
+        for axis in (axes.xaxis, axes.yaxis):
+            if axis.get_scale() == "log":
+                axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                axis.set_minor_locator(NullLocator())
+                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+        if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
+            factor, unit = readable(float(np.nanmax(force)), "N")
+            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
+            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
+            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small")
+        for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
+            # cells of the outermost points reach beyond them
+            axis.set_view_interval(float(values.min()), float(values.max()), ignore=True)
+        layers = int(np.nanmax(layer)) if places else 0
+        patches = [
+            Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}")
+            for n, (k, i) in enumerate(places)
+        ]
+        drawn.legend(handles=patches, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+        axes.set_xlabel(labels[0])
+        axes.set_ylabel(labels[1])
+        axes.set_title("First failure and its load" + (" (layer 1 is the top)" if layers else ""), fontsize="medium")
+        return drawn

@@ -34,7 +34,14 @@ def parameters(result: xr.Dataset) -> list[str]:
     return [str(name) for name in result["status"].dims]
 
 
-def figure(result: xr.Dataset, *, quantity: str | None = None, step: int = -1) -> Figure:
+def figure(
+    result: xr.Dataset,
+    *,
+    quantity: str | None = None,
+    step: int = -1,
+    width: float | None = None,
+    settings: Any = None,
+) -> Figure:
     """Draw a parameter study.
 
     Parameters
@@ -45,6 +52,10 @@ def figure(result: xr.Dataset, *, quantity: str | None = None, step: int = -1) -
         Variable along `step` to draw; the force, or the depth where forces were prescribed.
     step : int
         Which step; the last by default.
+    width : float, optional
+        Width of the picture [in]; by default it goes with the number of panels.
+    settings : mapping, optional
+        Settings of Matplotlib that take the place of the picture's own: sizes of fonts and lines.
 
     Returns
     -------
@@ -65,8 +76,9 @@ def figure(result: xr.Dataset, *, quantity: str | None = None, step: int = -1) -
     rows = math.ceil(len(panels) / columns)
     finite = values.values[np.isfinite(values.values)]
     factor, unit = units.readable(float(np.abs(finite).max(initial=0.0)), str(values.attrs.get("units", "")))
-    with matplotlib.rc_context(_STYLE):
-        drawn = Figure(figsize=(1.6 + 3.6 * columns, 0.5 + 3.1 * rows), layout="constrained")
+    size = np.array([1.6 + 3.6 * columns, 0.5 + 3.1 * rows])
+    with matplotlib.rc_context({**_STYLE, **(settings or {})}):
+        drawn = Figure(figsize=tuple(size * (width / size[0] if width else 1)), layout="constrained")
         grid = drawn.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         for at, axes in itertools.zip_longest(panels, grid.flat):
             if at is None:
