@@ -106,7 +106,7 @@ def describe(case: Case) -> Iterator[str]:
     yield f"Expected  {_expected(case, choice)}"
     yield f"Takes     {_cost(case, choice)}"
     if case.stress is not None:
-        asked = sum(strength != Strength() for strength in case.stress.strengths)
+        asked = sum(strength != Strength() for strength in case.stress.strengths + case.stress.upper_strengths)
         yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
 
 
