@@ -71,13 +71,13 @@ def _run(case: Case, csv: Path | None, plot: Path | None, style: str) -> None:
 
 
 def _method(case: Case) -> Method | MethodName | None:
-    """Only boundary elements and the first order have derivatives under tips that are not round."""
+    """All but the refined method have derivatives under tips that are not round."""
     from flatpunch.contact import method_of
 
     if case.method is None:
         return None
     chosen = method_of(case.method)
-    return chosen if chosen.name in ("bem", "first-order") else None
+    return None if chosen.name == "refined" else chosen
 
 
 def _table(found: Design, path: Path) -> Path:

@@ -140,7 +140,8 @@ class Limit:
             for sign, value in ((">=", self.minimum), ("<=", self.maximum))
             if value is not None
         ]
-        return f"{self.quantity} {' and '.join(bounds)} at {self.control.name} = {self.control.values[0]:.6g}"
+        place = f"{self.control.name} = {self.control.values[0]:.6g} {UNITS[self.control.name]}"
+        return f"{self.quantity} {' and '.join(bounds)} at {place}"
 
 
 @readable

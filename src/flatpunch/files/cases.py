@@ -137,8 +137,7 @@ class CaseTable(Table):
         self._check_what_is_prescribed()
         if self.history is not None:
             return self._history(medium, self.history)
-        assert self.control is not None
-        control, steps = self.control.built
+        control, steps = self._steps()
         check_outlines(self.angles, steps.size)
         method = self._method()
         stress = None if self.stress is None else self.stress.built
@@ -157,9 +156,19 @@ class CaseTable(Table):
             design=None if self.design is None else self.design.case(medium, indenter, stress),
         )
 
+    def _steps(self) -> tuple[str, Array]:
+        """What is prescribed and its steps: those of [control], else those at which [design] prescribes something."""
+        if self.control is not None:
+            name, steps = self.control.built
+            return name, steps
+        assert self.design is not None
+        place = self.design.built.control
+        return place.name, place.values
+
     def _check_what_is_prescribed(self) -> None:
         """Control or history, and what goes with either."""
-        if (self.control is None) == (self.history is None):
+        designed = self.design is not None and self.design.built is not None
+        if (self.control is None) == (self.history is None) and not (self.control is None and designed):
             found = "none" if self.control is None else "both"
             raise ValueError(
                 "give either a table [control] with one of depth, force and radius, or a table [history] with times; found "

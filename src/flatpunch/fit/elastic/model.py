@@ -20,7 +20,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
-from flatpunch.fit.elastic.table import Table
+from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.parameters.settings import FitMethod
@@ -144,6 +144,22 @@ class ForwardModel(FreeParameters):
                     row += weights[2 + i, j] * by
             row *= force
         return force, s * force / depth, derivatives
+
+    def logarithms(self, log_depth: Array, theta: Array) -> tuple[Array, Array]:
+        """ln F and d ln F/d ln d, shape (vectors, n), for many parameter vectors at once.
+
+        Parameters
+        ----------
+        log_depth : ndarray, shape (vectors, n)
+            ln of depths [m].
+        theta : ndarray, shape (vectors, parameters)
+            Internal values of the free parameters.
+        """
+        constants, weights = self._forms
+        forms = constants + theta @ weights.T
+        place = log_depth - forms[:, 1:2]
+        value, slope = at_pieces(*self._table.at_many(forms[:, 2:], place.max(axis=1)), place)
+        return value + forms[:, :1], slope
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
         """Force at any depths; zero where depth <= 0.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,18 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult, in_si
+from flatpunch.fit.report.sampling import draw
 
 
 @readable
@@ -126,6 +131,17 @@ class JointResult:
     def external(self, j: int, x: Array) -> Array:
         """Internal values x of parameter j in SI."""
         return in_si(self.names[j], self.objective.scales(), x)
+
+    def posterior(
+        self,
+        draws: int = 10_000,
+        priors: Mapping[str, Prior] | None = None,
+        *,
+        seed: int = 0,
+        progress: bool | Report | None = None,
+    ) -> Posterior:
+        """Draw from the posterior of all parameters of all curves, see `FitResult.posterior`; priors of fitted ones only."""
+        return draw(self, [each.curve for each in self.results], draws, priors, seed, progress)
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
