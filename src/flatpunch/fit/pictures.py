@@ -24,6 +24,7 @@ from flatpunch.plots.style import (
     StyleName,
     axes_or_new,
     legend_below,
+    logarithmic,
     printed,
     scale_of,
     styled,
@@ -200,7 +201,9 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
     import matplotlib
 
     with styled(style) as chosen:
-        figure = Figure(figsize=(chosen.width or 6.4, 0.8 * (chosen.width or 6.4)), layout="constrained")
+        width = chosen.width or 6.4
+        height = 1.1 * width if chosen.across == 1 else 0.8 * width
+        figure = Figure(figsize=(width, height), layout="constrained")
         grid = figure.add_gridspec(2, 1, height_ratios=[3, 1])
         top = figure.add_subplot(grid[0])
         bottom = figure.add_subplot(grid[1], sharex=top)
@@ -219,7 +222,8 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
                 x[one.used], one.residual[one.used] / one.noise, ".", ms=2, alpha=0.4, color=colour, rasterized=True
             )
         top.legend(title="measured; fitted in black", markerscale=3)
-        top.set_ylabel(f"normal force over baseline ({y_unit})")
+        top.set_ylabel(f"force over baseline ({y_unit})")
+        top.tick_params(labelbottom=False)
         top.set_title(_title(f"{len(result.results)} curves", result, result.shared))
         bottom.axhline(0, color=GREY, lw=0.8)
         bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
@@ -253,9 +257,9 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     axes.plot(
         result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=5, color="white", mec="black", mew=0.8
     )
-    for values, name, scale in ((x, first, axes.set_xscale), (y, second, axes.set_yscale)):
+    for values, name, which in ((x, first, "x"), (y, second, "y")):
         if plain_limits(name) is None and values.max() > 5 * values.min():
-            scale("log")
+            logarithmic(axes, which)
     axes.set_xlabel(axis_label(first, scales[0][1]))
     axes.set_ylabel(axis_label(second, scales[1][1]))
     axes.set_title("68, 95, 99.7 % regions")

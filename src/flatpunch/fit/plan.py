@@ -58,6 +58,18 @@ class Plan:
     undetermined : ndarray, shape (n, parameters)
         Directions in which nothing changes.
     notes : tuple of str
+
+    See Also
+    --------
+    flatpunch.fit.planned : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import planned
+    >>> layer = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> plan = planned(layer, fp.Sphere(5e-6), ["layers[0].young"], depth=5e-7, noise=2e-11)
+    >>> print(plan.names[0], plan.errors[0] < 0.05 * plan.values[0])
+    layers[0].young True
     """
 
     names: tuple[str, ...]
@@ -178,6 +190,12 @@ def planned(
     ------
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    flatpunch.fit.Plan : What it returns.
+    flatpunch.sensitivity : The derivatives behind it.
+    flatpunch.fit : Once the curve is measured.
 
     Notes
     -----

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from flatpunch._support.checks import Array, non_negative
 from flatpunch.files.units import readable
 from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
-from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below
+from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below, logarithmic
 
 _MODULUS, _FACE, _CONTACT = BLUE, GREY, ORANGE
 
@@ -122,7 +122,7 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
             axes.plot(young * young_factor, sign * z * factor, color=_MODULUS, linewidth=1.8)
         _faces(found, sign * factor, axes)
     if wide:
-        axes.set_xscale("log")
+        logarithmic(axes, "x")
     else:
         axes.set_xlim(0, 1.08 * float(moduli.max()) * young_factor)
     low = -profiles[0][0].end * factor if pair else 0.0

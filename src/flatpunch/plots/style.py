@@ -16,7 +16,9 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from flatpunch._support.checks import Array, shown
@@ -151,6 +153,17 @@ def legend_below(axes: Axes, **how: Any) -> None:
     axes.legend(
         loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=axes.transAxes + down, borderaxespad=0, **how
     )
+
+
+def logarithmic(axes: Axes, which: str) -> None:
+    """Make the axis "x" or "y" logarithmic; over three decades and less it has plain numbers at 1, 2 and 5 of each."""
+    getattr(axes, f"set_{which}scale")("log")
+    low, high = getattr(axes, f"get_{which}lim")()
+    if high <= 1e3 * low:
+        axis: Axis = getattr(axes, f"{which}axis")
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def scaled(values: Array, unit: str) -> tuple[Array, str]:

@@ -45,6 +45,11 @@ class Normal:
     mean, std : float
         Mean and standard deviation, SI.
 
+    See Also
+    --------
+    flatpunch.fit.LogNormal, flatpunch.fit.Uniform : Other priors.
+    flatpunch.fit.Posterior : What they lead to.
+
     Examples
     --------
     >>> from flatpunch.fit import Normal
@@ -91,6 +96,11 @@ class LogNormal:
     relative : float
         Standard deviation of the natural logarithm: 0.1 is about 10 %.
 
+    See Also
+    --------
+    flatpunch.fit.Normal, flatpunch.fit.Uniform : Other priors.
+    flatpunch.fit.Posterior : What they lead to.
+
     Examples
     --------
     >>> from flatpunch.fit import LogNormal
@@ -136,6 +146,11 @@ class Uniform:
     ----------
     low, high : float
         Limits, SI.
+
+    See Also
+    --------
+    flatpunch.fit.Normal, flatpunch.fit.LogNormal : Other priors.
+    flatpunch.fit.Posterior : What they lead to.
 
     Examples
     --------

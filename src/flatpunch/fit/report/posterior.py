@@ -48,6 +48,23 @@ class Posterior:
         Probability of the intervals in the summary.
     notes : tuple of str
         What to know before using the numbers.
+
+    See Also
+    --------
+    flatpunch.fit.FitResult : `posterior` makes it.
+    flatpunch.fit.Normal, flatpunch.fit.LogNormal, flatpunch.fit.Uniform : What is known before.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> force += 2e-11 * np.random.default_rng(0).normal(size=force.size)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
+    >>> found = result.posterior(draws=400, seed=1)
+    >>> print(found.names, found.draws.shape[1] == len(found.names))
+    ('layers[0].young', 'contact', 'baseline') True
     """
 
     curve: str
