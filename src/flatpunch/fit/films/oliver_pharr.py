@@ -108,6 +108,8 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
         Compliance of the load frame that the instrument has not taken out [m/N].
     """
     frame = non_negative("frame", frame, unit="m/N")
+    if not isinstance(tip, Tip):
+        raise TypeError(f"tip = {shown(tip)} must be a Tip, for example Tip.from_coefficients([24.5, 300.0]).")
     if curve.stiffness is None:
         raise CurveError(
             f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."
