@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from scipy.special import gammaln
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
@@ -77,7 +76,7 @@ class Edges:
 def half_space_power_edge(exponent: float, orders: Indices) -> Array:
     """S0_m = 1/B((m + n + 1)/2, 1/2) for many orders, shape (len(orders),)."""
     x = (np.asarray(orders, dtype=float) + exponent + 1) / 2
-    return np.asarray(np.exp(gammaln(x + 0.5) - gammaln(x)) / np.sqrt(np.pi))
+    return np.asarray(np.exp(scipy.special.gammaln(x + 0.5) - scipy.special.gammaln(x)) / np.sqrt(np.pi))
 
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
