@@ -1,6 +1,8 @@
 """Damaged result files are refused, every one of them, and never read as other numbers; caches and stores solve again."""
 
+import io
 import random
+import zipfile
 
 import numpy as np
 import pytest
@@ -139,3 +141,15 @@ def test_what_is_no_file_is_no_result(tmp_path):
             fp.load(path)
     with pytest.raises(ResultError):
         fp.save(fp.indent(GEL, fp.Cone(0.1), depth=1e-9), tmp_path / "folder.nc")
+
+
+def test_damaged_zips_of_curves_are_refused_in_our_words(tmp_path, capfd):
+    pytest.importorskip("afmformats")
+    whole, path, rng = io.BytesIO(), tmp_path / "curve.zip", random.Random(5)
+    with zipfile.ZipFile(whole, "w") as archive:
+        archive.writestr("a.csv", "depth,force\n" + "1e-9,2e-9\n" * 30)
+    for _ in range(40):
+        path.write_bytes(damaged(whole.getvalue(), rng))
+        with pytest.raises(fp.CurveError, match=r"curve\.zip|a\.csv"):
+            fp.read_curve(path)
+    assert "Traceback" not in capfd.readouterr().err

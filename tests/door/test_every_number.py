@@ -238,3 +238,27 @@ def test_every_public_constructor_and_function_is_here():
     }
     public = {name for name in fp.__all__ if callable(getattr(fp, name)) and not inspect.ismodule(getattr(fp, name))}
     assert public - without <= {call.split(" ")[0] for call in CALLS}
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda x: fp.adhesion_loop(BODY, x, work_of_adhesion=1e-5, depth=1e-8), "indenter"),
+        (lambda x: fp.plot_tip(x), "indenter"),
+        (lambda x: fp.plot_medium(x), "medium"),
+        (lambda x: fp.indenters.Truncated.across(x, 1e-6), "tip"),
+        (lambda x: CALLS["oliver_pharr"][0](**{**CALLS["oliver_pharr"][1], "tip": x}), "tip"),
+    ],
+)
+@pytest.mark.parametrize(
+    "value", [1e308, b"x", range(3), {}, np.zeros((3, 3, 3))], ids=lambda value: type(value).__name__
+)
+def test_what_is_no_body_or_tip_is_refused_by_name(call, name, value):
+    with pytest.raises(TypeError, match=rf"(?s){name} = .* must be a"):
+        call(value)
+
+
+def test_a_depth_below_the_end_of_the_tip_is_refused():
+    ellipsoid = fp.Ellipsoid(half_x=5.9e-6, half_y=1.06e-5, half_z=9.65e-8)
+    with pytest.raises(ValueError, match=r"reach|deep|depth"):
+        fp.indent(BODY, ellipsoid, depth=6.2e-7)

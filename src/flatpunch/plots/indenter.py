@@ -15,7 +15,7 @@ from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, shown
 from flatpunch.files.units import readable
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
@@ -63,6 +63,8 @@ def plot_tip(
     >>> axes.get_ylabel()
     'height $f$ (nm)'
     """
+    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
+        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
     half = _half(indenter, extent)
     if view == "surface":
         # a surface has a box of its own

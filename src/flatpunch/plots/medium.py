@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array, non_negative
+from flatpunch.compliance import compliance
 from flatpunch.files.units import readable
 from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below, logarithmic
@@ -106,6 +107,7 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     ("Young's modulus $E$ (GPa)", 'depth $z$ (µm)')
     """
     axes = axes_or_new(axes, (3.6, 4.0))
+    compliance(medium)  # refuses what is no medium
     body = underlying(medium)
     pair = isinstance(body, TwoBodies)
     bodies = [(body.upper, -1.0), (body.lower, 1.0)] if isinstance(body, TwoBodies) else [(body, 1.0)]

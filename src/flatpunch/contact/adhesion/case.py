@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, shown
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
@@ -67,6 +67,8 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
                 f"{name} = {value:.6g} {unit} is beyond what adhesion is computed for, {1 / largest:g} to {largest:g} {unit}. "
                 "Check the units; all quantities are in SI."
             )
+    if not isinstance(indenter, Indenter):
+        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
     if not indenter.round:
         if indenter.exponent is None:
             raise ValueError(

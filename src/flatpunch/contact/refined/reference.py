@@ -62,7 +62,7 @@ class RoundReference:
             numbers = [number for number in numbers if number * STEP < self._end]
             if self._end <= high + STEP:
                 numbers.append(self._end / STEP)
-            if not self._known(numbers):
+            if len(numbers) < 2 or not self._known(numbers):
                 # raises what is wrong with the depth
                 self.position("depth", np.array([high]))
         rows = np.array([self._rows[number] for number in numbers])

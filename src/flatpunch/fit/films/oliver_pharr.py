@@ -139,6 +139,8 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
     [23.5 50.3]
     """
     frame = non_negative("frame", frame, unit="m/N")
+    if not isinstance(tip, Tip):
+        raise TypeError(f"tip = {shown(tip)} must be a Tip, for example Tip.from_coefficients([24.5, 300.0]).")
     if curve.stiffness is None:
         raise CurveError(
             f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."

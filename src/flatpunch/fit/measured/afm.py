@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -111,7 +113,8 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
                 inner.write_bytes(archive.read(name))
                 curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
             return curves
-    except zipfile.BadZipFile as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
+        # a damaged directory sends the reader anywhere; encrypted members are a RuntimeError
         raise CurveError(f"{path.name}: damaged ({error}).") from None
 
 
@@ -140,6 +143,8 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
         import afmformats
     except ImportError:
         raise CurveError(f"{path.name}: reading it needs afmformats: pip install 'flatpunch[afm]'.") from None
+    # errors are reported here: without a handler of the caller's own their tracebacks are not printed
+    logging.getLogger("afmformats").addHandler(logging.NullHandler())
     with _explained(path):
         found = afmformats.load_data(path, meta_override=override)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):

@@ -155,7 +155,12 @@ class Curve:
         force = values("force", force, minimum=-np.inf, unit="N", smallest=0.0)
         # which of the two positions was measured decides what turning a sign means
         rest["meta"] = {**rest.get("meta", {}), "piezo": True}
-        depth = values("piezo", piezo, minimum=-np.inf, unit="m", smallest=0.0) - force / k
+        position = values("piezo", piezo, minimum=-np.inf, unit="m", smallest=0.0)
+        if position.shape != force.shape:
+            raise CurveError(
+                f"piezo has {position.size} values and force {force.size}: there must be one of each a point."
+            )
+        depth = position - force / k
         return cls(depth, force, spring_constant=k, **rest)
 
     def taken(self, chosen: Any) -> Curve:

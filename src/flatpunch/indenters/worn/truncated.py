@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, positive, shown
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
@@ -65,6 +65,8 @@ class Truncated(Shape):
     def across(cls, tip: Indenter, radius: float) -> Truncated:
         """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
         radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.", unit="m")
+        if isinstance(tip, type) or not isinstance(tip, Indenter):
+            raise TypeError(f"tip = {shown(tip)} must be an indenter such as Pyramid(4, 0.6).")
         if radius >= tip.reach:
             raise ValueError(f"Truncated radius = {radius!r} must be below the reach of the tip, {tip.reach:.6g} m.")
         angles = _angles(tip)
