@@ -72,6 +72,12 @@ def design(
     ValueError, TypeError
         On bad input; if a number has no effect on what is designed; if no values keep the limits.
 
+    See Also
+    --------
+    Target, Limit, LargestLoad : What is wanted.
+    plot_design : The picture.
+    sensitivity : Which value changes what.
+
     Examples
     --------
     >>> import flatpunch as fp

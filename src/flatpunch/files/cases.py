@@ -11,6 +11,7 @@ from pydantic import Field
 
 from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, brief, positive, shown, whole
+from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.default import adhesive_method
@@ -26,6 +27,7 @@ from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 
 
+@readable
 @dataclass(frozen=True)
 class Case:
     """What a case file asks for, in SI units.
@@ -58,6 +60,18 @@ class Case:
         What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
+
+    See Also
+    --------
+    flatpunch.read_case : Makes it.
+    flatpunch.indent : Solves it.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.control, case.values.size)
+    depth 60
     """
 
     title: str
@@ -108,6 +122,7 @@ class CaseTable(Table):
     relaxation: RelaxationTable | None = None
     stress: StressTable | None = None
     design: DesignTable | None = None
+    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
@@ -220,6 +235,19 @@ def read_case(path: str | Path) -> Case:
     ------
     CaseError
         If the file is unreadable or describes no case. All problems found are listed, one a line.
+
+    See Also
+    --------
+    indent : Solves it.
+    sweep : Over ranges of its values.
+    files.describe : In words.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.title)
+    Sphere on articular cartilage, stiffer with depth, on bone
     """
     path, text = Path(path), case_text(path)
     return replace(case_from(parsed(text, path), path), source=(path, text))

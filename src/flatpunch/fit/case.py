@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import Field
 
+from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import case_text, parsed
@@ -23,7 +24,7 @@ from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.fit.adhesion.model import adhesive_method
 from flatpunch.fit.case_knowledge import PlanTable, PosteriorTable, priors_of
-from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable, OneCurveTable
+from flatpunch.fit.case_tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
 from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
@@ -50,6 +51,7 @@ _MEMORY = 300e6
 """Memory of the program with the libraries of a fit [bytes]."""
 
 
+@readable
 @dataclass(frozen=True)
 class FitCase:
     """What a case file of a fit asks for, SI.
@@ -76,12 +78,26 @@ class FitCase:
         Curves of a joint fit, from [[curves]]: "path", "indenter", "values" and "reading" of each.
     own : tuple of str
         Free parameters that each of these curves has for itself.
+    correct : mapping
+        What `correct` takes besides medium and indenter, from [correct]: reported modulus, depth, model.
     priors : mapping of str to Normal, LogNormal or Uniform
         What is known beforehand, from [priors].
     posterior : mapping
         "draws" and "seed", from [posterior].
     plan : mapping
         Arguments of `planned`, from [plan]; empty without one.
+
+    See Also
+    --------
+    flatpunch.fit.read_fit_case : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(case.title)
+    Thin gel under a bead
     """
 
     title: str
@@ -96,6 +112,7 @@ class FitCase:
     film: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[Mapping[str, Any], ...] = ()
     own: tuple[str, ...] = ()
+    correct: Mapping[str, Any] = field(default_factory=dict)
     priors: Mapping[str, Prior] = field(default_factory=dict)
     posterior: Mapping[str, Any] = field(default_factory=dict)
     plan: Mapping[str, Any] = field(default_factory=dict)
@@ -135,6 +152,7 @@ class FitCaseTable(Table):
     fit: FitTable | None = None
     curve: CurveTable | None = None
     film: FilmTable | None = None
+    correct: CorrectTable | None = None
     curves: list[OneCurveTable] = Field(default=[])
     priors: dict[str, Any] = Field(default={})
     posterior: PosteriorTable | None = None
@@ -157,6 +175,7 @@ class FitCaseTable(Table):
             self.relaxation.built if self.relaxation else None,
             self.film.built if self.film else {},
             tuple(curve.built for curve in self.curves),
+            correct=self.correct.built if self.correct else {},
             priors=priors_of(self.priors),
             posterior=self.posterior.built if self.posterior else {},
             plan=self.plan.built if self.plan else {},
@@ -185,6 +204,19 @@ def read_fit_case(path: str | Path) -> FitCase:
     ------
     CaseError
         If the file is unreadable or describes no fit; all problems found are listed.
+
+    See Also
+    --------
+    flatpunch.fit : Takes what it holds.
+    flatpunch.read_case : A case to be solved.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(sorted(case.free))
+    ['layers[0].young']
     """
     path = Path(path)
     return fit_case_from(parsed(case_text(path), path), path)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
+from flatpunch._support.checks import poisson_ratio, positive
 from flatpunch.files import units as si
-from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table
+from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.fit.case_values import value_in_si
 from flatpunch.fit.measured.columns import STIFFNESS
@@ -83,8 +85,8 @@ class CurveTable(Table):
             given = getattr(self, name)
             if given is None:
                 continue
-            value, std = _with_std(name, given)
-            found[name] = si.named_si(name, value, STIFFNESS) if name == "spring_constant" else _sensitivity(value)
+            in_si = _spring_constant if name == "spring_constant" else _sensitivity
+            found[name], std = _with_std(name, given, in_si)
             if std:
                 spread[name] = std
         if spread:
@@ -92,16 +94,28 @@ class CurveTable(Table):
         return found
 
 
-def _with_std(name: str, given: Any) -> tuple[str, float]:
-    """Value as text, and its relative standard deviation."""
+def _with_std(name: str, given: Any, in_si: Callable[[str], float]) -> tuple[float, float]:
+    """Value, SI, and its relative standard deviation, which is given as a percentage or in the value's unit."""
     if isinstance(given, str):
-        return given, 0.0
+        return in_si(given), 0.0
     if not set(given) <= {"value", "std"} or "value" not in given:
         raise ValueError(f'{name} with its uncertainty is written {{ value = "0.05 N/m", std = "10 %" }}.')
-    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given.get("std", "0 %"))
-    if match is None or not 0 <= float(match[1]) < 100:
-        raise ValueError(f"{name}.std = {given['std']!r} must be a percentage such as '10 %'.")
-    return given["value"], float(match[1]) / 100
+    value, std = in_si(given["value"]), given.get("std", "0 %")
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", std)
+    try:
+        relative = float(match[1]) / 100 if match is not None else in_si(std) / value
+    except ValueError:
+        relative = math.nan
+    if not 0 <= relative < 1:
+        raise ValueError(
+            f"{name}.std = {std!r} must be a percentage such as '10 %', or have the unit of the value and be smaller than it."
+        )
+    return value, relative
+
+
+def _spring_constant(value: str) -> float:
+    """Spring constant [N/m]."""
+    return si.named_si("spring_constant", value, STIFFNESS)
 
 
 def _sensitivity(value: str) -> float:
@@ -132,6 +146,26 @@ class OneCurveTable(CurveTable):
             "indenter": self.indenter.built if self.indenter else None,
             "values": {name: value_in_si(name, value) for name, value in self.values.items()},
             "reading": {name: reading[name] for name in reading if name in given or name == "calibration"},
+        }
+
+
+class CorrectTable(Table):
+    """[correct]: the half-space modulus that a program reported, for `flatpunch correct`."""
+
+    reported: Pressure
+    depth: Length
+    model: Literal["hertz", "sneddon", "flat", "bilodeau", "rico"] | None = None
+    poisson: Number | None = None
+    over: Literal["curve", "depth"] = "curve"
+
+    def build(self, folder: Path) -> dict[str, Any]:
+        """Return keyword arguments of `correct`."""
+        return {
+            "reported": positive("reported", self.reported, unit="Pa"),
+            "depth": positive("depth", self.depth, unit="m"),
+            "model": self.model,
+            "reported_poisson": None if self.poisson is None else poisson_ratio("poisson", self.poisson),
+            "over": self.over,
         }
 
 

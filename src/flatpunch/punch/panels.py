@@ -22,6 +22,8 @@ TOLERANCE = 1e-10
 
 
 _UNIT = np.log(10) / 8
+"""Unit of the widths in ln beta: an eighth of a decade."""
+
 _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
@@ -73,7 +75,9 @@ def panels(
         tolerance = 1e-9 if kernel.graded else 1e-5 if beyond(piece.low) else TOLERANCE
         return piece.error > max(tolerance, floor(piece.series)) and piece.high - piece.low > _UNIT / 2
 
-    return PiecewiseChebyshev(lambda x: sample(np.exp(x)), edges, nodes, judge=judge, rough=rough)
+    # responses of steep gradings have noise far below this, poles of outlines have tails far above it
+    noise = 1e-5 if kernel.graded else 0.0
+    return PiecewiseChebyshev(lambda x: sample(np.exp(x)), edges, nodes, judge=judge, rough=rough, noise=noise)
 
 
 def _bounds(kernel: Kernel) -> Array:

@@ -91,6 +91,12 @@ def sensitivity(
     ValueError, TypeError
         On bad input.
 
+    See Also
+    --------
+    plot_sensitivity : The picture.
+    fit : Which values the data determine.
+    design : Values for a wanted contact.
+
     Notes
     -----
     The contact area is the one that makes the force largest, so its motion drops out of the derivative (Barber 1974): the

@@ -21,7 +21,6 @@ from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
-from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
@@ -36,7 +35,7 @@ _WORTH_A_PROCESS = 32
 
 def sweep(
     case: str | Path | Case,
-    vary: Mapping[str, Any],
+    vary: Mapping[str, Any] | None = None,
     *,
     contours: bool = False,
     store: str | Path | None = None,
@@ -52,9 +51,10 @@ def sweep(
     ----------
     case : path or Case
         Case file, or what `read_case` returned.
-    vary : mapping
+    vary : mapping, optional
         Path into the case file -> its values: "0.2um:5um:40:log" (start, stop, count, and "log" or "lin"), "15deg, 20deg", or a
-        sequence of texts with units or of numbers in SI units. Paths name tables and list entries, "layers.0.thickness".
+        sequence of texts with units or of numbers in SI units. Paths name tables and list entries, "layers.0.thickness". If
+        left out, the table [vary] of the case file, with its paths in quotation marks.
     contours : bool
         Keep the outlines a(phi) too, which are large.
     store : path, optional
@@ -80,10 +80,24 @@ def sweep(
     ------
     ValueError
         Before any work: for a path that is not in the file, a value without its unit, a combination that is no case.
+
+    See Also
+    --------
+    read_case : The case.
+    sweeps.table : The result as a table.
+    parallel.solve_points : Any function over any points.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm:2mm:3:lin"}, workers=1)
+    >>> print(dict(study.sizes)["layers.0.thickness"], set(study.status.values.ravel().tolist()))
+    3 {'solved'}
     """
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)
-    axes = axes_of(data, vary)
+    in_file = data.pop("vary", None)
+    axes = axes_of(data, in_file if vary is None else vary)
     cases = _cases(data, axes, path, contours=contours)
     # the last of the points tells for all what would be chosen
     slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))
@@ -167,7 +181,7 @@ def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
         result = indent(case.medium, case.indenter, **case.arguments)
-        if case.stress is not None and any(strength != Strength() for strength in case.stress.strengths):
+        if case.stress is not None and case.stress.judged:
             result = result.assign(first_failure(case, result.sizes["step"]))
     kept = result if contours else result.drop_dims("phi")
     notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)])

@@ -46,7 +46,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     spacing : float
         Side of a cell [m].
     shape : (int, int)
-        Number of offsets (rows, columns), from zero on.
+        Number of offsets (rows, columns), beginning with zero.
 
     Returns
     -------

@@ -184,9 +184,9 @@ def _newton(
     *,
     follow: bool = True,
 ) -> tuple[State, int, float, Punch | None]:
-    """Contact at a force on one grid, with iterations, the relative error of force and what is left to say of the punch.
+    """Contact at a force on one grid, with iterations, the relative error of force and the punch as far as it is still of use.
 
-    Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
+    Without a punch, which gives the change of the force, the depth may be far off and is not worth a precise solve before it is
     near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
     """
     spacing, modulus, unit = levels.grid.spacing, levels.kernel.modulus, levels.unit

@@ -144,6 +144,11 @@ def branch_tables(family: BranchFamily) -> BranchTables:
         return BranchTables(family)
 
 
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
+
+
 @byte_cached
 def _shared(family: BranchFamily, names: tuple[str, ...]) -> BranchTables:
     return BranchTables(family)

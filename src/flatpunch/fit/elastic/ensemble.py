@@ -62,7 +62,7 @@ def _solved(objective: Objective, depth: Array, straight: Array, theta: Array, g
     """Residuals [N]: behind a cantilever the roots of r = straight + M(depth - give r)/gain, by Newton's method."""
     force, stiffness = forces(objective.model, depth, theta)
     found = np.asarray(straight + force / gain)
-    if objective.spring is None or objective.plain:
+    if objective.spring is None:
         return found
     residual = found / (1 + stiffness * give / gain)
     for _ in range(_NEWTON):

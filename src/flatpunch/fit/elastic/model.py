@@ -17,6 +17,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.fit.elastic.table import Table, at_pieces
@@ -50,6 +51,7 @@ def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method
     return "fourth-order" if indenter.exponent is not None else "second-order"
 
 
+@readable
 @dataclass(frozen=True)
 class ForwardModel(FreeParameters):
     """Force over depth of one medium and tip, as a function of the free parameters.
@@ -62,6 +64,19 @@ class ForwardModel(FreeParameters):
         Names such as "layers[0].young", "base.poisson", "indenter.radius".
     method : str or method
         Contact method, or "auto".
+
+    See Also
+    --------
+    flatpunch.fit : Uses it.
+    flatpunch.indent : The same contact, with all it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import ForwardModel
+    >>> model = ForwardModel(gel, fp.Sphere(radius=5e-6), ("layers[0].young",))
+    >>> print((model.force(np.array([100e-9, 200e-9])) * 1e9).round(3))
+    [1.04  3.789]
     """
 
     medium: Any
@@ -205,6 +220,11 @@ class _Family:
 def _shared(family: _Family) -> Table:
     solve, limit = _solver(family.scaling, family.method)
     return Table(solve, family.scaling.coordinates, limit)
+
+
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
 
 
 def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:

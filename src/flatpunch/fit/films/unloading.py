@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import covariance, minimise
-from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
+from flatpunch.fit.measured.cycles import load_cycles
 
 
 @readable
@@ -28,6 +29,19 @@ class Unloading:
         m [-]; between 1 (flat end) and 2 (cone).
     final_depth : float
         h_f [m].
+
+    See Also
+    --------
+    flatpunch.fit.unloading : Makes it.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloading
+    >>> print(f"{unloading(cycle).final_depth * 1e9:.0f} nm")
+    600 nm
     """
 
     depth: float
@@ -56,6 +70,21 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     ------
     CurveError
         If there is no unloading, or too little of it.
+
+    See Also
+    --------
+    flatpunch.fit.unloadings : Many cycles.
+    flatpunch.fit.Unloading : What it returns.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloading
+    >>> found = unloading(cycle)
+    >>> print(f"{found.stiffness:.0f} N/m, exponent {found.exponent:.2f}")
+    37500 N/m, exponent 1.50
     """
     if not 0 < lower < upper <= 1:
         raise ValueError(f"lower = {lower!r} and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
@@ -106,12 +135,50 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     Parameters
     ----------
     curves : iterable of Curve
-        Whole cycles, to different depths.
+        Whole cycles to different depths, or records of many cycles each.
     upper, lower : float
-        As for `unloading`.
+        As for `unloading`; where a cycle is taken back less far, `lower` is where it ends.
     name : str
         Of the result.
+
+    Raises
+    ------
+    CurveError
+        If there is no unloading, or one of them cannot be evaluated.
+
+    See Also
+    --------
+    flatpunch.fit.unloading : One cycle.
+    flatpunch.fit.fit_film : Takes the points.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloadings
+    >>> points = unloadings([fp.Curve(depth=size * h, force=size**2 * p) for size in np.linspace(0.5, 2, 12)])
+    >>> print(points.stiffness[[0, -1]].round())
+    [18750. 75000.]
     """
-    points = sorted((unloading(curve, upper=upper, lower=lower) for curve in curves), key=lambda found: found.depth)
-    depth, force, stiffness = (np.array([getattr(p, key) for p in points]) for key in ("depth", "force", "stiffness"))
+    found = []
+    for curve in curves:
+        cycles = load_cycles(curve.force)
+        if not cycles:
+            raise CurveError(
+                f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading."
+            )
+        for number, (begin, peak, end) in enumerate(cycles):
+            one = curve.taken(slice(begin, end + 1))
+            label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
+            # noise at the end of a partial unloading must not hide that it got there
+            least = max(lower, 1.05 * float(one.force[-1]) / float(curve.force[peak]))
+            found.append(unloading(replace(one, name=label), upper=upper, lower=least))
+    if len(found) < FEWEST_STIFF:
+        raise CurveError(
+            f"{name}: {len(found)} unloading{'s' if len(found) != 1 else ''} found. A film's modulus follows from the stiffness "
+            f"at several depths: {FEWEST_STIFF} or more load cycles, or continuous stiffness, are needed."
+        )
+    found.sort(key=lambda point: point.depth)
+    depth, force, stiffness = (np.array([getattr(p, key) for p in found]) for key in ("depth", "force", "stiffness"))
     return Curve(depth, force, stiffness=stiffness, name=name)

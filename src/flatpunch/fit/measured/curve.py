@@ -16,14 +16,27 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 
 _COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s", "segment": "1"}
-FEWEST = 12
-
+FEWEST, FEWEST_STIFF = 12, 4
+"""Points that a curve must have, and points with a stiffness, which come from an unloading each; fewer determine nothing."""
 
 _OPTIONAL = ("stiffness", "time", "segment")
 
 
 class CurveError(ValueError):
-    """A curve that cannot be evaluated; the message says why and what to do."""
+    """A curve that cannot be evaluated; the message says why and what to do.
+
+    See Also
+    --------
+    read_curve, fit : Raise it.
+
+    Examples
+    --------
+    >>> try:
+    ...     fp.read_curve("missing.csv")
+    ... except fp.CurveError as error:
+    ...     print(error)
+    missing.csv: no such file.
+    """
 
 
 @readable
@@ -100,8 +113,9 @@ class Curve:
         if self.spring_constant is not None:
             k = positive("Curve.spring_constant", self.spring_constant, unit="N/m")
             object.__setattr__(self, "spring_constant", k)
-        if self.depth.size < FEWEST:
-            raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {FEWEST} or more.")
+        fewest = FEWEST if self.stiffness is None else FEWEST_STIFF
+        if self.depth.size < fewest:
+            raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {fewest} or more.")
 
     def _line_(self) -> str:
         """Name, size and ranges."""

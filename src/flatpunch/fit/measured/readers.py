@@ -82,6 +82,21 @@ def read_curve(
     ------
     CurveError
         If the file cannot be read as a curve; the message says what is missing and where.
+
+    See Also
+    --------
+    Curve : From arrays.
+    fit : From a curve to moduli.
+    fit_batch : Many files.
+
+    Examples
+    --------
+    >>> depth = np.arange(-100.0, 200.0, 5.0)
+    >>> columns = np.column_stack([depth, 0.01 * np.maximum(depth, 0.0) ** 1.5])
+    >>> np.savetxt("curve.csv", columns, delimiter=",", header="depth (nm),force (nN)", comments="")
+    >>> curve = fp.read_curve("curve.csv")
+    >>> print(f"{curve.depth.size} points up to {curve.depth.max() * 1e9:.0f} nm")
+    60 points up to 195 nm
     """
     path = Path(path)
     if not path.is_file():
@@ -243,16 +258,17 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
     by_piezo = "piezo" in positions and ("piezo" in explicit or "depth" not in positions)
     if by_piezo and k is None:
         raise CurveError(
-            f"{table.source}: a piezo position needs the cantilever's spring constant (spring_constant=... in N/m) to become a "
-            f"depth. Recognised: {found}."
+            f"{table.source}: a piezo position needs the cantilever's spring constant to become a depth. Write [curve] "
+            'spring_constant = "0.05 N/m" into the case file (Python: spring_constant=... [N/m]); if it is the position of the '
+            f'tip already, [curve.columns] depth = "{table.names[positions["piezo"]]}". Recognised: {found}.'
         )
     if by_piezo and ("force" in positions or "deflection" in positions):
         return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
     for role in ("depth", "force"):
         if role not in positions:
             raise CurveError(
-                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it with "
-                f"columns={{'{role}': '...'}}."
+                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
+                f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
             )
     return "depth", "force"
 

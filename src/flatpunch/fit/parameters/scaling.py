@@ -59,7 +59,20 @@ class Coordinate:
 
 
 def parameter_names(medium: Any, indenter: Any) -> list[str]:
-    """Names of all parameters of a medium and an indenter that can be fitted."""
+    """Names of all parameters of a medium and an indenter that can be fitted.
+
+    See Also
+    --------
+    flatpunch.Free : Start and limits of one of them.
+    flatpunch.fit : Fits them.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import parameter_names
+    >>> print(parameter_names(gel, fp.Sphere(radius=5e-6)))
+    ['layers[0].young', 'layers[0].poisson', 'layers[0].thickness', 'indenter.radius']
+    """
     names = []
     for prefix, body in _bodies(medium).items():
         layers = body.layers if isinstance(body, Medium) else ()

@@ -48,6 +48,21 @@ class FitResult:
         What to know before using the numbers.
     lmfit : lmfit.minimizer.MinimizerResult or None
         lmfit's own result.
+
+    See Also
+    --------
+    flatpunch.fit : Makes it.
+    flatpunch.plot_fit : The picture.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
+    >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa, contact at {result['contact'] * 1e9:.1f} nm")
+    5.00 kPa, contact at 50.0 nm
     """
 
     curve: Curve

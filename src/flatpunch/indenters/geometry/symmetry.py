@@ -10,6 +10,7 @@ from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
+"""Angles at which heights are compared: a prime number of them, off the axes; half as many may miss a difference."""
 
 
 def sample_radii(indenter: Indenter, count: int) -> Array:

@@ -146,7 +146,7 @@ def _lobes(kernel: Kernel, indenter: Indenter, solution: bem.Solution) -> list[_
     operator = build_operator(kernel, solution.grid, solving=False)
     solved: dict[float, _Lobe | None] = {}
     found = []
-    for angle, wedge, _ in edges:
+    for angle, wedge in edges:
         place = place_of(indenter, angle)
         if place not in solved:
             solved[place] = _lobe(kernel, indenter, solution, operator, angle, wedge, mean)
