@@ -296,6 +296,6 @@ def _span(coordinate: Coordinate, value: float) -> _Span:
         first = min(first, coordinate.highest - _KNOTS + 1)
     if coordinate.lowest is not None:
         first = max(first, coordinate.lowest)
-    powers = (position - first - (_KNOTS - 1) / 2) ** np.arange(_KNOTS - 1, -1, -1)
+    powers: Array = np.power(position - first - (_KNOTS - 1) / 2, np.arange(_KNOTS - 1.0, -1, -1))
     slopes = np.append(powers[1:], 0.0) * np.arange(_KNOTS - 1, -1, -1)
     return _Span(first, powers @ _LAGRANGE, slopes @ _LAGRANGE / coordinate.step)
