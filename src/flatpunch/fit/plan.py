@@ -31,13 +31,8 @@ from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
 
-_NODES = 48
-"""Contacts from a thousandth of the depth on between which ln F and its derivatives are interpolated: smooth over ln d."""
-
 WELL, POORLY = 0.1, 1.0
 """Relative standard error up to which a parameter counts as determined, and from which it counts as not determined."""
-_TANGLED = 0.98
-"""Correlation from which two parameters are named together."""
 
 
 @readable
@@ -252,7 +247,8 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
         _, stiffness[inside], by_theta[:, inside] = model.evaluate(readings[inside], theta)
         return stiffness, by_theta
     inside = readings > 0
-    nodes = readings.max() * np.geomspace(1e-3, 1, _NODES)
+    # contacts between which ln F and its derivatives, smooth over ln d, are interpolated
+    nodes = readings.max() * np.geomspace(1e-3, 1, 48)
     known = {each.name: each for each in parameters(sample.medium, sample.indenter)}
     wanted = [known[name] for name in names]
     found = gradients(sample.medium, sample.indenter, Control("depth", nodes), FirstOrder(), wanted)
@@ -330,7 +326,7 @@ def _tangled(plan: Plan, count: int) -> list[str]:
         for k in range(j):
             pair = plan.names[k], plan.names[j]
             bad = [name for name in pair if plan.judgement(name) != "determined"]
-            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > _TANGLED:
+            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > 0.98:
                 notes.append(
                     f"{pair[0]} and {pair[1]} can hardly be told apart: correlation {table[j, k]:.4f}. Hold one of them, give "
                     "it a prior, or press deeper."

@@ -25,9 +25,6 @@ Series = SecondOrder | FourthOrder
 _STEP = 1e-2
 """Step over the number itself: truncation and rounding are then below 1e-11 of an analytic curve of order one."""
 
-_WORTH_A_NOTE = 1e-6
-"""Estimated error, over the largest derivative, that is reported."""
-
 
 @dataclass(frozen=True, slots=True)
 class SeriesContacts:
@@ -88,7 +85,7 @@ def _notes(curve: Any, method: Series, wanted: list[Parameter], slopes: Array, e
     if wanted:
         unit = np.array([abs(each.value) or 1.0 for each in wanted])[:, None]
         share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), 1e-300)
-        if share > _WORTH_A_NOTE:
+        if share > 1e-6:
             notes.append(
                 f"By differences, derivatives are known to {share:.1g} of the largest: a kink of the tip is near."
             )

@@ -204,17 +204,13 @@ class Table:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
 
     def _combined(self, q: Sequence[float], window: Window) -> Array:
-        if not self.coordinates:
-            return self._knot((), window)[None]
+        """Coefficients of ln phi and of its derivatives by the coordinates, shape (1 + coordinates, 6, intervals)."""
         spans = [_span(c, value) for c, value in zip(self.coordinates, q, strict=True)]
-        total = np.zeros((1 + len(spans), _DEGREE + 1, window[1] - window[0]))
-        for choice in product(range(_KNOTS), repeat=len(spans)):
-            knot = self._knot(tuple(span.first + i for span, i in zip(spans, choice, strict=True)), window)
-            factors = [span.weights[i] for span, i in zip(spans, choice, strict=True)]
-            total[0] += np.prod(factors) * knot
-            for j, span in enumerate(spans):
-                total[1 + j] += np.prod(factors[:j] + factors[j + 1 :]) * span.derivatives[choice[j]] * knot
-        return total
+        rows = [_tensor([span.weights for span in spans])]
+        for j in range(len(spans)):
+            rows.append(_tensor([s.derivatives if i == j else s.weights for i, s in enumerate(spans)]))
+        knots = self._knots(tuple(span.first for span in spans), window)
+        return np.asarray(np.array(rows) @ knots).reshape(len(rows), _DEGREE + 1, window[1] - window[0])
 
     def _widened(self, highest: float) -> Window:
         """The window grown in thirds of a decade, so that neighbouring curves share it."""
@@ -259,8 +255,8 @@ class Table:
 @dataclass(frozen=True, slots=True)
 class _Span:
     first: int
-    weights: list[float]
-    derivatives: list[float]
+    weights: Array
+    derivatives: Array
 
 
 def _alike(first: Indices) -> Iterator[tuple[tuple[int, ...], Indices]]:
@@ -284,6 +280,14 @@ def _lagrange(t: Array) -> Array:
     return np.asarray(np.vander(t - (_KNOTS - 1) / 2, _KNOTS) @ _LAGRANGE)
 
 
+def _tensor(factors: Sequence[Array]) -> Array:
+    """All products of one entry of each, in the order of `itertools.product`."""
+    result = np.ones(1)
+    for each in factors:
+        result = np.outer(result, each).ravel()
+    return result
+
+
 def _span(coordinate: Coordinate, value: float) -> _Span:
     """The six knots around a value, with Lagrange weights and their derivatives by the coordinate."""
     position = (value - coordinate.offset) / coordinate.step
@@ -292,13 +296,6 @@ def _span(coordinate: Coordinate, value: float) -> _Span:
         first = min(first, coordinate.highest - _KNOTS + 1)
     if coordinate.lowest is not None:
         first = max(first, coordinate.lowest)
-    t = position - first
-    points = range(_KNOTS)
-    weights, derivatives = [], []
-    for i in points:
-        others = [j for j in points if j != i]
-        scale = np.prod([i - j for j in others])
-        weights.append(float(np.prod([t - j for j in others]) / scale))
-        slope = sum(np.prod([t - j for j in others if j != k]) for k in others)
-        derivatives.append(float(slope / scale) / coordinate.step)
-    return _Span(first, weights, derivatives)
+    powers: Array = np.power(position - first - (_KNOTS - 1) / 2, np.arange(_KNOTS - 1.0, -1, -1))
+    slopes = np.append(powers[1:], 0.0) * np.arange(_KNOTS - 1, -1, -1)
+    return _Span(first, powers @ _LAGRANGE, slopes @ _LAGRANGE / coordinate.step)

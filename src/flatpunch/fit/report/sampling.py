@@ -51,14 +51,6 @@ class _Chains:
 _CHAINS = _Chains()
 _FAR = 14.0
 """Internal limits of a number that has a prior only: a factor 1e6 either way."""
-_LOOSE = 3.0
-"""Standard deviation that starting positions have along an internal parameter of which nothing is known."""
-_STEP = 1e-4
-"""Difference of internal parameters by which the residuals are differentiated for the starting positions."""
-_ALIKE = 0.1
-"""Scatter of ln of an approximate over the true likelihood below which draws from the former are kept."""
-_WEAK = 0.5
-"""Posterior over prior standard deviation above which the curve adds little to what was known."""
 
 
 @one_blas_thread()
@@ -255,11 +247,13 @@ def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Gener
 
 def _parabola(density: LogPosterior, x: Array) -> tuple[Array, Array]:
     """Most probable parameters and a root of their covariance, from the slopes of the residuals at x and the priors."""
-    eye = _STEP * np.eye(x.size)
-    information, shift = np.diag(np.full(x.size, _LOOSE**-2)), np.zeros(x.size)
+    step = 1e-4  # internal parameters are of order one
+    eye = step * np.eye(x.size)
+    # where nothing is known positions spread by a factor 20 of a logarithmic parameter
+    information, shift = np.diag(np.full(x.size, 1 / 3.0**2)), np.zeros(x.size)
     for part in density.parts:
         r = density.residuals(part, np.vstack([x, x + eye, x - eye]))
-        slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * _STEP)
+        slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * step)
         variance = (float(r[0] @ r[0]) + part.within) / max(part.count - x.size, 1)
         information += slopes @ slopes.T / max(variance, 1e-300)
     for name, prior in density.priors.items():
@@ -292,7 +286,8 @@ def _alike(density: LogPosterior, quick: LogPosterior, positions: Array) -> bool
     some = positions[:: max(len(positions) // 50, 1)]
     if all(a.objective is b.objective for a, b in zip(density.parts, quick.parts, strict=True)) or len(some) < 2:
         return True
-    return bool(np.std(density.likelihood(some) - quick.likelihood(some)) < _ALIKE)
+    # a tenth in ln of the likelihood changes no quantile by more than its own scatter
+    return bool(np.std(density.likelihood(some) - quick.likelihood(some)) < 0.1)
 
 
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
@@ -303,7 +298,7 @@ def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Arra
     spread = np.std(values, axis=0)
     for j, name in enumerate(density.names):
         prior = density.priors.get(name)
-        if prior is not None and name not in CALIBRATION and spread[j] > _WEAK * prior.spread:
+        if prior is not None and name not in CALIBRATION and spread[j] > 0.5 * prior.spread:
             notes.append(
                 f"{name}: the posterior is {100 * spread[j] / prior.spread:.0f} % as wide as the prior; the curve adds little to "
                 "what was known."
