@@ -4,7 +4,7 @@ import pytest
 
 from flatpunch.fit import CurveError, fit, fit_film, read_curve, read_nanoindentation, tip_in_workbook
 from flatpunch.fit.measured.afm import read_afm
-from flatpunch.indenters import Sphere
+from flatpunch.indenters import Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
 BULK = HalfSpace(1e3, 0.5)
@@ -40,6 +40,19 @@ def test_jpk_and_tab(pattern, curves):
         assert 0 < estimate.low < estimate.value < estimate.high
     # a base below makes the same curve the work of a softer layer
     assert result["layers[0].young"] < fit(curve, BULK, Sphere(10e-6), ["base.young"])["base.young"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "moduli"),
+    [("*flipsign_2015*", [7000]), ("*2020.02.07*", [1403, 3512, 1712, 1183]), ("*pr14-brain*", [54])],
+    ids=["approach", "map", "creep"],
+)
+def test_independent_answers(pattern, moduli, curves):
+    """A scan of contact points over the tip's positions, and nanite 4.2.3, for a paraboloid of 5 um: within 5 %."""
+    path = next(curves.glob(pattern))
+    for index, modulus in enumerate(moduli):
+        result = fit(read_curve(path, index=index), BULK, Paraboloid(5e-6), ["base.young"], engine="normal-equations")
+        assert result["base.young"] == pytest.approx(modulus, rel=0.05)
 
 
 def test_ntmdt_with_decimal_commas(curves):

@@ -100,3 +100,39 @@ def test_minimum_of_a_bent_valley(steep):
     cut = minimise(evaluate, np.array([-1.2, 1.0]), -wide, np.array([0.5, 10.0]))
     np.testing.assert_allclose(cut.x, [0.5, 0.25], rtol=1e-6)
     assert cut.at_bound.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("spring", [None, 0.05, 0.005])
+@pytest.mark.parametrize(("level", "noise"), [(0.5, 0.1), (0.8, 0.03), (0.8, 0.0), (2.0, 0.002), (2.0, 0.0)])
+def test_saturation_with_noise(spring, level, noise):
+    """The force stays at a share of what the contact would reach; above it nothing is cut, and nothing is refused."""
+    depth = np.linspace(-1e-6, 4e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    piezo = depth if spring is None else depth + force / spring
+    way = np.linspace(piezo[0], piezo[-1], 500)
+    force = np.minimum(np.interp(way, piezo, force), level * force.max())
+    force = force + noise * force.max() * np.random.default_rng(0).normal(size=500)
+    curve = Curve(way, force) if spring is None else Curve.from_piezo(way, force, spring)
+    if level < 1:
+        with pytest.raises(CurveError, match="the detector is saturated"):
+            fitted("gel", curve)
+    else:
+        found = fitted("gel", curve)
+        # interpolation of the curve without noise is good to 1e-4
+        assert abs(found.value - 5e3) < 4 * found.stderr + 5.0
+
+
+def test_a_digitised_force_has_wider_intervals():
+    """Noise below a step of the converter: the rounding of the baseline is one error of all its readings, not many."""
+    held, errors, rng = 0, [], np.random.default_rng(0)
+    depth = np.linspace(-1e-6, 4e-7, 1500)
+    clean = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    step = 0.02 * clean.max()
+    for _ in range(30):
+        force = clean + step * (0.1 * rng.normal(size=1500) + rng.uniform())
+        found = fitted("gel", Curve(depth, step * np.round(force / step)))
+        held += found.low <= 5e3 <= found.high
+        errors.append(found.value / 5e3 - 1)
+    # the scatter of 30 fits is that of the rounding, q/sqrt(12) of the baseline; 26 of 30 or more with 0.994 probability
+    assert held >= 26
+    assert found.stderr / 5e3 < 2 * np.std(errors)

@@ -1,11 +1,17 @@
 """Stiffness from unloading curves: exact on power laws, and against the instrument's own on a real test."""
 
+import csv
+import re
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from flatpunch.cli.app import app
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
 from flatpunch.fit.films.film import normalised_stiffness
 from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fit.measured.cycles import load_cycles
 from flatpunch.media import HalfSpace, Layer, Medium
 
 
@@ -64,3 +70,105 @@ def test_real_unloading_agrees_with_continuous_stiffness(sheet, measured):
     near = np.isfinite(curve.stiffness) & (curve.depth > 0.97 * found.depth)
     assert found.stiffness == pytest.approx(np.median(curve.stiffness[near]), rel=0.03)
     assert 1.0 < found.exponent < 2.0
+
+
+TIP = Tip.from_coefficients([24.5, 200.0])
+FILM = Medium([Layer(210e9, 0.25, 500e-9)], HalfSpace(70e9, 0.2))
+FILM_CASE = """
+[[layers]]
+young = { fit = "100 GPa" }
+poisson = 0.25
+thickness = "500 nm"
+[base]
+kind = "half-space"
+young = "70 GPa"
+poisson = 0.2
+[indenter]
+kind = "berkovich"
+[film]
+area_coefficients = [24.5, 200.0]
+"""
+
+
+def _cycles(count, left=0.0, noise=0.001, seed=0):
+    """Load cycles to growing depths on the film, taken back to a share of their load: depth [m] and force [N] of each."""
+    h_c = np.geomspace(20e-9, 400e-9, count)
+    a = np.sqrt(TIP.area(h_c) / np.pi)
+    modulus = FILM.surface_modulus * normalised_stiffness(FILM, a)
+    stiffness = 2 * TIP.beta * a / (1 / modulus + 1 / DIAMOND.surface_modulus)
+    force = 5e9 * TIP.area(h_c)
+    depth = h_c + TIP.epsilon * force / stiffness
+    rng, last, found = np.random.default_rng(seed), (0.0, 0.0), []
+    for h, p, s in zip(depth, force, stiffness, strict=True):
+        share = np.linspace(1, left, 300)
+        up = np.linspace(0, 1, 200)[:-1]
+        # what was left before is loaded along a straight line, then on like h^2
+        rise = np.column_stack([last[0] + (h - last[0]) * up, last[1] + (p - last[1]) * up**1.5])
+        fall = np.column_stack([h - 1.5 * p / s * (1 - share ** (1 / 1.5)), p * share])
+        hold = np.column_stack([np.full(30, h), np.full(30, p)])
+        cycle = np.concatenate([rise, hold, fall])
+        found.append(cycle + np.array([0.0, noise * p]) * rng.normal(size=cycle.shape))
+        last = tuple(fall[-1])
+    return found
+
+
+def _text(cycles):
+    rows = np.concatenate(cycles)
+    return "depth (nm),load (mN)\n" + "\n".join(f"{h * 1e9:.5f},{p * 1e3:.7f}" for h, p in rows) + "\n"
+
+
+@pytest.mark.parametrize("left", [0.0, 0.3, 0.6], ids=["whole", "partial", "to 60 %"])
+@pytest.mark.parametrize("layout", ["one record", "blocks"])
+def test_command_on_load_cycles(tmp_path, layout, left):
+    """Fourteen cycles, one below the other or in one record: the film within 1 %, its table, and its picture."""
+    cycles = _cycles(14, left)
+    text = _text(cycles) if layout == "one record" else "\n".join(_text([c]) for c in cycles)
+    (tmp_path / "cycles.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "case.toml").write_text(FILM_CASE, encoding="utf-8")
+    out, picture = tmp_path / "points.csv", tmp_path / "film.png"
+    command = [
+        "fit-film",
+        str(tmp_path / "cycles.csv"),
+        str(tmp_path / "case.toml"),
+        "-o",
+        str(out),
+        "--plot",
+        str(picture),
+    ]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    points = list(csv.DictReader(out.read_text(encoding="utf-8").splitlines()))
+    assert len(points) == 14
+    found = float(re.search(r"layers\[0\].young +([\d.]+) GPa", done.output)[1])
+    # 0.1 % noise on 120 points of each unloading; the stiffness of each is good to 0.2 %, the film to a few times that
+    assert found == pytest.approx(210, rel=0.01)
+    assert "One-tenth rule" in done.output
+    for name in ("Gao", "Perriot-Barthel", "Bec", "King", "Saha-Nix"):
+        assert name in done.output
+    assert picture.stat().st_size > 10_000
+
+
+def test_a_plastic_cycle_is_sent_to_the_command_for_films(tmp_path):
+    """`flatpunch fit` of a load cycle that leaves an imprint: refused, with the command that takes it."""
+    rows = np.concatenate([[[h, 0.0] for h in np.linspace(-50e-9, 0, 100)], _cycles(1)[0]])
+    (tmp_path / "cycle.csv").write_text(_text([rows]), encoding="utf-8")
+    (tmp_path / "case.toml").write_text(FILM_CASE, encoding="utf-8")
+    done = CliRunner().invoke(app, ["fit", str(tmp_path / "cycle.csv"), str(tmp_path / "case.toml")])
+    assert done.exit_code == 2
+    assert "flatpunch fit-film" in done.output
+    assert "the loading was plastic" in done.output
+    # one cycle alone is too little for a film
+    done = CliRunner().invoke(app, ["fit-film", str(tmp_path / "cycle.csv"), str(tmp_path / "case.toml")])
+    assert done.exit_code == 2
+    assert "1 unloading found" in done.output
+
+
+def test_cycles_are_found_whatever_their_loads():
+    rng = np.random.default_rng(0)
+    force = np.concatenate(
+        [np.append(np.linspace(0, p, 200), np.linspace(p, 0.2 * p, 100)) for p in (0.01, 0.1, 1, 10)]
+    )
+    found = load_cycles(force * (1 + 0.002 * rng.normal(size=force.size)))
+    assert [peak for _, peak, _ in found] == pytest.approx([199, 499, 799, 1099], abs=6)
+    assert load_cycles(np.linspace(0, 1, 500)) == []
+    assert len(load_cycles(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300)))) == 1

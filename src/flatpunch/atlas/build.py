@@ -159,7 +159,7 @@ def _tails(family: Family, found: Found, grid: Grid) -> list[float]:
         for name, tolerance in _kinds(family):
             dense = np.abs(_dense(family, found, grid, f"{i}/{name}"))
             for axis in range(len(grid)):
-                # coefficients at the end of a series that stand for what was left out
+                # the last two coefficients of a series estimate its remainder
                 last = np.moveaxis(dense, 2 + axis, 0)[-2:].max()
                 tails[axis] = max(tails[axis], float(last) * family.tolerance / tolerance)
     return tails

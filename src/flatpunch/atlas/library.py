@@ -63,7 +63,7 @@ def find_table(name: str | Path) -> Any:
 def tabulated(
     medium: Any, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
-    """A medium that takes its flat punches from the atlas, for use wherever a medium is asked for.
+    """A medium that takes its flat punches from the atlas, for use as any other medium.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class MediumSolution:
         return self.solution.round(beta)
 
     def responds_to(self, exponent: float) -> bool:
-        """Whether `edges` knows r^exponent psi(phi)."""
+        """Whether `edges` has r^exponent psi(phi)."""
         return self.solution.responds_to(exponent)
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:

@@ -178,7 +178,7 @@ class Solution:
                 for y in (extra, ratio)
             )
             stiffening[chosen] = (orders - 1) / 2 + added
-            # harmonics beyond the last feel the surface's half-space only
+            # on harmonics beyond the last only the half-space of the surface acts
             edge[chosen] = closed * np.where(orders > known[-1], 1.0, scaled)
         return stiffening, edge
 

@@ -19,7 +19,7 @@ from flatpunch.punch.basis import power_moments
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 POINTS = 2000
-"""Random points for the bound that stands in a file."""
+"""Random points for the bound that is written to a file."""
 
 
 QUANTITIES = ("Kbar", "kappa_1", "kappa_2", "edge")

@@ -1,4 +1,4 @@
-"""Where the contact will be: its bounding box, found on a coarse grid that is moved, grown and shrunk until it fits."""
+"""Bounding box of the contact, found on a coarse grid that is moved, grown and shrunk until it fits."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def grown(grid: Grid, contact: Mask) -> Grid:
 
 
 def _filled(box: Extent, grid: Grid) -> bool:
-    """Whether the box takes nearly half of the grid both ways, so that it is known well enough."""
+    """Whether the box takes nearly half of the grid along both axes, so that it is resolved well enough."""
     return all(
         2 * width > 0.45 * cells * grid.spacing
         for width, cells in zip(box.half_widths, (grid.nx, grid.ny), strict=True)

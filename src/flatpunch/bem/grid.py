@@ -160,7 +160,7 @@ class Grid:
         return np.concatenate([wide[::-1], wide]) if along_y else wide
 
     def part(self, rows: slice, columns: slice) -> Grid:
-        """Some of its cells; from the first on along mirrored axes."""
+        """Part of its cells, beginning with the first along mirrored axes."""
         x, y = self.x[columns], self.y[rows]
         center = (0.0 if half else float(v[0] + v[-1]) / 2 for v, half in zip((x, y), self.mirrored, strict=True))
         cx, cy = center

@@ -1,4 +1,4 @@
-"""The indenter as the boundary element solver sees it: heights on a grid, and the first guess of where contact will be."""
+"""The indenter as the boundary element solver sees it: heights on a grid, and the first estimate of the box of the contact."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PunchHeight:
 
 
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
-    """Half-widths of the bounding box of f < depth about the origin [m]: where a rigid surface would be cut."""
+    """Half-widths of the bounding box of f < depth about the origin [m]: where the tip would cut a rigid surface."""
     phi = _directions()
     radii = _crossing(lambda r, phi: np.asarray(indenter.height(r, phi)) - depth, reach_along(indenter, phi), phi)
     return _box(radii, phi)

@@ -32,10 +32,6 @@ _SMOOTH = 1.5
 """Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
 
 
-_PER_CELL = 4
-"""Points per cell along a ray; half as many may step over a notch half a cell wide."""
-
-
 @dataclass(frozen=True, slots=True)
 class Outline:
     """Contact outline a(phi) about the point of first touch.
@@ -199,8 +195,9 @@ def _cell_rim(grid: Grid, contact: Array, phi: Array) -> Array:
     rows, columns = np.nonzero(contact)
     if not rows.size:
         return np.full(phi.size, np.nan)
-    h = grid.spacing / _PER_CELL
-    steps = np.arange(np.hypot(grid.x[columns], grid.y[rows]).max() // h + 3 * _PER_CELL)
+    # half as many points along a ray may step over a notch half a cell wide
+    h = grid.spacing / 4
+    steps = np.arange(np.hypot(grid.x[columns], grid.y[rows]).max() // h + 12)
     values = read(grid, contact, h * steps * np.exp(1j * phi)[:, None])
     met = values >= 0.5
     last = steps.size - 1 - np.argmax(met[:, ::-1], axis=1)

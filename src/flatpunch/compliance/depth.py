@@ -117,7 +117,7 @@ class _Part:
 
 
 def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
-    """Layers from the surface down, graded ones in steps that begin and end at all depths that are asked for."""
+    """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
     for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):

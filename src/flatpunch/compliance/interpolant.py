@@ -1,4 +1,4 @@
-"""A response L(kappa) that is costly to evaluate, replaced by pieces of Chebyshev series.
+"""A response L(kappa) that is expensive to evaluate, replaced by pieces of Chebyshev series.
 
 L is smooth in the logarithm of kappa, so there log L is interpolated piece by piece; below all pieces L/kappa^p is smooth
 in kappa itself (p = 0 on an elastic base), above them kappa (L - 1) is smooth in 1/kappa. Pieces are halved and both
@@ -47,7 +47,7 @@ class SmoothResponse(Protocol):
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
 
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
         """L - 1 and its derivatives by log kappa; shape (order + 1, *kappa.shape)."""
@@ -81,7 +81,7 @@ class Combined:
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
         return max(1.0, *(series.sharpness / stretch for _, stretch, series in self.parts))
 
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
@@ -146,7 +146,7 @@ class Interpolant:
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
         return max(1.0, abs(self.tail))
 
     def __call__(self, kappa: Array) -> Array:

@@ -186,12 +186,9 @@ class _Pair:
         return np.asarray(self.constant + varying)
 
 
-_DIRECT_LAYERS = 4
-"""Largest number of layers for which the recursion is evaluated: beyond, interpolating a table of it is faster."""
-
-
 def _stack(medium: Medium) -> Kernel:
-    if len(medium.layers) > _DIRECT_LAYERS:
+    # with more layers interpolating a table of the recursion is faster
+    if len(medium.layers) > 4:
         return _tabulated_stack(medium)
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]

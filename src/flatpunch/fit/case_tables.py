@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -84,8 +85,8 @@ class CurveTable(Table):
             given = getattr(self, name)
             if given is None:
                 continue
-            value, std = _with_std(name, given)
-            found[name] = si.named_si(name, value, STIFFNESS) if name == "spring_constant" else _sensitivity(value)
+            in_si = _spring_constant if name == "spring_constant" else _sensitivity
+            found[name], std = _with_std(name, given, in_si)
             if std:
                 spread[name] = std
         if spread:
@@ -93,16 +94,28 @@ class CurveTable(Table):
         return found
 
 
-def _with_std(name: str, given: Any) -> tuple[str, float]:
-    """Value as text, and its relative standard deviation."""
+def _with_std(name: str, given: Any, in_si: Callable[[str], float]) -> tuple[float, float]:
+    """Value, SI, and its relative standard deviation, which is given as a percentage or in the value's unit."""
     if isinstance(given, str):
-        return given, 0.0
+        return in_si(given), 0.0
     if not set(given) <= {"value", "std"} or "value" not in given:
         raise ValueError(f'{name} with its uncertainty is written {{ value = "0.05 N/m", std = "10 %" }}.')
-    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given.get("std", "0 %"))
-    if match is None or not 0 <= float(match[1]) < 100:
-        raise ValueError(f"{name}.std = {given['std']!r} must be a percentage such as '10 %'.")
-    return given["value"], float(match[1]) / 100
+    value, std = in_si(given["value"]), given.get("std", "0 %")
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", std)
+    try:
+        relative = float(match[1]) / 100 if match is not None else in_si(std) / value
+    except ValueError:
+        relative = math.nan
+    if not 0 <= relative < 1:
+        raise ValueError(
+            f"{name}.std = {std!r} must be a percentage such as '10 %', or have the unit of the value and be smaller than it."
+        )
+    return value, relative
+
+
+def _spring_constant(value: str) -> float:
+    """Spring constant [N/m]."""
+    return si.named_si("spring_constant", value, STIFFNESS)
 
 
 def _sensitivity(value: str) -> float:

@@ -14,9 +14,11 @@ from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.setup import elastic_setup
 from flatpunch.fit.least_squares.minimum import Minimum, covariance
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import noise_variance
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.signal import converter_step
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
@@ -25,7 +27,7 @@ from flatpunch.fit.report.findings import about_contact, judged
 from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import follows, searched, unweighted
+from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
 
@@ -147,7 +149,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     setup, found = searched(setup, curve.name, free, settings)
     if setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, settings)
-    setup, found = unweighted(setup, found, curve.name, free, settings)
+    setup, found = evenly_weighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
     polished = None
     if settings.engine == "lmfit" and count:
@@ -159,8 +161,10 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     variance, factor = noise_variance(found, count, settings.loss)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
+    shared = _rounding(setup, found)
     if curve.meta.get("calibration"):
-        spread = spread + _calibration(curve, model, free, settings, found)
+        shared = shared + _calibration(curve, model, free, settings, found)
+    spread = spread + shared
     result = FitResult(
         curve=setup.part,
         used=setup.used,
@@ -175,8 +179,35 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         lmfit=polished,
         notes=setup.notes,
     )
-    result = replace(result, estimates=by_profile(result, setup.coarse))
+    result = replace(result, estimates=by_profile(result, setup.coarse, shared))
     return replace(result, notes=(*setup.notes, *about_contact(result), *judged(result), *limits_of_theory(result)))
+
+
+def _rounding(setup: Setup, found: Minimum) -> Array:
+    """Covariance from the rounding of a digitised force without contact, which is one error of many readings.
+
+    A force x that is rounded to steps q, with noise s before the rounding, is off in the mean by
+    sum_j (-1)^j q/(pi j) exp(-2 pi^2 j^2 s^2/q^2) sin(2 pi j x/q); its variance is taken over all x. Where the force rises the
+    errors of neighbours change sign and average out.
+    """
+    objective, none = setup.objective, np.zeros((found.x.size, found.x.size))
+    step = converter_step(setup.part.force)
+    if not step or not isinstance(objective, Objective):
+        return none
+    free = np.ones(objective.depth.size, dtype=bool)
+    if objective.loaded is None:
+        free = objective.depth <= objective.split(found.x)[1]["contact"]
+    else:
+        free[objective.loaded] = False
+    if not free.any():
+        return none
+    # readings that alternate between two levels have up to q^2/4 without telling s
+    s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
+    j = np.arange(1, 6)
+    variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))
+    pushed = objective.evaluate(found.x)[1][:, free].sum(axis=1)
+    shift = covariance(found.normal, ~found.at_bound, 1.0)[0] @ pushed / objective.frame.span
+    return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
 
 
 def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:

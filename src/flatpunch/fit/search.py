@@ -13,7 +13,6 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import reweighted
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import FEWEST, CurveError
-from flatpunch.fit.measured.signal import noise_of
 from flatpunch.fit.models import FAR
 from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.parameters.settings import Free, Settings
@@ -24,8 +23,8 @@ _ASTRAY = 3.0
 
 MISFIT = 0.8
 """Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
-_FAINT = 0.01
-"""Noise of the tip's position, over the depth, below which taking the position as measured biases nothing."""
+_REWEIGHTED = 2
+"""Searches with equal weights, each with the contact stiffness of the one before."""
 _WIDENED = 4
 """Searches with wider and wider limits."""
 
@@ -66,32 +65,21 @@ def _why_not(setup: Setup, found: Minimum) -> str:
     )
 
 
-def unweighted(
+def evenly_weighted(
     setup: Setup, found: Minimum, name: str, free: Mapping[str, Free], settings: Settings
 ) -> tuple[Setup, Minimum]:
     """Behind a cantilever, where the misfit of the contact is no noise: the force over the tip's positions, equally weighted.
 
-    The weights of a cantilever's noise hold for noise. They count the deep points less, and where the misfit is the model's
-    they would decide which part of the curve the model is fitted to.
+    The noise of the detector moves the tip as well, and counts the less the stiffer the contact is. Where the misfit is the
+    model's, these weights would decide which part of the curve the model is fitted to.
     """
     objective = setup.objective
     if not isinstance(objective, Objective) or objective.spring is None or objective.loaded is not None:
         return setup, found
     theta, rest = objective.split(found.x)
-    inside = objective.depth > rest["contact"]
-    r = found.residual[inside]
+    r = found.residual[objective.depth > rest["contact"]]
     if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > MISFIT * float(r @ r):
         return setup, found
-    noise = noise_of(np.diff(objective.force[~inside])) / np.sqrt(2)
-    if noise / objective.spring > _FAINT * float(objective.depth.max() - rest["contact"]):
-        # the measured positions scatter too much to be taken as they are
-        return setup, found
-    plain = replace(
-        setup,
-        objective=replace(objective, plain=True, _before={}),
-        coarse=None if setup.coarse is None else replace(setup.coarse, plain=True, _before={}),
-        start=lambda: found.x,
-    )
     weighted = ", ".join(
         f"{n} = {quantity(external(n, float(t)), unit_of(n))}" for n, t in zip(objective.model.free, theta, strict=True)
     )
@@ -99,7 +87,14 @@ def unweighted(
         "The misfit of the contact is no noise of the detector: the force is fitted over the tip's position with equal weights. "
         f"With the weights of a cantilever's noise: {weighted}."
     )
-    return searched(replace(plain, notes=(*setup.notes, note)), name, free, settings)
+    setup = replace(setup, notes=(*setup.notes, note))
+    for _ in range(_REWEIGHTED):
+        x = found.x
+        even, coarse = (
+            None if o is None else replace(o, weight=o.gives(x), _before={}) for o in (objective, setup.coarse)
+        )
+        setup, found = searched(replace(setup, objective=even, coarse=coarse, start=x.copy), name, free, settings)
+    return setup, found
 
 
 def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:

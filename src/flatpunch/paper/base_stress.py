@@ -31,7 +31,7 @@ _BLOCK = 0.06
 """Side of the blocks of cells: averaging over it changes T at kh = 3 by (kh)^2 _BLOCK^2/24 = 1e-3."""
 
 _REACH = 8.0
-"""Distance over which the stress is looked at around a contact; it falls off exponentially."""
+"""Distance around a contact over which the stress is evaluated; it decays exponentially."""
 
 
 def transfer(x: Array) -> Array:

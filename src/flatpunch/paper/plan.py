@@ -88,7 +88,7 @@ class Plan:
         ]
 
     def outline_point(self, body: Body) -> Point:
-        """Figure 10: h = a0; the boundary elements look for the depth from that of second order on."""
+        """Figure 10: h = a0; boundary elements search for the depth, beginning with that of second order."""
         (depth,) = _depths(body, "pyramid", 0.0, (1.0,))
         return Point(body, "pyramid", 0.0, float(depth), self.outline_cells, fields=True)
 

@@ -21,7 +21,8 @@ from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packe
 if TYPE_CHECKING:
     from distributed import Client
 
-_PATIENCE = 15.0
+PATIENCE = 15.0
+"""Seconds to wait for a scheduler, and for its first worker; clusters that start slowly take a few."""
 
 
 def on_cluster(
@@ -114,7 +115,7 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
         yield scheduler
         return
     try:
-        client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ConnectionError(
             f"scheduler = {scheduler!r} does not answer ({error}). Start one with `dask scheduler`, which says its address, and "
@@ -128,7 +129,7 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
 def _check(client: Client) -> None:
     address = client.scheduler_info()["address"]
     try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
+        client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
         raise ConnectionError(
             f"The scheduler at {address} has no workers. Start some: `dask worker {address} --nthreads 1 --nworkers 8`."
@@ -158,7 +159,7 @@ def _answers(client: Client, function: Any, *arguments: Any) -> Iterator[tuple[s
         for worker in client.nthreads()
     }
     with suppress(TimeoutError):
-        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=_PATIENCE):
+        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=PATIENCE):
             pass
     for worker, future in asked.items():
         if future.status == "finished":

@@ -27,8 +27,6 @@ from flatpunch.punch.matrix import (
 from flatpunch.punch.panels import panels, polynomials_on
 from flatpunch.punch.power_law import power_law_punch
 
-_POWER_LAW_NODES = 64
-
 SMALLEST = 1e-16
 """beta below which every medium is its own surface's half-space: Kbar differs from 1 by 6e-14 on a base 1e4 times softer."""
 
@@ -114,7 +112,7 @@ class PunchFamily:
         flat = self.flat(beta)
         if self.kernel.exponent:
             punch = power_law_punch(self.kernel)
-            rho, weight = punch.rule(_POWER_LAW_NODES)
+            rho, weight = punch.rule(64)
             return rho, flat * (2 * (1 + punch.alpha) * weight)
         rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
         return rho, flat @ matrix

@@ -33,7 +33,7 @@ The edge strengths S_m of the displacements r^m cos(m phi) also hold what k_m of
 
 and while each s.v_m grows without bound under a graded surface, the left side converges like the stiffness.
 
-d'(a) does not feel multiples of S, and the one added here, pi z (v + s/D) with z the sum of all s_i v_i, makes u_l small at
+multiples of S do not change d'(a), and the one added here, pi z (v + s/D) with z the sum of all s_i v_i, makes u_l small at
 the end of the series, so that profiles with slow moments (cones) converge.
 """
 

@@ -17,7 +17,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import (
     half_space_diagonal,
 )
-from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
+from flatpunch.punch.graded import graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
 RESOLVED = 300.0
@@ -51,34 +51,6 @@ def sufficient_terms(kernel: Kernel, beta: float) -> int:
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))
     # terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved
     return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
-
-
-def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> Array:
-    """B_pq for p, q = parity, parity + 2, ...
-
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium, with a finite length of its own.
-    beta : ndarray, shape (nb,)
-        Punch radii in units of that length, > 0.
-    terms : int
-        Size of the matrix.
-    parity : int
-        0 or 1.
-
-    Returns
-    -------
-    ndarray, shape (nb, terms, terms)
-    """
-    if kernel.exponent != 0.0:
-        raise TypeError(
-            "A power-law half-space has no punch matrix: its punch and round contacts are closed forms, see "
-            "flatpunch.punch.power_law."
-        )
-    if kernel.graded:
-        return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
-    return remainder_rule(kernel, beta, terms, parity).matrix() - np.diag(half_space_diagonal(parity, terms))
 
 
 @dataclass(frozen=True, slots=True)

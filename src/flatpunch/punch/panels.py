@@ -22,6 +22,8 @@ TOLERANCE = 1e-10
 
 
 _UNIT = np.log(10) / 8
+"""Unit of the widths in ln beta: an eighth of a decade."""
+
 _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
@@ -60,7 +62,7 @@ def panels(
         return np.asarray(np.append(np.unique(unit // width * width), unit[-1] + 1) * _UNIT)
 
     def beyond(low: float) -> bool:
-        """Whether a panel from here on is wider than the shortest length is resolved for."""
+        """Whether the contacts of a panel that begins here are too wide to resolve the shortest length."""
         return bool(low > (4 * bounds[-1] - 0.5) * _UNIT)
 
     def nodes(low: float, high: float) -> int:
@@ -69,7 +71,7 @@ def panels(
 
     def rough(piece: Piece) -> bool:
         # more on graded media, whose responses are interpolated to 2e-12 and differentiated for edges, and beyond the resolved
-        # lengths, where truncation leaves as much of radii; forces at given depth feel its square
+        # lengths, where truncation leaves as much of radii; forces at given depth have its square
         tolerance = 1e-9 if kernel.graded else 1e-5 if beyond(piece.low) else TOLERANCE
         return piece.error > max(tolerance, floor(piece.series)) and piece.high - piece.low > _UNIT / 2
 

@@ -38,7 +38,7 @@ class FlatPunch:
         Estimated relative error of stiffness and moments: change when the last quarter of the terms is left out, plus
         rounding and the quadrature over wavenumbers.
     edge_error : float
-        The same of the edge coefficient, which feels the shortest length of the medium most. At radii above about 3000 such
+        The same of the edge coefficient, which depends most on the shortest length of the medium. At radii above about 3000 such
         lengths the pressure within one length of the rim is not resolved.
     alpha : float
         Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is

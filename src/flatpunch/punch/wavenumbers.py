@@ -4,7 +4,7 @@ Everything is integrated over x = k a on panels that do not depend on the medium
 (the products j_p j_q oscillate with period pi). Only the kernel changes with the punch radius, so the table of Bessel
 functions is computed once and one matrix product assembles each punch matrix (T3.2).
 
-Where the medium is felt far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
+Where the layers act far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
 of the second kind,
 
     j_p j_q = (j_p j_q + y_p y_q)/2 + (j_p j_q - y_p y_q)/2:
@@ -94,7 +94,7 @@ def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTa
     short, long = edges[edges <= _SHORT_UNTIL], edges[edges >= _SHORT_UNTIL]
     parts = zip(_exact_gauss(short, NODES), _exact_gauss(long, 2 * NODES), strict=True)
     x, w, rest = (np.concatenate(part) for part in parts)
-    # sine and cosine of the nodes before rounding: 1e-13 of x = 1000 would be felt in sums over thousands of nodes
+    # sine and cosine of the nodes before rounding: 1e-13 of x = 1000 would count in sums over thousands of nodes
     cos, sin = np.cos(x), np.sin(x)
     waves = np.stack([cos - rest * sin, sin + rest * cos])
     return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x, waves)[parity::2][:terms].copy(), waves, x.size)
@@ -120,7 +120,7 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     end = start + WINDOW
     highest = parity + 2 * terms
     near = bessel_table(parity, terms, first, end)
-    # from highest^2/12 on the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
+    # beyond highest^2/12 the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
     edges = far_edges(end, highest, max(end * 2.0**doublings, highest**2 / 12), 1.0)
     far, far_weight = composite_gauss(edges)
     inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
@@ -147,7 +147,7 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
 
 
 def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
-    """Panels from `start` on that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
+    """Panels beginning at `start` that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
 
     Those part by p^2/(2 x^2) per x.
     """

@@ -1,7 +1,7 @@
 """Displacement of the surface from the pressure on a grid, u = G * p in free space, and an approximate inverse.
 
 The convolution is done by FFT on the doubled grid, so that nothing is periodic. Only half of that grid's rows carry
-pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
+pressure and only half of them are needed: rows are transformed first (real to complex), then the columns in narrow
 blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
 transform is real and a quarter of it is kept (a cosine transform). On a folded grid the pressure is even as well, and cosine
 transforms of half the length take the place of Fourier transforms along the axes that are folded: then columns, while they are
@@ -49,13 +49,13 @@ BYTES_PER_CELL = 200
 
 
 SINGLE_FLOOR = 1e-5
-"""Smallest relative error that single precision is asked for."""
+"""Smallest tolerance in single precision; a tenth of it is below its rounding."""
 
 SHARED = 400**2
 """Numbers in the transformed rows above which each thread takes whole blocks of columns; half as many gain nothing."""
 
 THREADED = 500**2
-"""Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
+"""Number of cells above which threads are used; below, two of them take up to four times as long as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class Operator:
         return self._apply_standard(pressure)
 
     def precondition(self, gap: Any) -> Any:
-        """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
+        """Pressure [E*] that approximately removes a gap error [cells], shape (ny, nx)."""
         return self._periodic(gap, self.inverse)
 
     def spread(self, values: Any) -> Any:

@@ -46,7 +46,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     spacing : float
         Side of a cell [m].
     shape : (int, int)
-        Number of offsets (rows, columns), from zero on.
+        Number of offsets (rows, columns), beginning with zero.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def _love_coefficients(shape: tuple[int, int]) -> Array:
 
 
 def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
-    """Add the part of the coefficients that the medium's L - 1 brings, in place."""
+    """Add the part of the coefficients due to the medium's L - 1, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
     near = near_cells(kernel, spacing)
     # distances below 1e-5 cells contribute 1e-10 of the diagonal, even of the logarithm of a graded surface

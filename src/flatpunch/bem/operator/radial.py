@@ -122,7 +122,7 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     offsets = np.arange(low - last, low + x.size - first)
     m = _remainder(kernel, int(offsets[0]), int(offsets[-1]) + 1)
     if cell > 0:
-        # beyond the cutoff there is nothing left to average
+        # L - 1 vanishes beyond the cutoff
         live = m != 0
         m[live] *= isotropic_cell_factor(np.exp(offsets[live] * STEP) * cell)
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
@@ -154,10 +154,10 @@ def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:
 
 
 def isotropic_cell_factor(q: Array) -> Array:
-    """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: what averaging over a square does to J0(kr)."""
+    """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: the factor on J0(kr) of averaging over a square."""
     # mean of J0(q r) over the unit square; the next term is 5e-12 at q = 0.1
     result = 1 - q**2 / 24 + q**4 * (7 / 11520)
-    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; the remainder has died before or r >> h filters it
+    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; beyond, the remainder is zero or r >> h filters it
     for low, high, nodes in ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24)):
         chosen = np.flatnonzero((q > low) & (q <= high))
         if chosen.size:

@@ -98,7 +98,7 @@ def remove_gap(
 
 
 def preconditioner(operator: Operator, mask: Any, *, extended: bool) -> Callable[[Any], Any]:
-    """Pressure on a contact that about removes a gap there, E' C^-1 E; of the `mask` ones are the contact, all else is zero."""
+    """Pressure on a contact that approximately removes a gap there, E' C^-1 E; `mask` is 1 on the contact and else 0."""
     if not extended:
         return lambda gap: operator.precondition(gap) * mask
     # weight of zero in that mean over the sum of all weights, as displacements vanish far away; at twice or half, as many steps

@@ -1,4 +1,4 @@
-"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and what each is solved with.
+"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and their operators.
 
 Where the indenter is its own mirror image the contact is too, as it is unique, and half of the grid or a quarter is enough.
 """
@@ -19,7 +19,7 @@ from flatpunch.bem.solver.active_set import State
 from flatpunch.compliance import Kernel
 
 COARSEST = 32
-"""Square root of the cells of the coarsest grid; half as many solve once more on cells that know little, for 20 % more time."""
+"""Square root of the cells of the coarsest grid; half as many add a solve that does not help, 20 % of the time."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Levels:
         return folded, folded.asarray(np.ascontiguousarray(folded.kept(heights)))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
-        """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are expensive."""
+        """The same levels on the half or quarter of the grid that symmetry leaves; kept, as operators are expensive."""
         if mirrored == (False, False):
             return self
         if mirrored not in self._folded:

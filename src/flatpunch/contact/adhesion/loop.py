@@ -1,6 +1,6 @@
 """The loop of approach and withdrawal of an adhesive contact, and the energy that it loses.
 
-Traction of zero range is not felt before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
+Traction of zero range does not act before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
 contact jumps in to its first stable radius. It then follows stable stretches, jumping outwards where one ends (under stiff
 films), and on the way back inwards, until it is lost. With the energy of a contact against separated bodies,
 
@@ -200,7 +200,7 @@ def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
 
 
 def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
-    """int rate dln a from nothing to each radius: Gauss rules on decades; below 1e-10 of the radius nothing is left."""
+    """int rate dln a from zero to each radius: Gauss rules on decades; the part below 1e-10 of the radius is negligible."""
     t, weights = gauss(24)
     width, decades = np.log(10), 10
     start = np.log(radius)[:, None] - width * np.arange(1, decades + 1)

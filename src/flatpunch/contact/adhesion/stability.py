@@ -170,7 +170,7 @@ def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) 
         depth = np.pi * profile.moments(radius, 1).edge
         back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
         first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
-    # profiles that do not rise faster than adhesion follows have no such radius, which `_extend_down` says
+    # profiles that rise more steeply than adhesion can follow have no such radius: `_extend_down` refuses them
     if most <= smallest or (first == 0 and depth[0] > back[0] and depth[1] / back[1] > depth[0] / back[0]):
         raise ValueError(
             f"With a work of adhesion of {branch.work:.4g} J/m^2 and a modulus of {branch.kernel.modulus:.4g} Pa this tip is "

@@ -53,7 +53,7 @@ def stable_radius(
         open_ &= ~at_edge
     for stretch in stability.of(quantity):
         lowest, highest = ends_of(branch, stretch, quantity)
-        # the pull-off itself, asked for as computed, is still in contact
+        # the pull-off itself, prescribed as computed, is still in contact
         held = open_ & (target >= lowest - 1e-12 * abs(lowest)) & (target <= highest)
         if held.any():
             radius[held] = radius_on(branch, stretch, quantity, np.maximum(target[held], lowest), reach)

@@ -29,7 +29,7 @@ def own_error(solution: bem.Solution) -> float:
 def extrapolated(solution: bem.Solution) -> tuple[float, float]:
     """Force extrapolated to vanishing cells [N] and its relative error.
 
-    The extrapolation is right where the error falls with the square of the width. The force is that of the cells where the
+    The extrapolation holds where the error falls with the square of the width. The force is that of the cells where the
     differences have no common sign.
     """
     if not solution.contact.any():
@@ -63,13 +63,13 @@ def _richardson(last: float, before: float) -> float:
     if abs(before) > max(0.1, _SECOND_ORDER * abs(last)):
         # the last difference is small by chance, as the error passes through a turn
         return abs(before) / _SECOND_ORDER
-    # least ratio q that is believed; closer to 1 the error is estimated at four times the last difference or more
+    # smaller ratios q are not used: the estimate would exceed four times the last difference
     ratio = np.clip(before / last if last else _SECOND_ORDER, 1.25, _SECOND_ORDER)
     return float(max(abs(last) / (ratio - 1), abs(before) / (_SECOND_ORDER * (_SECOND_ORDER - 1))))
 
 
 def _floor(solution: bem.Solution) -> float:
-    """Error that no difference reports, four times as large where there are none."""
+    """Error that the differences do not show, four times as large where there are none."""
     unknown = 1 if np.isfinite(solution.coarser_force) else _SECOND_ORDER
     # least relative error, 0.03 times the square of cell over shorter half-width: differences may vanish by chance
     return float(

@@ -1,4 +1,4 @@
-"""Where boundary elements look for a contact: from the solutions around, from the round contact and the tip, or once more."""
+"""Expected boxes of contacts: from neighbouring solutions, the round contact and the tip, or an outline that left its grid."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from flatpunch.indenters.profile import Indenter
 def boxes_between(
     positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
 ) -> tuple[Array, Array, Flags]:
-    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which are well known, shape (n,).
+    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which of them are reliable, shape (n,).
 
     Parameters
     ----------

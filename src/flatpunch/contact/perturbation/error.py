@@ -142,7 +142,7 @@ def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, fl
     series = power_expansion(kernel, indenter, "second") if power else general_expansion(kernel, indenter)
     _, first = mean_contact(kernel, indenter, Control("radius", np.array([radius])))
     if first.depth[0] == 0:
-        # within a flat end nothing has happened yet
+        # within a flat end the depth is zero
         return 0.0, 0.0
     second = series.evaluate(_same_depth(series.loading, first.depth, radius, indenter.reach))
     phi = np.linspace(0, 2 * np.pi, 180, endpoint=False)

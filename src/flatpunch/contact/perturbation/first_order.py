@@ -99,7 +99,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
         return superpose(kernel, history, r, phi)
     if flat_radius(indenter) > 0:
         raise NoSuperposition(
-            "the flat end of this tip is in contact as a whole from the first touch on, so the outline does not grow "
+            "the whole flat end of this tip is in contact at the first touch, so the outline does not grow "
             "continuously from a point"
         )
     history = _with_outline(kernel, indenter, evaluate, history)

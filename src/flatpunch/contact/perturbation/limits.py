@@ -1,4 +1,4 @@
-"""Why a perturbation result is uncertain, in sentences: asymmetry, edges, stiff films, steep faces."""
+"""Reasons for which a perturbation result is uncertain, as sentences: asymmetry, edges, stiff films, steep faces."""
 
 from __future__ import annotations
 

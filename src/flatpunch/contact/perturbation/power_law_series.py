@@ -105,7 +105,7 @@ class PowerExpansion:
         return outline
 
     def doubt(self, radius: Array) -> Array:
-        """How close the fourth order comes to where it ceases to hold, which is 1; shape (n,)."""
+        """Doubt about the fourth order, 1 where it ceases to hold; shape (n,)."""
         values, slopes = self.series.at(radius)
         x2, x4, growth = values.x2, values.x4, slopes.x4
         safe = np.where(x2 == 0, 1.0, x2)
@@ -121,7 +121,7 @@ class PowerExpansion:
             return np.clip(x2, -LARGEST_TERM, LARGEST_TERM), _where_kept(x2, slopes.x2)
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
-        # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
+        # Padé form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
         denominator = safe - x3 + x3**2 / safe - x4
         # Padé denominator over x2 below which its pole is avoided; the sound range stays above 0.5
         denominator = np.where(np.abs(denominator) > 1e-3 * np.abs(safe), denominator, safe)
@@ -160,7 +160,7 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
 
     Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
-    would be anything, it ends at a factor of exp(1.5) from the guess.
+    is arbitrary, it ends at a factor of exp(1.5) from the guess.
     """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()

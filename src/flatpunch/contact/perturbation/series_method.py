@@ -79,7 +79,7 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     wanted = np.log(mean_radius[live])
 
     def excess(x: Array) -> Array:
-        # a contact that the series cannot size counts as too small
+        # a contact whose size the series does not give counts as too small
         size = expansion.evaluate(np.exp(x)).mean_radius
         return np.asarray(np.log(np.where(size > 0, size, TINY)))
 

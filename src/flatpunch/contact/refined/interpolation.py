@@ -1,6 +1,6 @@
 """Curves through boundary element solutions over x = ln d.
 
-The force is interpolated by its values and slopes (every solution knows dF/dd): cubic Hermite pieces of ln F less that of the
+The force is interpolated by its values and slopes (every solution has dF/dd): cubic Hermite pieces of ln F less that of the
 round contact, or of ln F itself where the depth of round contacts turns back. Radius, area and outline have no slopes: local
 cubics (Akima's, modified) of their logarithms less that of the round radius. Below the first solution ratios to the round
 contact are constant.
@@ -180,7 +180,7 @@ def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
     Least squares weigh each value by its error, and each difference by that of the trapezoidal rule.
     """
     gaps = np.diff(nodes)
-    # dln F/dln d of a solution is off by 3e-3 (with half of it slopes correct forces where they know no better), the trapezoidal
+    # dln F/dln d of a solution is off by 3e-3 (with half of it slopes correct forces that are more accurate), the trapezoidal
     # rule by a tenth of the cube of the gap (with far less, forces in wide gaps would follow the rule)
     weights = (gaps * (3e-3 + 0.1 * gaps**2)) ** -2.0
     difference = np.diff(np.eye(nodes.size), axis=0)

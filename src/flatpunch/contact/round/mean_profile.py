@@ -127,7 +127,7 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     """Radius at which the search starts.
 
     It is that on the half-space of the surface material for the largest target, but at most the shortest length of the
-    medium: beyond it the half-space says little, and large radii cost most. Where the contact is far larger than the
+    medium: beyond it the half-space is a poor guide, and large radii cost most. Where the contact is far larger than the
     shortest length, the start is that on a half-space as compliant as the medium is at the wavelength of the contact.
     """
     target = control.values.max()

@@ -38,14 +38,8 @@ class Loading(Protocol):
     def depth_slope(self) -> Array: ...  # noqa: D102
 
 
-_PER_DECADE = 12
-"""Radii per decade on which a target is bracketed; fewer may miss a turn of the path, more cost time."""
-
 _MOST_DECADES = 40
 """Decades around the expected radius within which it is searched for."""
-
-_NEWTON = 12
-"""Newton steps before plain bisection takes over; smooth indenters need two or three."""
 
 
 def radius_for(
@@ -131,8 +125,9 @@ def _bracket(
     near: bool,
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
-    step = 10 ** (1 / _PER_DECADE)
-    decade = np.asarray(step ** np.arange(_PER_DECADE), dtype=float)
+    # with fewer radii per decade a turn of the path may be missed
+    step = 10 ** (1 / 12)
+    decade = np.asarray(step ** np.arange(12), dtype=float)
     # large radii cost most: there, about the guess alone
     nodes = _sample(evaluate, quantity, guess * (step ** np.array([-2.0, -1.0, 0.0]) if near else 1 / decade[::-1]))
     for _ in range(_MOST_DECADES):
@@ -191,14 +186,14 @@ def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Ar
     lo, hi = nodes.x[upper - 1], nodes.x[upper]
     x = _start(nodes, upper, np.log(wanted))
     left = np.arange(wanted.size)
-    # 60 bisections after that: a tenth of a decade to rounding
-    for count in range(_NEWTON + 60):
+    # smooth indenters need two or three Newton steps; 60 bisections after twelve take a tenth of a decade to rounding
+    for count in range(72):
         here, goal, at = _sample(evaluate, quantity, np.exp(x[left])), wanted[left], x[left]
         miss = here.value - goal
         lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
         with np.errstate(divide="ignore", invalid="ignore"):
             trial = at - np.log(here.value / goal) / here.growth
-        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < _NEWTON)
+        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < 12)
         close = np.abs(miss) <= 1e-13 * goal
         middle = (lo[left] + hi[left]) / 2
         x[left] = np.where(safe, trial, np.where(close, at, middle))

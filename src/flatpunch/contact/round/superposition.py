@@ -77,7 +77,7 @@ def spline(x: Array, values: Array) -> scipy.interpolate.BSpline:
 
 
 def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """Outline of a history from samples s at nodes x and at equal angles from -pi on, shape (nodes, angles).
+    """Outline of a history from samples s at nodes x and at equal angles beginning with -pi, shape (nodes, angles).
 
     Cubic in both directions and periodic in the angle (by overlap): 720 angles leave 1e-9 of smooth outlines, 1e-5 beside a
     corner.

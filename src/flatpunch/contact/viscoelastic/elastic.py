@@ -116,9 +116,7 @@ class ElasticCurve:
 Solve = Callable[..., Any]
 
 
-def elastic_curve(
-    solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array, options: dict[str, Any]
-) -> ElasticCurve:
+def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array) -> ElasticCurve:
     """Tabulate a method's curve up to the depth `deepest`."""
     # 24 nodes per decade and degree 7 leave 1e-10 of functions smooth in ln d; below ten decades all are power laws
     x, degree = np.log(deepest) + np.log(10) / 24 * np.arange(-240, 1), 7
@@ -126,7 +124,7 @@ def elastic_curve(
     angles = phi[:1] if indenter.round else phi
     depth = np.exp(x)
     depth[-1] = deepest
-    curve = solve(kernel, indenter, Control("depth", depth), angles, **options)
+    curve = solve(kernel, indenter, Control("depth", depth), angles)
     found = np.stack([curve.force, curve.radius, curve.area, curve.stiffness], axis=1)
     good = np.all(np.isfinite(found) & (found > 0), axis=1)
     if not good.all():

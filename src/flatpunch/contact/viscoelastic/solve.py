@@ -30,7 +30,6 @@ def solve(
     relaxation: Relaxation,
     phi: Array,
     method: Solve,
-    options: dict[str, Any],
 ) -> Curve:
     """Follow a history.
 
@@ -50,7 +49,7 @@ def solve(
     phi : ndarray, shape (p,)
         Polar angles of the outline [rad].
     method : callable
-        `solve` of an elastic contact method, and its `options`.
+        `solve` of an elastic contact method.
 
     Returns
     -------
@@ -64,16 +63,16 @@ def solve(
     if not (control.values > 0).any():
         raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
     if control.name == "depth":
-        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi, options)
+        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi)
         response = force_of_depth(time, control.values, relaxation, elastic)
         if control.values[0] > 0:
-            # the series stands for psi from the first time step on
+            # the series represents psi for times of one step and more
             response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
     else:
         most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))
         # depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse
-        deepest = 1.01 * float(method(kernel, indenter, most, phi[:1], **options).depth[0])
-        elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
+        deepest = 1.01 * float(method(kernel, indenter, most, phi[:1]).depth[0])
+        elastic = elastic_curve(method, kernel, indenter, deepest, phi)
         response = depth_of_force(time, control.values, relaxation, elastic, deepest)
     return _curve(time, response, elastic, relaxation, phi)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.blocks import blocked, towards_the_end, uniform
 from flatpunch.fit.least_squares.minimum import minimise
@@ -19,7 +19,16 @@ from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
-from flatpunch.fit.measured.signal import CLEAR, adhesion_dip, check_rise, check_saturation, converter_step, noise_of
+from flatpunch.fit.measured.signal import (
+    CLEAR,
+    adhesion_dip,
+    check_rise,
+    check_saturation,
+    converter_step,
+    flat_ends,
+    noise_of,
+    saturated,
+)
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
@@ -162,7 +171,7 @@ class Approach:
         """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
         objective = self.objective()
         inside = objective.indentation(self.part, scan.x)
-        if inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned:
+        if (inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned) or self._begins_free():
             return False
         free = replace(self.settings, contact="free")
         costs = []
@@ -171,11 +180,43 @@ class Approach:
             costs.append(backwards.misfit(backwards.scan()))
         return min(costs) < 0.5 * self.misfit(scan)
 
-    def misfit(self, scan: Scan) -> float:
+    def _begins_free(self) -> bool:
+        """Whether the force changes less over the first tenth of the way than on the whole: a retract begins at its steepest."""
+        order = np.argsort(self.part.position, kind="stable")
+        tenth = max(order.size // 10, 3)
+        last = np.isin(np.arange(order.size), order[-tenth:])
+        force = over_line(self.part, last)[order]
+        few = max(tenth // 4, 1)
+        change = abs(float(np.median(force[tenth - few : tenth]) - np.median(force[:few])))
+        return change < 0.05 * float(np.ptp(force))
+
+    def misfit(self, scan: Scan, keep: Flags | None = None) -> float:
         """Sum of squares after a descent from a scanned contact: a scan takes positions of the tip for free of noise."""
-        objective = self.objective()
+        objective = self.objective(keep)
         lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
-        return minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=_ROUGHLY).cost
+        # limits of moduli that nobody set are widened only later
+        lower[self.moduli], upper[self.moduli] = -np.inf, np.inf
+        found = minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=_ROUGHLY)
+        residual = objective.evaluate(found.x)[0] * objective.frame.span
+        return float(residual @ residual)
+
+    def _check_end(self, scan: Scan, order: Indices, force: Array, noise: float) -> None:
+        """Refuse a curve that is a contact and a constant at its end by more than its noise explains."""
+        part, objective = self.part, self.objective()
+        residual = (part.force - objective.over(part, scan.x))[order]
+        for end in flat_ends(part.position[order], force[order], noise, sure=False):
+            # the contact goes on above a force that stays where it is
+            if residual[-end:].mean() > -3 * noise / np.sqrt(end):
+                continue
+            keep = np.ones(part.force.size, dtype=bool)
+            keep[order[-end:]] = False
+            if keep.sum() <= max(FEWEST, len(objective.names)):
+                continue
+            last = part.force[~keep]
+            short = self.misfit(self.scan(keep), keep)
+            apart = short + float(np.sum((last - last.mean()) ** 2))
+            if self.misfit(scan) - apart > CLEAR**2 * max(short / keep.sum(), noise**2):
+                raise saturated(part, force[order], end)
 
     def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
         """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""
@@ -218,7 +259,8 @@ class Approach:
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
             before = np.zeros(part.force.size, dtype=bool)
-        if self.settings.baseline == "sine":
+        if self.settings.baseline == "sine" or self.settings.drag != 0:
+            # no straight line
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
         step = converter_step(part.force)
@@ -227,6 +269,7 @@ class Approach:
         rise = float(force.max())
         check_rise(part, rise, noise)
         check_saturation(part, part.position[order], force[order], noise)
+        self._check_end(scan, order, force, noise)
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
             notes = tilt_note(part.position[before], part.force[before], float(inside.max()), rise)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import covariance, minimise
-from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
+from flatpunch.fit.measured.cycles import load_cycles
 
 
 @readable
@@ -106,12 +107,35 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     Parameters
     ----------
     curves : iterable of Curve
-        Whole cycles, to different depths.
+        Whole cycles to different depths, or records of many cycles each.
     upper, lower : float
-        As for `unloading`.
+        As for `unloading`; where a cycle is taken back less far, `lower` is where it ends.
     name : str
         Of the result.
+
+    Raises
+    ------
+    CurveError
+        If there is no unloading, or one of them cannot be evaluated.
     """
-    points = sorted((unloading(curve, upper=upper, lower=lower) for curve in curves), key=lambda found: found.depth)
-    depth, force, stiffness = (np.array([getattr(p, key) for p in points]) for key in ("depth", "force", "stiffness"))
+    found = []
+    for curve in curves:
+        cycles = load_cycles(curve.force)
+        if not cycles:
+            raise CurveError(
+                f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading."
+            )
+        for number, (begin, peak, end) in enumerate(cycles):
+            one = curve.taken(slice(begin, end + 1))
+            label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
+            # noise at the end of a partial unloading must not hide that it got there
+            least = max(lower, 1.05 * float(one.force[-1]) / float(curve.force[peak]))
+            found.append(unloading(replace(one, name=label), upper=upper, lower=least))
+    if len(found) < FEWEST_STIFF:
+        raise CurveError(
+            f"{name}: {len(found)} unloading{'s' if len(found) != 1 else ''} found. A film's modulus follows from the stiffness "
+            f"at several depths: {FEWEST_STIFF} or more load cycles, or continuous stiffness, are needed."
+        )
+    found.sort(key=lambda point: point.depth)
+    depth, force, stiffness = (np.array([getattr(p, key) for p in found]) for key in ("depth", "force", "stiffness"))
     return Curve(depth, force, stiffness=stiffness, name=name)

@@ -34,8 +34,7 @@ class Objective(Unknowns):
 
     Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
     to negative depths. `part_loaded` is the same over all points of the curve that is shown. `counts` are the readings behind
-    each entry where entries are means. `plain` takes the measured positions of the tip as they are: the residual then is the
-    difference in force at the measured depth, whatever the cantilever. `softest` is the stiffness dF/dd [N/m] below which an
+    each entry where entries are means. `softest` is the stiffness dF/dd [N/m] below which an
     adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's position.
     """
 
@@ -47,7 +46,6 @@ class Objective(Unknowns):
     part_loaded: Indices | None = None
     speed: Array | None = None
     counts: Array | None = None
-    plain: bool = False
     softest: float | None = None
     position: Array = field(init=False, repr=False)
     _before: dict[int, Array] = field(default_factory=dict, repr=False)
@@ -78,10 +76,7 @@ class Objective(Unknowns):
             give = self._give(stiffness)
             for j, name in enumerate(self.names):
                 shifts = name in ("contact", "baseline") or j < count
-                if self.plain and not shifts:
-                    # what moves no tip is taken out of its measured position
-                    jacobian[j, block] *= give
-                elif not self.plain and shifts:
+                if shifts:
                     jacobian[j, block] /= give
         residual = residual / span
         for weight in (self.weight, None if self.counts is None else np.sqrt(self.counts)):
@@ -93,7 +88,7 @@ class Objective(Unknowns):
     def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
         """Residual [N], the points in contact, and stiffness and derivatives of M there."""
         # the residuals of the evaluation before are where Newton's method starts
-        spring = None if self.plain else self.spring
+        spring = self.spring
         residual = np.zeros_like(depth) if spring is None else self._before.get(depth.size, np.zeros_like(depth))
         at = depth if spring is None else depth - residual / spring
         fresh = not residual.any()
@@ -124,6 +119,18 @@ class Objective(Unknowns):
         """How much faster the piezo moves than the tip."""
         assert self.spring is not None
         return 1 + stiffness / self.spring
+
+    def gives(self, x: Array) -> Array:
+        """How many times larger than a residual the difference in force at the measured position of the tip is, shape (n,)."""
+        theta, rest = self.split(x)
+        depth = self.depth - rest["contact"]
+        if self.spring is not None:
+            depth = depth + self.background(rest, self.position, self.speed) / self.spring
+        inside = depth > 0
+        result = np.ones(depth.size)
+        if self.spring is not None and inside.any():
+            result[inside] = self._give(self.model.evaluate(depth[inside], theta)[1])
+        return result
 
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""

@@ -21,17 +21,17 @@ ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
     "depth": (
         units.LENGTH,
         (
-            r"^depth$|^indentation( depth)?$|^h$",
+            r"^depth$|^indentation( depth)?$|^h$|^pd$",
             r"(displacement|disp\b).*(surface|sample)|tip.*position|indentation|indent.*disp",
-            r"\bdepth\b|displacement|\bdisp\b",
+            r"\bdepth\b|displacement|\bdispl?\b|\bseparation\b",
         ),
     ),
     "force": (
         units.FORCE,
-        (r"^force$|^load$|^[fFpP]$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
+        (r"^force$|^load$|^[fFpP]$|^fn$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
     ),
-    "piezo": (units.LENGTH, (r"^piezo$|^z$", r"\bpiezo\b|\bheight\b|\bz\b")),
-    "deflection": (units.LENGTH, (r"deflection|cantilever",)),
+    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b")),
+    "deflection": (units.LENGTH, (r"deflection|\bdefl\b|cantilever",)),
     "stiffness": (STIFFNESS, (r"^stiffness$|contact stiffness", r"stiffness")),
     "time": (TIME, (r"^time$|^t$", r"\btime\b")),
 }
@@ -58,14 +58,16 @@ class Table:
 
 
 def split_name(title: str) -> tuple[str, str | None]:
-    """Name and unit of a column's title: "Load (uN)", "force [nN]", "depth / nm", "load_uN"."""
+    """Name and unit of a column's title: "Load (uN)", "force [nN]", "depth / nm", "load_uN", "Depth nm"."""
     match = _UNIT.match(title.strip())
     if match is not None:
         unit = next(group for group in match.groups()[1:] if group is not None).strip()
         return match[1].strip(), unit or None
-    name, _, unit = title.strip().rpartition("_")
-    if name and any(unit in dimension.common for dimension in (*units.DIMENSIONS, STIFFNESS, TIME)):
-        return name.replace("_", " "), unit
+    for mark in "_ ":
+        name, _, unit = title.strip().rpartition(mark)
+        plain = re.sub("[µμ]", "u", unit)
+        if name and any(plain in dimension.common for dimension in (*units.DIMENSIONS, STIFFNESS, TIME)):
+            return name.replace("_", " "), unit
     return title.strip(), None
 
 
@@ -146,9 +148,10 @@ def in_si(table: Table, role: str, index: int, given: Mapping[str, str] | None) 
     unit = (given or {}).get(role) or table.units[index]
     name = table.names[index]
     if unit is None:
+        usual = dimension.common[-2 if len(dimension.common) > 4 else 0]
         raise CurveError(
-            f"{table.source}: column {name!r} ({role}) has no unit. Write it into the header, '{name} ({dimension.common[0]})', "
-            f"or pass units={{'{role}': '{dimension.common[-2 if len(dimension.common) > 4 else 0]}'}}."
+            f"{table.source}: column {name!r} ({role}) has no unit. Write it into the header, '{name} ({usual})', or into the "
+            f'case file, [curve.units] {role} = "{usual}" (Python: units={{{role!r}: {usual!r}}}).'
         )
     try:
         scale = units.to_si(f"1 {unit}", dimension)

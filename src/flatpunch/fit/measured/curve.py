@@ -16,8 +16,8 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 
 _COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s", "segment": "1"}
-FEWEST = 12
-
+FEWEST, FEWEST_STIFF = 12, 4
+"""Points that a curve must have, and points with a stiffness, which come from an unloading each; fewer determine nothing."""
 
 _OPTIONAL = ("stiffness", "time", "segment")
 
@@ -100,8 +100,9 @@ class Curve:
         if self.spring_constant is not None:
             k = positive("Curve.spring_constant", self.spring_constant, unit="N/m")
             object.__setattr__(self, "spring_constant", k)
-        if self.depth.size < FEWEST:
-            raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {FEWEST} or more.")
+        fewest = FEWEST if self.stiffness is None else FEWEST_STIFF
+        if self.depth.size < fewest:
+            raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {fewest} or more.")
 
     def _line_(self) -> str:
         """Name, size and ranges."""

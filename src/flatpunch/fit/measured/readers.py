@@ -243,16 +243,17 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
     by_piezo = "piezo" in positions and ("piezo" in explicit or "depth" not in positions)
     if by_piezo and k is None:
         raise CurveError(
-            f"{table.source}: a piezo position needs the cantilever's spring constant (spring_constant=... in N/m) to become a "
-            f"depth. Recognised: {found}."
+            f"{table.source}: a piezo position needs the cantilever's spring constant to become a depth. Write [curve] "
+            'spring_constant = "0.05 N/m" into the case file (Python: spring_constant=... [N/m]); if it is the position of the '
+            f'tip already, [curve.columns] depth = "{table.names[positions["piezo"]]}". Recognised: {found}.'
         )
     if by_piezo and ("force" in positions or "deflection" in positions):
         return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
     for role in ("depth", "force"):
         if role not in positions:
             raise CurveError(
-                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it with "
-                f"columns={{'{role}': '...'}}."
+                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
+                f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
             )
     return "depth", "force"
 

@@ -62,7 +62,7 @@ def turning(curve: Curve) -> int:
     begin, end = float(_middle(position[:few])), float(_middle(position[-few:]))
     above, below = float(position.max()) - max(begin, end), min(begin, end) - float(position.min())
     # noise alone makes neither a turning point
-    if max(above, below) > max(8 * _wander(position), 0.01 * float(np.ptp(position))):
+    if max(above, below) > max(8 * wander(position), 0.01 * float(np.ptp(position))):
         return 1 if above >= below else -1
     return 0
 
@@ -74,8 +74,8 @@ def _direction(curve: Curve) -> int:
     return turning(curve) or (1 if grows else -1)
 
 
-def _wander(position: Array) -> float:
-    """Standard deviation of the noise of positions, from second differences, in which steady motion cancels."""
+def wander(position: Array) -> float:
+    """Standard deviation of the noise of readings, from second differences, in which steady motion cancels."""
     # neighbours of a thousand points tell as much as those of all
     at = np.arange(0, max(position.size - 2, 0), max(position.size // _TOLD, 1))
     second = position[at + 2] - 2 * position[at + 1] + position[at]
@@ -139,7 +139,7 @@ def arrival(position: Array) -> float:
 
     Positions without noise still differ by rounding, where they are computed from tip and force.
     """
-    return max(_AT_REST * _wander(position), 1e-9 * float(np.ptp(position)))
+    return max(_AT_REST * wander(position), 1e-9 * float(np.ptp(position)))
 
 
 def without_pause(curve: Curve) -> Curve:

@@ -15,12 +15,12 @@ CLEAR = 6.0
 """Noise levels that a rise or a dip must have to count."""
 DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing."""
-_UPPER = 0.05
-"""Share of the rise, at its end, in which saturation is looked for."""
+_SHORTEST, _ENDS = 8, 16
+"""Readings of the shortest end in which saturation is looked for, and ends tried; fewer ends cost sensitivity only."""
 _LEVELS = 400
 """Readings in which steps are looked for before all are."""
-_LONGER = 4.0
-"""How many times longer than the steepness before allows the force may stay at its end."""
+_FLATTER = 4.0
+"""How many times less steep than before the end of a saturated curve is."""
 
 
 def converter_step(force: Array) -> float:
@@ -65,10 +65,7 @@ def check_rise(curve: Curve, rise: float, noise: float) -> None:
 
 
 def check_saturation(curve: Curve, position: Array, force: Array, noise: float) -> None:
-    """Refuse an approach whose force stays where it is while the tip goes on.
-
-    The force of a contact grows ever faster. Over the last twentieth of its rise (or eight noise levels) it takes at most as
-    much of the way as its mean steepness over the upper half below that allows.
+    """Refuse an approach whose force stays where it is while the tip goes on, by more than its noise explains.
 
     Parameters
     ----------
@@ -84,26 +81,52 @@ def check_saturation(curve: Curve, position: Array, force: Array, noise: float) 
     CurveError
         If the detector is saturated.
     """
+    for end in flat_ends(position, force, noise, sure=True):
+        raise saturated(curve, force, end)
+
+
+def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> list[int]:
+    """Lengths of the ends of an approach, in readings, over which the force stays where it is.
+
+    The force of a contact grows ever faster. An end that is less steep than a quarter of what is before it, in the upper half of
+    the rise, is flat: by more than the noise explains (`sure`), or as far as the noise can tell.
+    """
     # the second largest of a few: less than the largest moved by noise
     top = float(np.partition(force, -3)[-2])
-    band = max(_UPPER * top, 8 * noise)
     # data may begin in contact, above half of the rise
     low = max(0.5 * top, float(np.median(force[: max(force.size // 50, 3)])))
-    if band > 0.6 * (top - low):
-        return
-    above = np.flatnonzero(force >= top - band)
-    half = np.flatnonzero(force >= low)
-    if not above.size or not half.size or half[0] >= above[0]:
-        return
-    before = float(position[above[0]] - position[half[0]])
-    flat = float(position[-1] - position[above[0]])
-    allowed = before * band / (top - low - band)
-    spacing = float(np.ptp(position)) / position.size
-    if flat > _LONGER * allowed + 3 * spacing and above.size >= 8:
-        raise CurveError(
-            f"{curve.name}: over the last {above.size} points the force stays at {top:.4g} N above its baseline while the tip "
-            "goes on: the detector is saturated. Cut the curve below it (force_to=...), or measure again with a smaller setpoint."
+    begin = int(np.argmax(force >= low))
+    size = force.size - begin
+    if size < 2 * _SHORTEST:
+        return []
+    found = []
+    for end in np.unique(np.geomspace(_SHORTEST, size - _SHORTEST, _ENDS).astype(int)).tolist():
+        onset = force.size - end
+        (before, doubt), (after, error) = (
+            _steepness(position[part], force[part], noise) for part in (slice(begin, onset), slice(onset, None))
         )
+        margin = CLEAR * np.hypot(doubt / _FLATTER, error)
+        if before > CLEAR * doubt and before / _FLATTER - after > (margin if sure else -margin):
+            found.append(end)
+    return found
+
+
+def saturated(curve: Curve, force: Array, end: int) -> CurveError:
+    """The error of a saturated detector, whose force stays over the last `end` readings."""
+    return CurveError(
+        f"{curve.name}: over the last {end} points the force stays at {float(np.median(force[-end:])):.4g} N above its baseline "
+        "while the tip goes on: the detector is saturated. Cut the curve below it (force_to=...), or measure again with a "
+        "smaller setpoint."
+    )
+
+
+def _steepness(position: Array, force: Array, noise: float) -> tuple[float, float]:
+    """Slope of a straight line through readings, and its standard error [N/m]."""
+    along = position - position.mean()
+    square = float(along @ along)
+    if square <= 0:
+        return 0.0, np.inf
+    return float(along @ force) / square, noise / np.sqrt(square)
 
 
 def adhesion_dip(

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch.fit.report.estimate import Estimate
+from flatpunch._support.checks import Array
+from flatpunch.fit.report.estimate import Estimate, half_width
 from flatpunch.fit.report.likelihood import ends_of
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ _NEAR = 12.0
 """Distance of a limit, in the internal parameter, below which it is the user's."""
 
 
-def by_profile(result: FitResult | JointResult, coarse: Any = None) -> dict[str, Estimate]:
+def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Array | None = None) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
 
     Parameters
@@ -36,6 +37,8 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None) -> dict[str,
         With intervals by the covariance.
     coarse : Objective, optional
         The same problem on block means, for speed.
+    shared : ndarray, shape (p, p), optional
+        Covariance from errors that all readings share, such as that of the calibration; the profile does not know of it.
     """
     estimates = dict(result.estimates)
     if result.settings.loss != "linear":
@@ -57,6 +60,11 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None) -> dict[str,
             for limit, end in zip(result.bounds, (low, high), strict=True)
         ]
         ends = [cut_ if is_open else end for cut_, is_open, end in zip(cuts, open_ends, (low, high), strict=True)]
+        if shared is not None and shared[j, j] > 0:
+            reach = half_width(result.settings.level, max(result.minimum.residual.size - len(result.names), 1))
+            more = reach * float(np.sqrt(shared[j, j]))
+            x = float(result.minimum.x[j])
+            ends = [x + side * float(np.hypot(end - x, more)) for side, end in zip((-1, 1), ends, strict=True)]
         values = result.external(j, np.array(ends))
         by = "nothing" if all(open_ends) else "profile"
         estimates[name] = replace(estimates[name], low=float(values[0]), high=float(values[1]), by=by)

@@ -1,7 +1,7 @@
 """Forward model of a viscoelastic fit: force over time for a measured history of the depth.
 
 The elastic curve comes from the tables of `ForwardModel`, the memory from `flatpunch.contact.viscoelastic`, for any history;
-`setup` takes curves that rise once and fall once: approach, hold and retract. Behind a cantilever of stiffness k the position p
+`setup` takes curves of one or more cycles of approach, hold and retract. Behind a cantilever of stiffness k the position p
 of the piezo is known, and the depth follows from the force itself,
 
     d(t) = p(t) - F[d](t)/k,
@@ -84,7 +84,7 @@ class HistoryModel(SampleParameters):
         return force_of_depth(time, depth, self.relaxation(theta), elastic).force
 
     def behind(
-        self, time: Array, piezo: Array, spring: float, theta: Array, guess: Array | None
+        self, time: Array, piezo: Array, spring: float, theta: Array, guess: Array | None, *, once: bool = True
     ) -> tuple[Array, Array]:
         """Depth and force behind a cantilever, for positions of its base over the contact point.
 
@@ -98,6 +98,8 @@ class HistoryModel(SampleParameters):
             Internal parameters.
         guess : ndarray, shape (n,), optional
             Depths to start from.
+        once : bool
+            Whether the tip rises once and falls once; what of a trial does not is then levelled.
         """
         depth = piezo.copy() if guess is None else guess
         law, elastic = self.relaxation(theta), _Elastic(self.elastic, self._elastic_theta(theta))
@@ -107,7 +109,7 @@ class HistoryModel(SampleParameters):
         moves: list[Array] = []
         ends: list[Array] = []
         for _ in range(_TURNS):
-            depth = unimodal(depth)
+            depth = unimodal(depth) if once else depth
             force = self.history(time, depth, theta)
             miss = piezo - force / spring - depth
             if np.abs(miss).max() < _SETTLED * width:

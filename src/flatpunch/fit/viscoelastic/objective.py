@@ -24,7 +24,7 @@ class HistoryObjective(Unknowns):
     """Least-squares problem in x, see `Unknowns`.
 
     `depth` holds tip positions; with a `spring` it holds the positions of the cantilever's base instead, and the tip's are part
-    of the answer. Positions rise once and fall once. `counts` are the readings behind each entry.
+    of the answer. `once` says that positions rise once and fall once. `counts` are the readings behind each entry.
     """
 
     model: HistoryModel
@@ -33,6 +33,7 @@ class HistoryObjective(Unknowns):
     force: Array
     counts: Array
     spring: float | None = None
+    once: bool = True
     weight: Array | None = None
     speed: Array | None = None
     _before: dict[str, Array] = field(default_factory=dict, repr=False)
@@ -61,7 +62,9 @@ class HistoryObjective(Unknowns):
             return np.asarray(straight + self.model.history(self.time, self.depth - rest["contact"], theta))
         # tilt and drag are read by the detector and move no tip, see `flatpunch.fit.least_squares.objective`
         piezo = self.depth - rest["contact"] - rest["baseline"] / self.spring
-        depth, force = self.model.behind(self.time, piezo, self.spring, theta, self._before.get("depth"))
+        depth, force = self.model.behind(
+            self.time, piezo, self.spring, theta, self._before.get("depth"), once=self.once
+        )
         self._before["depth"] = depth
         return np.asarray(straight + force)
 

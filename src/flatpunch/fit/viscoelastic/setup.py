@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.elastic.setup import Approach, over_line
 from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
 from flatpunch.fit.measured.signal import CLEAR, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
@@ -19,8 +19,6 @@ from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.objective import HistoryObjective
 
 _BINS, _SCANNED = 500, 120
-_CYCLES = 0.05
-"""Share of the depth range by which the tip may go down again before it counts as a second cycle."""
 _CONTACTS = 24
 _AROUND = 0.5
 """Contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve."""
@@ -35,27 +33,33 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     _check_times(curve, settings)
     curve, notes = forwards(curve)
     turned = -1.0 if notes else 1.0
-    contact, sign = _elastic_contact(curve, model, limits, settings, turned)
+    at = turns(curve.position)
+    # the first cycle, or all of a curve that has one
+    first = curve.taken(slice(0, at[1])) if len(at) > 1 else curve
+    contact, sign = _elastic_contact(first, model, limits, settings, turned)
     if sign < 0:
-        curve = curve.turned(force=-1.0)
+        curve, first = curve.turned(force=-1.0), first.turned(force=-1.0)
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    part, more = _checked(curve, settings, contact)
+    part, more = _checked(curve, settings, contact, approach_end(first) - 1)
     speed = speed_of(part, settings)
     if speed is not None:
         part.meta["speed"] = speed
-    position = _levelled(part, part.position)
+    at = turns(part.position)
+    if len(at) > 1:
+        more += (f"{(len(at) + 1) // 2} loading cycles are fitted together.",)
+    position = levelled(part.position, at)
     objective = _binned(part, position, model, settings, _BINS, speed)
     enough(part, objective)
-    end = float(part.depth[: approach_end(part)].max())
+    end = float(part.depth[: at[0] + 1].max())
     reach = _AROUND * (end - contact)
     between = (contact - reach, min(contact + reach, end))
-    first = float(part.depth.min())
+    outermost = float(part.depth.min())
     asked = (
         settings.contact_limits
         if turned > 0
         else tuple(None if v is None else -v for v in settings.contact_limits[::-1])
     )
-    ends = (first if asked[0] is None else asked[0], end if asked[1] is None else asked[1])
+    ends = (outermost if asked[0] is None else asked[0], end if asked[1] is None else asked[1])
     between = (max(between[0], ends[0]), min(between[1], ends[1]))
     lower, upper = with_nuisance(objective, limits, ends)
     coarse = _binned(part, position, model, settings, _SCANNED, speed)
@@ -97,9 +101,9 @@ def _elastic_contact(
     return scan.contact(problem.objective()), sign
 
 
-def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, tuple[str, ...]]:
-    """A rise, no saturation, no adhesion; judged over the background before the contact."""
-    n, top = curve.force.size, approach_end(curve) - 1
+def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tuple[Curve, tuple[str, ...]]:
+    """A rise, no saturation, no adhesion; judged over the background before the contact. The approach ends at `top`."""
+    n = curve.force.size
     first = float(curve.depth.min())
     before = (np.arange(n) <= top) & (curve.depth < first + _SAFE * (contact - first))
     if before.sum() >= _FEW:
@@ -115,8 +119,7 @@ def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, t
             "further out, or give baseline = 'none' and the contact point."
         )
     noise = noise_of(force[before], converter_step(curve.force))
-    window = max(n // 200, 1)
-    smooth = np.convolve(np.pad(force, window // 2, "edge"), np.full(window, 1 / window), "valid")[:n]
+    smooth = smoothed(force)
     rise = float(smooth[: top + 1].max())
     check_rise(curve, rise, noise)
     up = np.arange(top + 1)
@@ -126,7 +129,7 @@ def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, t
     if not below.size or settings.adhesion == "ignore":
         return curve, ()
     if settings.adhesion == "refuse":
-        begin = leaves(curve)
+        begin = leaves(curve.taken(slice(0, top + 1 + int(below[0]))))
         if begin <= top + 1:
             raise CurveError(
                 f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is held, and "
@@ -143,25 +146,6 @@ def _checked(curve: Curve, settings: Settings, contact: float) -> tuple[Curve, t
     return curve.taken(slice(0, back)), (note,)
 
 
-def _levelled(curve: Curve, position: Array) -> Array:
-    """Positions that rise once and fall once, with the least squares to the measured ones."""
-    window = max(position.size // 200, 1)
-    smooth = np.convolve(np.pad(position, window // 2, "edge"), np.full(window, 1 / window), "valid")[: position.size]
-    top = int(np.argmax(smooth))
-    up = isotonic_regression(position[: top + 1]).x
-    down = isotonic_regression(position[top:], increasing=False).x
-    result = np.concatenate([up, down[1:]])
-    # both sides end at the same position
-    result[top] = max(up[-1], down[0])
-    off = float(np.abs(result - smooth).max())
-    if off > _CYCLES * float(np.ptp(position)):
-        raise CurveError(
-            f"{curve.name}: the tip goes down more than once (by {off:.3g} m against a single rise and fall). Cut the curve to "
-            "its first cycle; one approach, a hold if there is one, and one retract are fitted."
-        )
-    return np.asarray(result)
-
-
 def _binned(
     part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int, speed: Array | None = None
 ) -> HistoryObjective:
@@ -170,9 +154,12 @@ def _binned(
     time, n = part.time, part.time.size
     steps = np.diff(time, prepend=time[0])
     usual = float(np.median(steps[1:]))
-    top = int(np.argmax(position))
     path = np.abs(np.diff(position, prepend=position[0])).cumsum()
-    since = np.log1p(np.clip(time - time[top], 0, None) / usual)
+    starts = time[[*turns(position)[::2]]]
+    lasting = np.diff(starts, append=time[-1])
+    since = np.sum(
+        [np.log1p(np.clip(time - t, 0, most) / usual) for t, most in zip(starts, lasting, strict=True)], axis=0
+    )
     along = np.sum([c / max(float(c[-1]), 1e-300) for c in (time - time[0], path, since)], axis=0)
     index = np.minimum((along / 3 * count).astype(int), count - 1) if n > count else np.arange(n)
     # readings at the same time are one
@@ -191,6 +178,7 @@ def _binned(
         held=settings.held,
         frame=frame_of(part.depth, part.force, part.position, speed),
         spring=part.spring_constant,
+        once=len(turns(position)) == 1,
         speed=None if speed is None else np.bincount(index, speed) / size,
     )
 
@@ -209,7 +197,7 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
     loose = coarse
     if coarse.spring is not None:
         loose = replace(coarse, depth=coarse.depth - coarse.force / coarse.spring, spring=None)
-        loose = replace(loose, depth=_single(loose.depth))
+        loose = replace(loose, depth=levelled(loose.depth, turns(loose.depth)))
 
     linear = [n for n in names if n in ("baseline", "tilt", "drag")]
     root = np.sqrt(loose.counts)
@@ -249,13 +237,6 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
         if turn == 0:
             x = best([x, *_laws(coarse, x)])
     return np.clip(x, lower, upper)
-
-
-def _single(depth: Array) -> Array:
-    """Depths that rise once and fall once."""
-    top = int(np.argmax(depth))
-    up, down = isotonic_regression(depth[: top + 1]).x, isotonic_regression(depth[top:], increasing=False).x
-    return np.concatenate([up, down[1:]])
 
 
 def _laws(objective: HistoryObjective, x: Array) -> list[Array]:

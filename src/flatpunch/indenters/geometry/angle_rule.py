@@ -1,8 +1,8 @@
 """Quadrature over the polar angle, and the angular harmonics of functions sampled on it.
 
 Smooth outlines take equally spaced angles (exponential convergence), outlines with edges Gauss panels from
-edge to edge. The number of angles grows until the angular means of f and of its logarithm stand still, so
-that means are at rounding.
+edge to edge. The number of angles grows until the angular means of f and of its logarithm no longer
+change, to rounding.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
 
 
 def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
-    """Radii at which the means must stand still, and how still."""
+    """Radii at which the means must have converged, and the tolerance."""
     tolerance = max(_STILL, getattr(indenter, "angular_tolerance", None) or 0.0)
     if indenter.exponent is not None:
         return np.array([1.0]), tolerance

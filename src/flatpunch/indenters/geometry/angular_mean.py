@@ -1,4 +1,4 @@
-"""Integrals of a non-round indenter over the polar angle, tabulated: many radii are asked for, and each takes hundreds of angles.
+"""Integrals of a non-round indenter over the polar angle, tabulated: many radii are needed, and each takes hundreds of angles.
 
 Panels, three to a decade and cut at the rings and scales of the shape, carry polynomials in s with
 r = r_0 + (r_1 - r_0) sin^2(pi s/2). In s such integrals are smooth even where they begin or end like the root of the distance

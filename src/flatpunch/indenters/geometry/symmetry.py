@@ -10,10 +10,11 @@ from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
+"""Angles at which heights are compared: a prime number of them, off the axes; half as many may miss a difference."""
 
 
 def sample_radii(indenter: Indenter, count: int) -> Array:
-    """Radii at which to look at an indenter of any size: up to its reach, or from atoms to metres if it has none."""
+    """Radii at which an indenter of any size is sampled: up to its reach, or from atoms to metres if it has none."""
     if np.isfinite(indenter.reach):
         return np.asarray(indenter.reach * np.geomspace(1e-6, 0.999, count))
     return np.geomspace(1e-10, 1e3, 2 * count)
@@ -29,7 +30,7 @@ def rotational_symmetry(indenter: Indenter) -> int:
 
 
 def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
-    """Those of the polar angles phi, shape (n,), that symmetry does not carry into each other, and which stands for each."""
+    """Those of the polar angles phi, shape (n,), that symmetry does not map onto each other, and the index of each."""
     start, period = next(iter(indenter.corners), 0.0), 2 * np.pi / rotational_symmetry(indenter)
     turn = np.mod(phi - start, period)
     if mirrored_about(indenter, start):

@@ -96,7 +96,7 @@ def fitted(
     """Spline of the square about the apex, the apex between the points, and the height there."""
     x, y = columns[at[1]], rows[at[0]]
     i, j = _window(columns, x, radius), _window(rows, y, radius)
-    # heights from the lowest point on: nothing is lost to rounding at the apex
+    # heights above the lowest point: nothing is lost to rounding at the apex
     spline = scipy.interpolate.RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
     point = np.array([x, y])
     step = max(float(np.diff(columns).max()), float(np.diff(rows).max()))
@@ -123,5 +123,5 @@ def fitted(
 
 def _window(axis: Array, centre: float, radius: float) -> Indices:
     inside = np.flatnonzero(np.abs(axis - centre) <= radius)
-    # four points more on each side, so that the spline does not feel the cut
+    # four points more on each side, so that the cut does not affect the spline
     return np.arange(max(inside[0] - 4, 0), min(inside[-1] + 5, axis.size))

@@ -32,7 +32,7 @@ _WIDTH = 0.25
 
 
 _ROOT = 2
-"""Cells at the beginning of a window that feel the fixed cells beside it and do not count; twice as many cost short lobes."""
+"""Cells at the beginning of a window that do not count, as the fixed cells disturb them; twice as many lose short lobes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def _lobes(kernel: Kernel, indenter: Indenter, solution: bem.Solution) -> list[_
     operator = build_operator(kernel, solution.grid, solving=False)
     solved: dict[float, _Lobe | None] = {}
     found = []
-    for angle, wedge, _ in edges:
+    for angle, wedge in edges:
         place = place_of(indenter, angle)
         if place not in solved:
             solved[place] = _lobe(kernel, indenter, solution, operator, angle, wedge, mean)

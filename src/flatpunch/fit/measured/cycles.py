@@ -1,0 +1,84 @@
+"""Loading cycles of a record: where the tip turns, its positions without their noise, and where loads are taken back."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+from scipy.signal import find_peaks
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.measured.segments import wander
+from flatpunch.fit.measured.signal import CLEAR
+
+_TURN = 0.05
+"""Share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift."""
+_TAKEN_BACK = 0.1
+"""Share of a load by which the force must fall, or rise again, to count as unloading, or as another cycle."""
+
+
+def smoothed(values: Array) -> Array:
+    """Moving average over half a per cent of the points."""
+    window = max(values.size // 200, 1)
+    return np.convolve(np.pad(values, window // 2, "edge"), np.full(window, 1 / window), "valid")[: values.size]
+
+
+def turns(position: Array) -> list[int]:
+    """Points at which positions turn: deepest, furthest out, deepest, ..., an odd number of them.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n,)
+        Growing into the sample; the history begins and ends outside its deepest points.
+    """
+    smooth = smoothed(position)
+    # a history may begin or end at a deepest point
+    padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
+    deepest = (find_peaks(padded, prominence=_TURN * float(np.ptp(smooth)))[0] - 1).tolist()
+    found: list[int] = deepest[:1]
+    for before, after in pairwise(deepest):
+        found += [before + int(np.argmin(smooth[before:after])), after]
+    return found
+
+
+def levelled(values: Array, at: list[int]) -> Array:
+    """Least squares to values that rise to the first turn, fall to the second, and so on."""
+    result = np.empty(values.size)
+    ends = [0, *at, values.size - 1]
+    for i, (begin, end) in enumerate(pairwise(ends)):
+        piece = isotonic_regression(values[begin : end + 1], increasing=i % 2 == 0).x
+        if i:
+            # both sides end at the same value, the more extreme one
+            piece[0] = (max if i % 2 else min)(piece[0], result[begin])
+        result[begin : end + 1] = piece
+    return result
+
+
+def load_cycles(force: Array) -> list[tuple[int, int, int]]:
+    """Loading and unloading, again and again, to loads of any size: beginning, largest force and end of each cycle.
+
+    A cycle ends where the force has fallen by a tenth of its largest value and by more than its noise, and rises again by as
+    much or is over.
+
+    Parameters
+    ----------
+    force : ndarray, shape (n,)
+        [N], zero or more.
+    """
+    smooth, least = smoothed(force), CLEAR * wander(force)
+    found: list[tuple[int, int, int]] = []
+    begin = peak = valley = 0
+    falling = False
+    for i, value in enumerate(smooth.tolist()):
+        step = max(_TAKEN_BACK * smooth[peak], least)
+        if not falling and value > smooth[peak]:
+            peak = i
+        elif not falling and smooth[peak] - value > step:
+            falling, valley = True, i
+        elif falling and value < smooth[valley]:
+            valley = i
+        elif falling and value - smooth[valley] > step:
+            found.append((begin, peak, valley))
+            begin, peak, falling = valley, i, False
+    return [*found, (begin, peak, valley)] if falling else found
