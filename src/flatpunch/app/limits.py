@@ -55,8 +55,8 @@ class Limits:
         Time that a request waits for its job before it returns the job's key [s].
     forgotten : float
         Time after which a job is stopped that nobody has asked about, because its window was closed [s].
-    quiet : float
-        Time without a job after which a worker process loads what the other tabs need [s].
+    start : float
+        Longest wait for the first worker process before the page is shown [s].
     """
 
     upload: int = 50_000_000
@@ -68,7 +68,7 @@ class Limits:
     silent: float = 60.0
     soon: float = 0.25
     forgotten: float = 60.0
-    quiet: float = 1.0
+    start: float = 20.0
 
 
 DRAWN, LIMITS = Drawn(), Limits()

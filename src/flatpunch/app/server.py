@@ -177,7 +177,8 @@ def serve(
     page = Page()
     with AppServer(page, host, port) as server:
         try:
-            page.workers.warm()
+            # the page is shown when the first answer takes milliseconds
+            page.workers.submit("press:warm_up").wait(LIMITS.start)
             ready(server)
             server.serve_forever(poll_interval=0.2)
         finally:

@@ -23,11 +23,8 @@ from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.processes import fresh, no_main
 from flatpunch.parallel.threads import one_thread
 
-_FIRST, _LATER = (
-    ("flatpunch.app.press",),
-    tuple(f"flatpunch.app.{name}" for name in ("compare", "coating", "correct", "fit")),
-)
-"""What workers load before their first job, and once they have nothing to do."""
+_JOBS = ("compare", "coating", "correct", "fit")
+"""Modules that workers load before their first job, besides `press`, which warms up the rest."""
 
 
 @dataclass
@@ -253,8 +250,9 @@ def _work(pipe: Connection) -> None:
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening
 
-    for name in _FIRST:
-        import_module(name).warm_up()
+    import_module("flatpunch.app.press").warm_up()
+    for name in _JOBS:
+        import_module(f"flatpunch.app.{name}")
     last = [0.0]
 
     def report(done: int, total: int) -> None:
@@ -263,11 +261,8 @@ def _work(pipe: Connection) -> None:
             last[0] = time.monotonic()
             pipe.send(("progress", (done, total)))
 
-    later = list(_LATER)
     while True:
         try:
-            while later and not pipe.poll(LIMITS.quiet):
-                import_module(later.pop())
             function, arguments = pipe.recv()
         except (EOFError, OSError):
             return
