@@ -83,10 +83,10 @@ wheel: $(VENV)/.installed-dev  ## Build the wheel and run its demo in an environ
 	$(UV) pip install --quiet --python $(OTHER)/wheel $(OTHER)/wheel-file/*.whl
 	cd $(OTHER)/wheel && bin/flatpunch demo --output demo-results > demo.txt && tail -3 demo.txt
 
-tutorial: $(VENV)/.installed-dev  ## Follow the tutorial literally, in an environment made as it says
+tutorial: $(VENV)/.installed-dev  ## Follow README, tutorial and pages literally, in an environment made as the tutorial says
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/tutorial
 	$(UV) pip install --quiet --python $(OTHER)/tutorial '.[fit]'
-	$(OTHER)/tutorial/bin/python scripts/follow_page.py docs/tutorial.md
+	$(OTHER)/tutorial/bin/python scripts/follow_page.py README.md docs/tutorial.md docs/fitting.md docs/stresses.md
 
 integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography, in an environment of their own
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/integrations
@@ -94,7 +94,7 @@ integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography,
 	$(OTHER)/integrations/bin/python -m pytest -q -n 0 tests/fit/test_nanite_model.py tests/indenters/test_height_maps.py
 
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
-	$(BIN)/python docs/examples/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
+	$(BIN)/python docs/examples/papers/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 
 screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium

@@ -4,6 +4,8 @@ Cold: the medium has never been seen. Solutions are kept by the medium they belo
 differs in the tenth digit. Warm: the same call again. The minimum over the rounds counts: other processes only add to it.
 """
 
+import subprocess
+import sys
 from itertools import count
 
 import numpy as np
@@ -128,3 +130,40 @@ def test_round_curve_as_wide_as_the_stack(benchmark, layers, target):
     depths = np.linspace(1e-3, 0.2, 1000) * layers * 1e-6
     benchmark.pedantic(fp.indent, setup=lambda: ((many_layers(layers), fp.Cone(0.2)), {"depth": depths}), rounds=3)
     report(benchmark, target)
+
+
+@pytest.mark.parametrize("order", ["second-order", "fourth-order"])
+@pytest.mark.parametrize(("layers", "target"), [(1, 0.2), (10, 0.25), (30, 0.4), (100, 1.0)])
+def test_pyramid_curve_as_wide_as_the_stack(benchmark, layers, target, order):
+    depths = np.linspace(1e-3, 0.2, 1000) * layers * 1e-6
+    pyramid = fp.Pyramid(sides=4, inclination=0.2)
+    benchmark.pedantic(
+        fp.indent, setup=lambda: ((many_layers(layers), pyramid), {"depth": depths, "method": order}), rounds=2
+    )
+    report(benchmark, target)
+
+
+@pytest.mark.parametrize(("layers", "target"), [(400, 0.3), (2000, 2.0)])
+def test_sphere_on_layers_of_five_nanometres(benchmark, layers, target):
+    def setup():
+        thickness = 5e-9 * (1 + 1e-10 * next(NUMBER))
+        stack = [fp.Layer(young=(450e9, 360e9)[i % 2], poisson=0.25, thickness=thickness) for i in range(layers)]
+        return (fp.Medium(stack, base=fp.HalfSpace(young=210e9, poisson=0.3)), fp.Sphere(10e-6)), {"force": 50e-3}
+
+    benchmark.pedantic(fp.indent, setup=setup, rounds=2)
+    report(benchmark, target)
+
+
+@pytest.mark.parametrize("call", ["fp.flat_punch(body, 10e-6)", "fp.indent(body, fp.Cone(0.2), radius=radii)"])
+def test_memory_of_2000_layers(call):
+    """Less than 500 MB for the whole process, by its own account."""
+    script = f"""
+import resource, numpy as np, flatpunch as fp
+layers = [fp.Layer(young=(450e9, 360e9)[i % 2], poisson=0.25, thickness=5e-9) for i in range(2000)]
+body, radii = fp.Medium(layers, base=fp.HalfSpace(young=210e9, poisson=0.3)), np.linspace(1e-7, 1e-5, 1000)
+{call}
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    # Linux counts in kB, macOS in bytes
+    assert int(found.stdout) / (1e3 if sys.platform.startswith("linux") else 1e6) < 500

@@ -5,10 +5,18 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+from docutils.statemachine import StringList
+from numpydoc.docscrape import FunctionDoc
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
+from sphinx.util.docutils import SphinxDirective
 
 # small matrices: a second thread costs more than it brings
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -47,6 +55,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "gallery_dirs": "gallery",
     "filename_pattern": "plot_",
+    "thumbnail_size": (600, 420),
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
@@ -73,8 +82,28 @@ html_theme_options = {
 }
 html_sidebars: dict[str, list[str]] = {name: [] for name in ("index", "tutorial", "developer", "changelog", "cite")}
 html_show_sourcelink = False
+toc_object_entries_show_parents = "hide"
 math_eqref_format = "({number})"
 mathjax3_config = {"chtml": {"scale": 0.9}}
+
+
+class SettingsTable(SphinxDirective):
+    """`settings` with the name of a class: its fields with default and meaning, from the class itself."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Rows from the fields of the dataclass and the parameters of its docstring."""
+        part, _, name = self.arguments[0].rpartition(".")
+        described = getattr(import_module(part), name)
+        defaults = {one.name: one.default for one in fields(described)}
+        rows = ["| setting | default | meaning |", "|---|---|---|"]
+        for setting in FunctionDoc(described)["Parameters"]:
+            meaning = " ".join(setting.desc)
+            rows += [f"| `{word}` | `{defaults[word]!r}` | {meaning} |" for word in setting.name.split(", ")]
+        box = nodes.container()
+        self.state.nested_parse(StringList(rows, source=self.arguments[0]), 0, box)
+        return box.children
 
 
 class TheoryMath(MathDomain):
@@ -90,6 +119,20 @@ class TheoryMath(MathDomain):
         return labelid if labelid in self.equations else None
 
 
+def crop_thumbnails(app: Sphinx) -> None:
+    """Show the first panel of wide pictures in the gallery; the whole would be too small to show anything."""
+    size = width, height = sphinx_gallery_conf["thumbnail_size"]
+    for thumbnail in Path(app.srcdir, "gallery").glob("*/images/thumb/sphx_glr_*_thumb.png"):
+        with Image.open(thumbnail.parents[1] / thumbnail.name.replace("_thumb", "_001")) as image:
+            if image.width > 1.7 * image.height:
+                # panels are about a tenth wider than high
+                panel = image.convert("RGB").crop((0, 0, round(1.1 * image.height), image.height))
+                panel = panel.resize((round(1.1 * height), height))
+                card = Image.new("RGB", size, "white")
+                card.paste(panel, ((width - panel.width) // 2, 0))
+                card.save(thumbnail)
+
+
 def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
     """Turn each mention of an equation, (T3.2), into a link."""
     if not docname.startswith("generated/"):
@@ -98,7 +141,9 @@ def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
 
 def setup(app: Sphinx) -> None:
     """Equations and their numbers."""
+    app.add_directive("settings", SettingsTable)
     app.connect("source-read", link_equations)
+    app.connect("builder-inited", crop_thumbnails, priority=900)  # after the gallery is made
     app.add_domain(TheoryMath, override=True)
     # matplotlib cannot show figures here, and need not
     warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")

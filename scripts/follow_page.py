@@ -35,7 +35,7 @@ def follow(page: Path) -> int:
             continue
         for line in block.splitlines():
             # the environment is made before, as the page says
-            if line.split("#")[0].strip() and not line.startswith(("make ", "python ", ".venv/")):
+            if line.split("#")[0].strip() and not line.startswith(("make ", "python ", ".venv/", "pip ")):
                 subprocess.run(line, shell=True, check=True, stdout=subprocess.DEVNULL)
     return len(blocks)
 

@@ -1,5 +1,10 @@
 """Objects show themselves in one line with sensible digits, as a table with units, and as HTML in notebooks."""
 
+import re
+from dataclasses import is_dataclass
+from importlib import import_module
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,6 +13,7 @@ from flatpunch._support.readable import source_of
 
 GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1.2e-6)], base=fp.HalfSpace(young=70e9, poisson=0.22))
 R = np.linspace(0, 1e-6, 50)
+API = Path(__file__).resolve().parents[1] / "docs" / "api.md"
 THINGS = [
     GEL,
     fp.TwoBodies(GEL, fp.RigidBase()),
@@ -23,6 +29,13 @@ THINGS = [
     fp.Strength(yield_stress=1e9),
     fp.Curve(depth=R, force=R),
     fp.pull_off(GEL, fp.Sphere(5e-6), work_of_adhesion=1e-4),
+    fp.flat_punch(GEL, 1e-6),
+    fp.compliance(GEL),
+    *fp.bem.solve(fp.compliance(fp.HalfSpace(1e6, 0.3)), fp.Paraboloid(1e-3), depths=1e-5, grid=64),
+    fp.atlas.table("bonded-layer"),
+    fp.atlas.table("bonded-layer").at(poisson=0.3),
+    fp.read_case(next(path for path in fp.files.shipped_cases() if path.stem == "afm_pyramid_on_gel")),
+    fp.Target("force", [1e-3], depth=[1e-7]),
 ]
 
 
@@ -36,6 +49,17 @@ def test_line_table_and_html(thing):
     assert html.count("<tr>") >= len(table.splitlines()) - 1
     # no more than six digits anywhere
     assert "0000000" not in line + table
+
+
+def test_every_public_class_of_data_shows_itself():
+    names = re.findall(r"^   ([\w.]+)$", API.read_text(encoding="utf-8"), re.MULTILINE)
+    parts = (
+        (import_module(f"flatpunch.{name.rpartition('.')[0]}".rstrip(".")), name.rpartition(".")[2]) for name in names
+    )
+    things = [getattr(part, name, None) for part, name in parts]
+    classes = [thing for thing in things if isinstance(thing, type) and is_dataclass(thing)]
+    assert len(classes) > 60
+    assert [each.__name__ for each in classes if not hasattr(each, "_repr_html_")] == []
 
 
 def test_media_are_tables_of_layers_with_units():

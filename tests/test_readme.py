@@ -71,7 +71,7 @@ def test_commands_exist(text):
                 assert option in shown.output, (words, option)
         for word in words:
             if word.startswith("examples/"):
-                assert (ROOT / word).is_file(), word
+                assert (ROOT / word).exists(), word
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -62,7 +62,20 @@ def hard_film() -> None:
     write("hard_film.csv", titles, [1e9 * depth, 1e3 * force, 1e-3 * stiffness])
 
 
+def gel_map() -> None:
+    """Nine places of one gel, whose modulus varies by a fifth and thickness is known; at the ninth the tip touched nothing."""
+    bead, rng = fp.Sphere(5e-6), np.random.default_rng(10)
+    (HERE / "gel_map").mkdir(exist_ok=True)
+    depth = np.linspace(-300e-9, 600e-9, 150)
+    for place, young in enumerate(2.6e3 * np.exp(0.2 * rng.normal(size=9)), start=1):
+        gel, force = fp.Medium([fp.Layer(young, 0.5, 2e-6)], base=GLASS), 60e-12 * rng.normal(size=depth.size)
+        if place < 9:
+            force[depth > 0] += fp.indent(gel, bead, depth=depth[depth > 0], angles=8)["force"].values
+        write(f"gel_map/place_{place}.csv", ["depth (nm)", "force (nN)"], [1e9 * depth + 100, 1e9 * force + 0.1])
+
+
 if __name__ == "__main__":
+    gel_map()
     sticky_gel()
     relaxing_cell()
     hard_film()

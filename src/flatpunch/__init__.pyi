@@ -33,6 +33,7 @@ from .fit import (
     fit_batch,
     fit_together,
     plot_fit,
+    plot_posterior,
     read_curve,
 )
 from .indenters import (
@@ -168,6 +169,7 @@ __all__ = [
     "plot_fit",
     "plot_medium",
     "plot_outline",
+    "plot_posterior",
     "plot_pressure",
     "plot_sensitivity",
     "plot_tip",

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.contact.curve import Control
+from flatpunch.design.problem import Problem
+from flatpunch.design.variables import variables
 
 FILM = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
 TIP = fp.Sphere(20e-6)
@@ -67,6 +70,18 @@ def test_what_the_bounds_make_impossible_is_said():
     assert found.values[0].at_bound == "low"
     assert any("is impossible" in note for note in found.notes)
     assert found.misfit > 0.1
+
+
+def test_values_are_kept_by_what_is_asked():
+    """Places that come and go, as in the search of reachable ranges: the value of one is not that of another."""
+    medium = fp.HalfSpace(1e9, 0.3)
+    problem = Problem(variables(medium, TIP, {"base.young": (5e8, 2e9)}), fp.FirstOrder())
+    u = problem.variables.internal(problem.variables.start)
+    depths = np.geomspace(1e-8, 1e-6, 20)
+    found = [problem.quantity(u, Control("depth", np.array([d])), "force")[0][0] for d in depths]
+    np.testing.assert_allclose(found, fp.indent(medium, TIP, depth=depths, angles=1)["force"], rtol=1e-12)
+    assert problem.evaluations == 20
+    assert problem.quantity(u, Control("depth", depths[:1]), "stiffness")[0][0] != found[0]
 
 
 def test_nodes_of_a_grading():
@@ -151,6 +166,10 @@ def test_progress_is_told():
         ({"vary": {"layers[0].young": (3e9, 9e9)}}, "starts outside its bounds"),
         ({"vary": {"layers[0].young": (9e9, 1e9)}}, "smaller one first"),
         ({"vary": {"layers[0].young": (-1e9, 9e9)}}, "must be > 0"),
+        (
+            {"vary": {"layers[0].poisson": (0.1, 0.9)}},
+            r"the bound 0\.9 of layers\[0\]\.poisson is impossible: Layer\.poisson",
+        ),
         ({"vary": {"indenter.slopes": (0.1, 1)}}, "goes with a RadialProfile"),
         ({"vary": {}}, "must name the numbers"),
         ({"objective": "weight"}, "must be a Target"),

@@ -66,6 +66,24 @@ def test_command(tmp_path):
     assert plot.stat().st_size > 1000
 
 
+def test_a_target_needs_no_control(tmp_path):
+    """The case is then solved at the loads or depths of the target; a largest load has none and asks for [control]."""
+    alone = CASE.replace('[control]\nforce = "2 mN"\n', "")
+    case = written(tmp_path, alone + WANTED)
+    read = read_case(case)
+    assert (read.control, read.values.tolist()) == ("force", [2e-3])
+    result = CliRunner().invoke(app, ["design", str(case)])
+    assert result.exit_code == 0, result.output
+    assert "3.64 GPa" in result.output
+    depths = 'quantity = "force"\nvalue = ["1 mN", "2 mN"]\ndepth = ["50 nm", "80 nm"]'
+    read = read_case(
+        written(tmp_path, alone + WANTED.replace('quantity = "stiffness"\nvalue = "50 kN/m"\nforce = "2 mN"', depths))
+    )
+    assert (read.control, read.values.tolist()) == ("depth", [5e-8, 8e-8])
+    with pytest.raises(ValueError, match=r"give either a table \[control\]"):
+        read_case(written(tmp_path, alone + LOAD))
+
+
 def test_limits_and_loads_are_read(tmp_path):
     limits = '[[design.limits]]\nquantity = "depth"\nmaximum = "60 nm"\nforce = "2 mN"\n'
     asked = read_case(written(tmp_path, CASE + WANTED + limits)).design

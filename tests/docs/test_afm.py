@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def example(name):
     """A script of the gallery as a module."""
-    path = ROOT / "docs" / "examples" / f"{name}.py"
+    path = ROOT / "docs" / "examples" / "papers" / f"{name}.py"
     spec = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -1,22 +1,59 @@
-"""The examples in the docstrings of public names run and print what they say."""
+"""Every public docstring has an example that runs and prints what it says, and names other things to see that exist."""
 
 import doctest
-from types import ModuleType
+import inspect
+import re
+from importlib import import_module
+from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 
 import flatpunch as fp
 
-NAMES = [name for name in fp.__all__ if not isinstance(getattr(fp, name), (ModuleType, str))]
-EXAMPLES = [name for name in NAMES if ">>>" in (getattr(fp, name).__doc__ or "")]
+ROOT = Path(__file__).resolve().parents[2]
+REFERENCE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+MAPPINGS = {"atlas.FAMILIES"}  # its help is that of any dictionary; `Family` and `families` have the examples
+NAMES = [name for name in re.findall(r"^   ([\w.]+)$", REFERENCE, re.MULTILINE) if name not in MAPPINGS]
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+def found(name):
+    """A public object by its name in the API reference: "indent", "fit.FitResult", the module "reference.layers"."""
+    if name.startswith("reference."):
+        return import_module(f"flatpunch.{name}")
+    part, _, rest = name.rpartition(".")
+    return getattr(import_module(f"flatpunch.{part}") if part else fp, rest)
+
+
+def section(name, title):
+    """Text of a section of a docstring, empty if there is none."""
+    text = inspect.getdoc(found(name)) or ""
+    match = re.search(rf"^{title}\n-+\n(.*?)(?=^\w[\w ]*\n--+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    return match[1] if match else ""
+
+
+def test_the_reference_names_its_objects():
+    assert len(NAMES) > 150
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_example(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    example = doctest.DocTestParser().get_doctest(getattr(fp, name).__doc__, {"fp": fp, "np": np}, name, None, 0)
-    said: list[str] = []
-    found = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=said.append)
-    assert found.attempted > 0
-    assert not found.failed, "".join(said)
+    mpl.use("agg")
+    text = section(name, "Examples")
+    assert ">>>" in text, f"{name} has no example"
+    example = doctest.DocTestParser().get_doctest(text, {"fp": fp, "np": np}, name, None, 0)
+    printed: list[str] = []
+    result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=printed.append)
+    assert not result.failed, "".join(printed)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_else_to_see(name):
+    """`See Also` names public objects: as `fp.name`, or with the part of the package in front."""
+    lines = [line for line in section(name, "See Also").splitlines() if line and not line.startswith(" ")]
+    assert lines, f"{name} has no See Also"
+    for other in (word for line in lines for word in line.partition(" : ")[0].split(", ")):
+        other = other.removeprefix("flatpunch.")
+        assert other in NAMES or other in MAPPINGS or other.rpartition(".")[0] in NAMES, (name, other)

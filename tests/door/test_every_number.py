@@ -222,7 +222,7 @@ def test_every_public_constructor_and_function_is_here():
         *("load", "save", "read_case", "read_curve"),
         # what functions return, and pictures of it
         *("CriticalLoad", "plot_fields", "plot_sensitivity", "Design", "plot_design"),
-        *("plot_curve", "plot_outline", "plot_pressure", "plot_fit"),
+        *("plot_curve", "plot_outline", "plot_pressure", "plot_fit", "plot_posterior"),
         # names and their values; test_together
         "Measured",
         # take case files and curves; their own tests

@@ -133,11 +133,6 @@ def test_adhesive_contact_on_cells(medium):
             ValueError,
             "adhesi",
         ),
-        (
-            lambda: fp.fields(fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3), fp.Sphere(1e-6), 0, 0, 0, depth=1e-7),
-            ValueError,
-            "power-law",
-        ),
     ],
 )
 def test_bad_input(make, error, words):

@@ -379,6 +379,13 @@ def test_a_hundred_thousand_points_take_a_second():
     assert time.process_time() - start < 3
 
 
+def test_contacts_far_wider_than_a_film_are_refused_at_once():
+    start = time.process_time()
+    with pytest.raises(ValueError, match="wavenumbers"):
+        fp.fields(FILM, fp.Paraboloid(1e4), 0, 0, [0, 1e-6], radius=0.1)
+    assert time.process_time() - start < 3  # 0.4 s on a free core
+
+
 def test_far_away_only_the_base_is_felt():
     """Hundreds of film thicknesses away the surface sinks as under a point force on the base."""
     r = np.array([1e-3, 1e-2])

@@ -154,3 +154,33 @@ def test_pictures():
         fp.plot_fields(found, quantity="colour")
     with pytest.raises(ValueError, match="strengths"):
         fp.plot_fields(found, quantity="utilisation")
+
+
+def test_strengths_of_two_bodies(tmp_path):
+    """[stress] of a case of two bodies: each has its strengths."""
+    body = """
+    base = { kind = "half-space", young = "210 GPa", poisson = 0.3 }
+    """
+    text = f"""
+    [upper]{body}
+    [lower]{body}
+    [indenter]
+    kind = "paraboloid"
+    radius = "50 um"
+    [control]
+    force = "10 mN"
+    [stress]
+    x = ["0 um"]
+    y = ["0 um"]
+    z = ["1 um"]
+    strengths = [{{ yield_stress = "2 GPa" }}]
+    upper_strengths = [{{ yield_stress = "1 GPa" }}]
+    """
+    path = tmp_path / "pair.toml"
+    path.write_text(text)
+    found = CliRunner().invoke(app, ["stress", str(path)])
+    assert found.exit_code == 0, found.output
+    assert "of the upper body" in " ".join(found.output.split())
+    case = read_case(path)
+    first = fp.critical_load(case.medium, case.indenter, **case.stress.critical(case.medium))
+    assert (first.body, first.kind) == ("upper", "yield")

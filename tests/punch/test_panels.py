@@ -20,6 +20,7 @@ def series_of(function):
         lambda low, high: 16,
         judge=tail,
         rough=lambda piece: piece.error > 1e-12 and piece.high - piece.low > 1e-6,
+        noise=1e-6,
     )
     return panels, samples
 

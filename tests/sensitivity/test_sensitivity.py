@@ -195,6 +195,70 @@ def test_first_order_of_the_mean_profile():
         assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted[0], abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("tip", "method"),
+    [(fp.Pyramid(4, 0.3), "second-order"), (fp.EllipticParaboloid(0.2, 0.5), "fourth-order")],
+    ids=["pyramid", "ellipse"],
+)
+def test_series_against_richardson(tip, method):
+    """1e-8 of the largest derivative against differences of order two extrapolated thrice, with steps of their own."""
+    found = fp.sensitivity(FILM, tip, depth=0.1, method=method)
+    wanted = []
+    for name, value in zip(found.parameter.values, found.value.values, strict=True):
+        steps = 0.03 * value / 2.0 ** np.arange(4)
+
+        def curve(v, name=name):
+            at = fp.indent(*with_values(FILM, tip, {name: v}), depth=0.1, method=method, angles=8)
+            return np.log([at[n].values[0] for n in ("force", "stiffness", "radius")])
+
+        rows = [(curve(value + h) - curve(value - h)) / (2 * h) * value for h in steps]
+        for order in (2, 4, 6):
+            rows = [(2**order * fine - rough) / (2**order - 1) for rough, fine in pairwise(rows)]
+        wanted.append(rows[0])
+    for name, column in zip(("force", "stiffness", "radius"), np.array(wanted).T, strict=True):
+        np.testing.assert_allclose(found[name].values, column, atol=1e-8 * np.abs(column).max(), err_msg=name)
+    moduli = [n for n in found.parameter.values if n.endswith("young")]
+    assert float(found.force.sel(parameter=moduli).sum()) == pytest.approx(1, abs=1e-10)
+    # at fixed force everything follows from what is known at fixed depth
+    depth = -found.force * found.contact_force / found.contact_stiffness / found.contact_depth
+    np.testing.assert_allclose(found.depth, depth, rtol=1e-12)
+    at = fp.indent(FILM, tip, force=1.001 * float(found.contact_force), method=method, angles=8)
+    same = fp.indent(
+        *with_values(
+            FILM, tip, {"layers[0].young": 1.001 * FILM.layers[0].young, "base.young": 1.001 * FILM.base.young}
+        ),
+        force=1.001 * float(found.contact_force),
+        method=method,
+        angles=8,
+    )
+    # moduli and force together: nothing but the stiffness changes
+    total = float(found.stiffness_at_force.sel(parameter=moduli).sum())
+    grown = float(np.log(at["stiffness"].values[0] / float(found.contact_stiffness)) / np.log(1.001))
+    assert total + grown == pytest.approx(
+        np.log(float(same["stiffness"].values[0] / found.contact_stiffness)) / np.log(1.001), abs=1e-3
+    )
+    assert any("curve, which expects its forces within" in line for line in found.attrs["notes"].splitlines())
+
+
+def test_series_of_incompressible_layers_and_depth_sensitivity():
+    """At a Poisson ratio of 1/2 the difference is taken backwards; the depth sensitivity is that of the mean profile."""
+    gel = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], fp.RigidBase())
+    tip = fp.Pyramid(4, 0.3)
+    found = fp.sensitivity(gel, tip, depth=[0.05, 0.1], method="second-order", z=[0.2, 0.5])
+    mean = fp.sensitivity(gel, tip, radius=found.contact_radius.values, method="first-order", z=[0.2, 0.5])
+    np.testing.assert_allclose(found.depth_sensitivity, mean.depth_sensitivity, rtol=1e-12)
+    # the first order is off by its own error of some per cent
+    np.testing.assert_allclose(found.force, mean.force, rtol=0.1, atol=0.02)
+
+
+def test_series_agree_with_boundary_elements():
+    """To the error of the series, 0.3 % of the force, and of the cells, 1e-4."""
+    tip = fp.Pyramid(4, 0.3)
+    series = fp.sensitivity(FILM, tip, depth=0.3, method="fourth-order")
+    cells = fp.sensitivity(FILM, tip, depth=0.3, method="bem")
+    np.testing.assert_allclose(series.force, cells.force, atol=4e-3)
+
+
 def test_fifty_layers_cost_less_than_two_evaluations():
     from flatpunch.contact.curve import Control
     from flatpunch.sensitivity.gradient import gradients
@@ -226,8 +290,8 @@ def test_bad_input(given, message):
 
 
 def test_what_has_no_derivatives_is_refused():
-    with pytest.raises(ValueError, match="no derivatives of its own"):
-        fp.sensitivity(FILM, fp.Pyramid(4, 0.3), depth=0.1, method="second-order")
+    with pytest.raises(ValueError, match="which differences would multiply"):
+        fp.sensitivity(FILM, fp.Pyramid(4, 0.3), depth=0.1, method="refined")
     with pytest.raises(ValueError, match="cannot control"):
         fp.sensitivity(FILM, fp.Pyramid(4, 0.3), radius=0.1)
     with pytest.raises(ValueError, match="power-law"):

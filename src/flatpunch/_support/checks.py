@@ -40,7 +40,19 @@ _SHOWN = 200
 
 
 class FlatpunchWarning(UserWarning):
-    """A result is returned, but with a limit of the method that the user should know about."""
+    """A result is returned, but with a limit of the method that the user should know about.
+
+    See Also
+    --------
+    indent : Its results carry the same text in `notes`.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", fp.FlatpunchWarning)  # limits of a method as errors
+    ...     curve = fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6), depth=1e-7)
+    """
 
 
 def shown(value: Any, most: int = _SHOWN) -> str:

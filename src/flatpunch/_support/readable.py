@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from html import escape
 from typing import Any, NamedTuple, TypeVar
 
@@ -148,6 +149,9 @@ def _short(value: Any) -> str:
         if isinstance(value, tuple):
             return f"({inside}{',' if len(value) == 1 else ''})"
         return f"[{inside}]"
+    if isinstance(value, Mapping):
+        listed = ", ".join(f"{key!r}: {_short(entry)}" for key, entry in value.items())
+        return f"{{{listed}}}" if len(value) <= _LISTED else f"<mapping of {len(value)} entries>"
     if callable(value) and not dataclasses.is_dataclass(value):
         return f"<function {getattr(value, '__qualname__', type(value).__name__)}>"
     return " ".join(repr(value).split())

@@ -73,6 +73,20 @@ def build(
     ------
     RuntimeError
         If media could not be solved (with the first reason), or the finest grid does not meet the tolerance.
+
+    See Also
+    --------
+    flatpunch.atlas.verify : Its error.
+    flatpunch.atlas.write_table : Keep it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from dataclasses import replace
+    >>> family = replace(atlas.FAMILIES["sliding-layer"], beta=(0.5, 1.0), tolerance=1e-6)
+    >>> table = atlas.build(family, workers=1)
+    >>> print(f"{float(table.at().normalized_stiffness(0.7)):.5f}")
+    1.76931
     """
     ways = Ways(None if store is None else Path(store), workers, scheduler, progress)
     grid: Grid = tuple(6 for _ in family.parameters)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import (
     ExponentialModulus,
@@ -30,6 +31,7 @@ BETA_RANGE = (1e-3, 1e2)
 _RATIO = "E1*/E2* of the plane-strain moduli of layer and base; Dundurs' alpha = (E1* - E2*)/(E1* + E2*)"
 
 
+@readable
 @dataclass(frozen=True)
 class Family:
     """Media that differ in a few numbers.
@@ -52,6 +54,22 @@ class Family:
         Whether the second-order responses to non-round outlines are part of the table.
     beta : tuple of float
         Range of a/l.
+
+    See Also
+    --------
+    flatpunch.atlas.Parameter : What its media differ in.
+    flatpunch.atlas.build : The table.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> def soft_on_stiffer(ratio):
+    ...     layer = fp.Layer(young=ratio, poisson=0.5, thickness=1.0)
+    ...     return fp.Medium([layer], base=fp.HalfSpace(young=1.0, poisson=0.5))
+    >>> ratio = atlas.Parameter("ratio", "E1/E2", 0.3, 3.0, "log")
+    >>> family = atlas.Family("gel-on-gel", "Two incompressible gels", (ratio,), soft_on_stiffer, beta=(0.5, 2.0))
+    >>> print(family.make(ratio=2.0).layers[0].young)
+    2.0
     """
 
     name: str
@@ -195,6 +213,18 @@ def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
 
     alpha = (E1* - E2*)/(E1* + E2*), beta = (1/2)(mu1 (1 - 2 nu2) - mu2 (1 - 2 nu1))/(mu1 (1 - nu2) + mu2 (1 - nu1)), with 1 the
     film (Dundurs 1969).
+
+    See Also
+    --------
+    flatpunch.atlas.tabulated : Coatings by these parameters.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> film = fp.Layer(young=200e9, poisson=0.2, thickness=1e-6)
+    >>> alpha, beta = atlas.dundurs(film, fp.HalfSpace(young=70e9, poisson=0.3))
+    >>> print(f"{alpha:.3f} {beta:.3f}")
+    0.461 0.108
     """
     mu1, mu2 = film.young / (2 * (1 + film.poisson)), base.young / (2 * (1 + base.poisson))
     below = mu1 * (1 - base.poisson) + mu2 * (1 - film.poisson)

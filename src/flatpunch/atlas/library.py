@@ -29,7 +29,19 @@ def folder() -> Path:
 
 
 def families() -> tuple[str, ...]:
-    """Names of the shipped tables."""
+    """Names of the shipped tables.
+
+    See Also
+    --------
+    flatpunch.atlas.table : One of them.
+    flatpunch.atlas.FAMILIES : How they are made.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> print(*atlas.families())
+    bonded-coating bonded-layer exponential-coating linear-coating sliding-coating sliding-layer
+    """
     return tuple(sorted(name for name in FAMILIES if (folder() / f"{name}.nc").is_file()))
 
 
@@ -50,6 +62,18 @@ def find_table(name: str | Path) -> Any:
     ------
     ValueError, OSError
         If there is no such table.
+
+    See Also
+    --------
+    flatpunch.atlas.families : The names.
+    flatpunch.atlas.tabulated : As a medium.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> layer = atlas.table("bonded-layer")
+    >>> print(layer.stiffness_and_moments(np.array([0.5, 1.0]), poisson=0.3)[0].round(4))
+    [1.624  2.4835]
     """
     if name == PowerLawTable.name:
         return PowerLawTable()
@@ -85,6 +109,19 @@ def tabulated(
     ------
     ValueError
         If no table holds this medium, or the one given belongs to another medium.
+
+    See Also
+    --------
+    flatpunch.atlas.table : The numbers.
+    flatpunch.flat_punch : Solved directly.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> curve = fp.indent(atlas.tabulated(gel), fp.Sphere(radius=5e-6), depth=100e-9)
+    >>> print(f"{float(curve.force[0]) * 1e9:.3f} nN")
+    1.040 nN
     """
     if outside not in ("solve", "refuse"):
         raise ValueError(f"outside = {outside!r} must be 'solve' or 'refuse'.")

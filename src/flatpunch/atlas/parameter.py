@@ -9,10 +9,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, numbers, real, values
+from flatpunch._support.readable import readable
 
 Scale = Literal["linear", "log", "upper"]
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A named parameter with a range.
@@ -32,6 +34,17 @@ class Parameter:
         Of the scale "upper": relative distance from the upper end below which nothing changes any more.
     unit : str
         "1" for what has none.
+
+    See Also
+    --------
+    flatpunch.atlas.Family : Takes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> ratio = atlas.Parameter("ratio", "E1/E2", 0.3, 3.0, "log")
+    >>> print(ratio.low, ratio.high)
+    0.3 3.0
     """
 
     name: str

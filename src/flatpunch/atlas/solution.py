@@ -10,6 +10,7 @@ import scipy
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices, positive, whole
+from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import check_beta
 from flatpunch.numerics.chebyshev import NODES, polynomials
 from flatpunch.punch.basis import power_edge, power_moments, regular_part
@@ -40,6 +41,7 @@ class Interval:
         return found
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Flat punches on one medium; made by `Table.at`.
@@ -54,12 +56,28 @@ class Solution:
         Series over ln beta.
     error : float
         Bound of the relative error of Kbar and the moments.
+
+    See Also
+    --------
+    flatpunch.atlas.Table.at : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> punch = atlas.table("bonded-layer").at(poisson=0.5)
+    >>> print(f"{float(punch.normalized_stiffness(1.0)):.5f}")
+    3.61874
     """
 
     family: str
     parameters: Mapping[str, float]
     intervals: tuple[Interval, ...]
     error: float
+
+    def _line_(self) -> str:
+        """Family and parameters; the series are thousands of numbers."""
+        chosen = "".join(f", {name}={value:.6g}" for name, value in self.parameters.items())
+        return f"Solution({self.family!r}{chosen}, error={self.error:.0e})"
 
     @property
     def beta_range(self) -> tuple[float, float]:

@@ -58,7 +58,18 @@ _TEXTS = {
 
 
 class AtlasFileError(ValueError):
-    """A file that is no table of the atlas, or of a later layout."""
+    """A file that is no table of the atlas, or of a later layout.
+
+    See Also
+    --------
+    flatpunch.atlas.read_table : Raises it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> print(issubclass(atlas.AtlasFileError, ValueError))
+    True
+    """
 
 
 def write_table(table: Table, path: str | Path) -> Path:
@@ -75,6 +86,17 @@ def write_table(table: Table, path: str | Path) -> Path:
     -------
     Path
         The file written.
+
+    See Also
+    --------
+    flatpunch.atlas.read_table : Reads it.
+    flatpunch.atlas.build : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> print(atlas.write_table(atlas.table("sliding-layer"), "my-layer.nc"))
+    my-layer.nc
     """
     path = Path(path)
     buffer = io.BytesIO()
@@ -160,6 +182,18 @@ def read_table(path: str | Path) -> Table:
     ------
     AtlasFileError, OSError
         If it is no such file.
+
+    See Also
+    --------
+    flatpunch.atlas.write_table : Writes it.
+    flatpunch.atlas.table : By name or file.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> path = atlas.write_table(atlas.table("sliding-layer"), "my-layer.nc")
+    >>> print(atlas.read_table(path).name)
+    sliding-layer
     """
     path = Path(path)
     if not path.exists():

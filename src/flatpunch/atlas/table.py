@@ -15,6 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices, positive
+from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter, check_beta
 from flatpunch.atlas.series import SparseSeries, evaluate
 from flatpunch.atlas.solution import Interval, Solution
@@ -24,6 +25,7 @@ _CHUNK = 16384
 """Points evaluated together: their Chebyshev polynomials stay in the cache of a core."""
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Panel:
     """All functions on one interval of beta: "flat", and with responses "stiffening", "edge_1" and "edge_2".
@@ -43,7 +45,12 @@ class Panel:
     series: Mapping[str, SparseSeries]
     orders: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
 
+    def _line_(self) -> str:
+        """The interval; the series are thousands of numbers."""
+        return f"Panel(low={self.low:.6g}, high={self.high:.6g})"
 
+
+@readable
 @dataclass(frozen=True, eq=False)
 class Table:
     """Flat-punch solutions of a family.
@@ -60,6 +67,18 @@ class Table:
         Largest relative error of Kbar, kappa_1 and kappa_2 against direct solutions at random points.
     attributes : mapping
         What else the file says: provenance, licence, conventions.
+
+    See Also
+    --------
+    flatpunch.atlas.table : A shipped one.
+    flatpunch.atlas.build : One of your own.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> layer = atlas.table("bonded-layer")
+    >>> print(layer.title, [p.name for p in layer.parameters])
+    Homogeneous layer bonded to a rigid base ['poisson']
     """
 
     name: str
@@ -69,6 +88,10 @@ class Table:
     bound: float
     attributes: Mapping[str, Any] = field(default_factory=dict)
     _kept: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def _line_(self) -> str:
+        """Name, parameters and error; the series are thousands of numbers."""
+        return f"Table({self.name!r}, {', '.join(p.name for p in self.parameters) or 'no'} parameter, error {self.bound:.0e})"
 
     @property
     def beta_range(self) -> tuple[float, float]:

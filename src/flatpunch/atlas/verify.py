@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, values
 from flatpunch._support.progress import Report
+from flatpunch._support.readable import readable
 from flatpunch.atlas.build import with_bound
 from flatpunch.atlas.family import Family
 from flatpunch.atlas.table import Table
@@ -25,6 +26,7 @@ POINTS = 2000
 QUANTITIES = ("Kbar", "kappa_1", "kappa_2", "edge")
 
 
+@readable
 @dataclass(frozen=True)
 class Verification:
     """Relative errors of a table at random points.
@@ -37,6 +39,17 @@ class Verification:
         Name -> values, shape (n,).
     errors : mapping
         "Kbar", "kappa_1", "kappa_2" and "edge" (the edge coefficient) -> relative errors, shape (n,).
+
+    See Also
+    --------
+    flatpunch.atlas.verify : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> found = atlas.verify(atlas.table("sliding-layer"), atlas.FAMILIES["sliding-layer"], points=4, workers=1)
+    >>> print(sorted(found.largest))
+    ['Kbar', 'edge', 'kappa_1', 'kappa_2']
     """
 
     beta: Array
@@ -87,6 +100,20 @@ def verify(
     Returns
     -------
     Verification
+
+    See Also
+    --------
+    flatpunch.atlas.verified : The table with this bound.
+    flatpunch.atlas.build : Makes the table.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from dataclasses import replace
+    >>> family = replace(atlas.FAMILIES["sliding-layer"], beta=(0.5, 1.0), tolerance=1e-6)
+    >>> found = atlas.verify(atlas.build(family, workers=1), family, points=4, workers=1)
+    >>> print(found.largest["Kbar"] < 1e-5)
+    True
     """
     rng = np.random.default_rng(seed)
     low, high = np.log(table.beta_range)
@@ -121,7 +148,23 @@ def verify(
 
 
 def verified(table: Table, verification: Verification) -> Table:
-    """Table that carries its measured bound."""
+    """Table that carries its measured bound.
+
+    See Also
+    --------
+    flatpunch.atlas.verify : Measures the bound.
+    flatpunch.atlas.write_table : Keep it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from dataclasses import replace
+    >>> family = replace(atlas.FAMILIES["sliding-layer"], beta=(0.5, 1.0), tolerance=1e-6)
+    >>> table = atlas.build(family, workers=1)
+    >>> table = atlas.verified(table, atlas.verify(table, family, points=4, workers=1))
+    >>> print(table.bound < 1e-5)
+    True
+    """
     return with_bound(table, verification.bound, verification.beta.size, verification.largest)
 
 

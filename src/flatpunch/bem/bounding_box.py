@@ -42,7 +42,22 @@ class Extent:
 
 
 class ContactTouchesEdge(ValueError):
-    """The contact does not fit on the grid; the message says how large the grid must be."""
+    """The contact does not fit on the grid; the message says how large the grid must be.
+
+    See Also
+    --------
+    flatpunch.bem.solve : Raises it.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> kernel = fp.compliance(fp.HalfSpace(young=1e6, poisson=0.3))
+    >>> try:
+    ...     bem.solve(kernel, fp.Paraboloid(radius=1e-3), depths=1e-5, grid=bem.Grid(nx=32, ny=32, spacing=1e-6))
+    ... except bem.ContactTouchesEdge:
+    ...     print("a larger grid is needed")
+    a larger grid is needed
+    """
 
 
 def bounding_box(grid: Grid, contact: Mask) -> Extent:

@@ -104,6 +104,19 @@ def solve(
     ------
     ContactTouchesEdge
         If the contact does not fit on the given grid.
+
+    See Also
+    --------
+    flatpunch.BoundaryElements : The same through `indent`.
+    flatpunch.bem.Solution : What it returns.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> kernel = fp.compliance(fp.HalfSpace(young=1e6, poisson=0.3))
+    >>> (contact,) = bem.solve(kernel, fp.Paraboloid(radius=1e-3), depths=1e-5, grid=64)
+    >>> print(f"{contact.force:.2e} N, Hertz {4 / 3 * 1e6 / 0.91 * 1e-3**0.5 * 1e-5**1.5:.2e} N")
+    1.47e-03 N, Hertz 1.47e-03 N
     """
     targets, by_depth = _targets(depths, forces)
     check_tolerance(tolerance, single)

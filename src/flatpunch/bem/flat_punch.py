@@ -63,6 +63,20 @@ def solve_punch(
     Solution
         With `stiffness` = force/depth. The pressure may be negative inside under films stiffer than their base. Cells at the
         edge carry a singular pressure, so the force converges like the first power of the spacing.
+
+    See Also
+    --------
+    flatpunch.flat_punch : The round punch, exact.
+    flatpunch.bem.solve : Indenters that are not flat.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> kernel = fp.compliance(fp.HalfSpace(young=1e6, poisson=0.3))
+    >>> grid = bem.Grid(nx=64, ny=64, spacing=1e-4 / 64)
+    >>> square = bem.solve_punch(kernel, np.ones((64, 64), dtype=bool), grid)
+    >>> print(f"{square.stiffness / (1e6 / 0.91 * 1e-4):.2f} E* times the side")
+    1.15 E* times the side
     """
     if face is None:
         positive("depth", depth, unit="m")

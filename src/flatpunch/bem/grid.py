@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import Array, non_negative, point, positive, whole
+from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
 
@@ -23,6 +24,7 @@ SMALLEST = 8
 """Fewest cells along an axis."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Grid:
     """Rectangle of equal square cells.
@@ -38,6 +40,18 @@ class Grid:
     mirrored : (bool, bool)
         Whether the arrays hold the cells at positive x (y) only, all else being mirror images. Such a grid is centred at zero
         along that axis, and nx (ny) counts the cells it holds.
+
+    See Also
+    --------
+    flatpunch.bem.solve : Takes it.
+    flatpunch.bem.required_bytes : The memory that it needs.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> grid = bem.Grid(nx=128, ny=64, spacing=10e-9)
+    >>> print(grid.x.shape, grid.y.shape)
+    (128,) (64,)
     """
 
     nx: int

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 
 EXCESS = 0.13
@@ -32,6 +33,7 @@ _SMOOTH = 1.5
 """Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Outline:
     """Contact outline a(phi) about the point of first touch.
@@ -54,6 +56,18 @@ class Outline:
         Estimated error of the contour [m]: its largest distance from the rim of the cells, along the normal.
     note : str
         Why there is no outline, or why it is only good to a cell; empty otherwise.
+
+    See Also
+    --------
+    flatpunch.bem.trace_outline : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> kernel = fp.compliance(fp.HalfSpace(young=1e6, poisson=0.3))
+    >>> (contact,) = bem.solve(kernel, fp.Paraboloid(radius=1e-3), depths=1e-5, grid=64)
+    >>> print(f"{contact.outline.radius * 1e6:.0f} um, Hertz {np.sqrt(1e-3 * 1e-5) * 1e6:.0f} um")
+    100 um, Hertz 100 um
     """
 
     phi: Array
@@ -64,6 +78,10 @@ class Outline:
     eccentricity: float
     error: float
     note: str = ""
+
+    def _line_(self) -> str:
+        """Sizes; the points are in `contour`."""
+        return f"Outline(radius={self.radius:.6g}, area={self.area:.6g}, {self.phi.size} angles)"
 
 
 def trace_outline(
@@ -85,6 +103,20 @@ def trace_outline(
         Thickness of the layer at the surface [m], where there is one.
     sharp : bool
         Whether the rim is an edge of the indenter, where pressure is singular; the outline then is that of the cells.
+
+    See Also
+    --------
+    flatpunch.bem.Outline : What it returns.
+    flatpunch.plot_outline : Outlines of a result.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> grid = bem.Grid(nx=64, ny=64, spacing=0.05)
+    >>> x, y = np.meshgrid(grid.x, grid.y)
+    >>> outline = bem.trace_outline(grid, np.sqrt(np.maximum(1 - x**2 - y**2, 0.0)))
+    >>> print(f"{outline.radius:.2f} {outline.area / np.pi:.2f}")
+    1.00 1.00
     """
     rays = enough_rays(angles)
     every = slice(None, None, rays // angles)

@@ -14,7 +14,18 @@ logger = logging.getLogger("flatpunch.bem")
 
 
 def required_bytes(grid: Grid, *, single: bool = False) -> int:
-    """Upper bound of the memory that a solve on `grid` takes [bytes]."""
+    """Upper bound of the memory that a solve on `grid` takes [bytes].
+
+    See Also
+    --------
+    flatpunch.bem.Grid : The cells.
+
+    Examples
+    --------
+    >>> from flatpunch import bem
+    >>> print(f"{bem.required_bytes(bem.Grid(nx=1024, ny=1024, spacing=1e-9)) / 1e6:.0f} MB")
+    210 MB
+    """
     cells = grid.nx * grid.ny
     return cells * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL)
 

@@ -38,14 +38,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     help="Press rigid indenters into layered and graded elastic bodies.\n\n"
-    "A case file (TOML) describes the layers from the surface down, what lies below them, the indenter, and the depths, "
+    "A case file (TOML) describes the layers from the surface down, what is below them, the indenter, and the depths, "
     'forces or radii to solve for. All quantities carry units: [bold]young = "5 kPa"[/bold].\n\n'
     "Start with [bold]flatpunch demo[/bold]: it solves the cases that come with the package and leaves their files behind "
     "for you to change.",
 )
-
-_NOBODY_READS = 141
-"""Status of a process whose output nobody reads, as the shell gives it."""
 
 
 def _version(asked: bool) -> None:
@@ -99,7 +96,7 @@ def _refuse_fits(case: Path, command: str | None) -> None:
 
 @app.command(epilog=examples("check"))
 def check(case: CaseFile) -> None:
-    """Read a case file and say what would be solved or fitted: method, expected error, time and memory.
+    """Read a case file and report what would be solved or fitted: method, expected error, time and memory.
 
     Case files of fits are checked without their curve. Every problem found is listed with the field, its value and what to
     write instead.
@@ -242,7 +239,7 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         # whoever read the output has had enough, as `head` has
-        sys.exit(_NOBODY_READS)
+        sys.exit(141)  # as a shell reports a process whose output nobody reads
     if failed is not None:
         typer.echo(f"Error: {failed}", err=True)
         status = 2

@@ -19,11 +19,6 @@ from flatpunch.cli.terminal import Step, friendly, progress, say
 if TYPE_CHECKING:
     from flatpunch.atlas import Family, Table
 
-_GRID = 6
-_RADII = 41
-_ROWS = 40
-_MOST = 2_000_000
-"""Combinations that one call evaluates."""
 
 Name = Annotated[
     str, typer.Argument(metavar="FAMILY", help="Name of a shipped table, or a file name.nc.", show_default=False)
@@ -217,7 +212,7 @@ def _grid(table: Any, beta: list[float], given: list[str], *, fill: bool) -> tup
         wanted[name.strip()] = numbers(text, name.strip())
     for p in table.parameters:
         if p.name not in wanted and fill:
-            wanted[p.name] = p.at(np.linspace(-1, 1, _GRID)).tolist()
+            wanted[p.name] = p.at(np.linspace(-1, 1, 6)).tolist()
     names = [p.name for p in table.parameters]
     missing, unknown = [n for n in names if n not in wanted], [n for n in wanted if n not in names]
     if missing or unknown:
@@ -228,8 +223,9 @@ def _grid(table: Any, beta: list[float], given: list[str], *, fill: bool) -> tup
         )
         raise ValueError(f"The table {table.name!r} {what}; its parameters are {', '.join(names) or 'none'}.")
     count = math.prod(map(len, (*wanted.values(), beta)))
-    if count > _MOST:
-        raise ValueError(f"{count} combinations of radii and parameters are too many; {_MOST} are the most.")
+    most = 2_000_000  # some hundred megabytes
+    if count > most:
+        raise ValueError(f"{count} combinations of radii and parameters are too many; {most} are the most.")
     axes = np.meshgrid(*(wanted[n] for n in names), beta, indexing="ij")
     return axes[-1].ravel(), {name: axis.ravel() for name, axis in zip(names, axes, strict=False)}
 
@@ -251,10 +247,9 @@ def _query(table: Any, beta: str, given: list[str], moments: str) -> None:
 
     inputs, outputs = _values(table, beta, given, moments, fill=False)
     count = inputs["beta"].size
-    if count > _ROWS:
-        raise ValueError(
-            f"{count} values are too many to print ({_ROWS}); `flatpunch atlas export` writes them as CSV."
-        )
+    most = 40  # rows of a screen
+    if count > most:
+        raise ValueError(f"{count} values are too many to print ({most}); `flatpunch atlas export` writes them as CSV.")
     listing = Listing(title=table.title, title_justify="left", caption=f"relative error below {table.bound:.0e}")
     for name in (*inputs, *outputs):
         listing.add_column(name, justify="right")
@@ -274,7 +269,7 @@ def _export(table: Any, path: Path, beta: str | None, given: list[str], moments:
     check_target("--csv", path, (".csv",))
     low, high = table.beta_range
     if beta is None:
-        beta = f"{low}:{high}:{_RADII}:log" if np.isfinite(high) else f"0.001:100:{_RADII}:log"
+        beta = f"{low}:{high}:41:log" if np.isfinite(high) else "0.001:100:41:log"
     inputs, outputs = _values(table, beta, given, moments, fill=True)
     names, rows = [*inputs, *outputs], np.stack([*inputs.values(), *outputs.values()], axis=1)
     if terms:
@@ -307,7 +302,7 @@ def _coefficients(table: Any, inputs: dict[str, Any], terms: int) -> Any:
 
 
 def _families(names: list[str]) -> list[tuple[Family, dict[str, str]]]:
-    """Families by name or file, each with what its table is to say about where it comes from."""
+    """Families by name or file, each with the provenance that its table records."""
     from flatpunch.atlas import FAMILIES
     from flatpunch.cli.atlas_family import read_family
 
@@ -370,7 +365,7 @@ def _verify(name: str, points: int, seed: int, workers: int | None, scheduler: s
     text = table.attributes.get("family_file")
     if text is None and table.name not in atlas.FAMILIES:
         raise ValueError(
-            f"{name} does not say how its media are made, so that it cannot be compared with direct solutions."
+            f"{name} does not record how its media are made, so that it cannot be compared with direct solutions."
         )
     family = atlas.FAMILIES[table.name] if text is None else family_from(str(text), Path(name))
     with listening(_counting(step, "{} of {} points")):

@@ -37,7 +37,6 @@ from flatpunch.files.tables.fields import CaseError, Number, Table, validated
 from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.sweeps.axes import dimension_of, put, scalars
 
-_TOLERANCE = 1e-9
 _OWN = ("name", "title", "tolerance", "responses", "beta", "parameters")
 
 Value = Annotated[Any, BeforeValidator(lambda value: value)]
@@ -76,7 +75,7 @@ class FamilyTable(Table):
 
     name: str
     title: str = ""
-    tolerance: Number = _TOLERANCE
+    tolerance: Number = 1e-9
     responses: bool = False
     beta: RangeTable = Field(default=RangeTable())
     parameters: dict[str, ParameterTable] = Field(default={})
@@ -103,7 +102,7 @@ class FileMedium:
     tables : str
         The tables of the medium, as JSON.
     paths : tuple of (name, path, unit)
-        Where each parameter stands.
+        Path of each parameter.
     folder : Path
         Where files named in the tables are looked for.
     """

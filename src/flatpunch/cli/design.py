@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import friendly, progress, say, say_written
+from flatpunch.cli.terminal import StyleOption, friendly, progress, say, say_written
 
 if TYPE_CHECKING:
     from flatpunch.contact import Method, MethodName
@@ -25,6 +25,7 @@ def add_commands(app: typer.Typer) -> None:
         case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
         csv: Annotated[Path | None, typer.Option(help="Table of the numbers found as CSV.")] = None,
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
+        style: StyleOption = "screen",
     ) -> None:
         """Find the numbers of a case that give what its table [bold][[design]][/bold] prescribes.
 
@@ -37,15 +38,15 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--plot", plot, (".png", ".pdf", ".svg"))
             from flatpunch.files import read_case
 
-            _run(read_case(case), csv, plot)
+            _run(read_case(case), csv, plot, style)
 
 
-def _run(case: Case, csv: Path | None, plot: Path | None) -> None:
+def _run(case: Case, csv: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.design import design
 
     asked = case.design
     if asked is None:
-        raise ValueError("the case has no table [design], which says what to vary and what is prescribed.")
+        raise ValueError("the case has no table [design]; it names what to vary and what is prescribed.")
     written: list[Path] = []
     steps = asked.starts + sum(path is not None for path in (csv, plot))
     with progress(case.title or "Design", steps) as step:
@@ -64,19 +65,19 @@ def _run(case: Case, csv: Path | None, plot: Path | None) -> None:
             written.append(_table(found, csv))
         if plot is not None:
             step(f"drawing {plot.name}")
-            written.append(_draw(case, found, plot))
+            written.append(_draw(case, found, plot, style))
     _print(case, found)
     say_written(written)
 
 
 def _method(case: Case) -> Method | MethodName | None:
-    """Only boundary elements and the first order have derivatives under tips that are not round."""
+    """All but the refined method have derivatives under tips that are not round."""
     from flatpunch.contact import method_of
 
     if case.method is None:
         return None
     chosen = method_of(case.method)
-    return chosen if chosen.name in ("bem", "first-order") else None
+    return None if chosen.name == "refined" else chosen
 
 
 def _table(found: Design, path: Path) -> Path:
@@ -92,11 +93,11 @@ def _table(found: Design, path: Path) -> Path:
     return path
 
 
-def _draw(case: Case, found: Design, plot: Path) -> Path:
+def _draw(case: Case, found: Design, plot: Path, style: str) -> Path:
     from flatpunch.plots.design import figure
     from flatpunch.plots.result import save_figure
 
-    return save_figure(figure(found, title=case.title), plot)
+    return save_figure(figure(found, title=case.title, style=style), plot)
 
 
 def _print(case: Case, found: Design) -> None:

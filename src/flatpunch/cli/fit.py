@@ -42,6 +42,10 @@ def add_commands(app: typer.Typer) -> None:
         profile: Annotated[
             bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
         ] = False,
+        posterior: Annotated[
+            Path | None,
+            typer.Option(help="Draw from the posterior: corner picture (.png, .pdf, .svg), or the draws (.nc, .csv)."),
+        ] = None,
         workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
         resume: Annotated[
             bool,
@@ -66,18 +70,19 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--output", output, (".csv", ".nc"))
             check_target("--plot", plot, PICTURES)
             check_target("--drift", drift, PICTURES)
+            check_target("--posterior", posterior, (*PICTURES, ".nc", ".csv"))
             from flatpunch.fit.case import read_fit_case
 
             loaded = read_fit_case(curve if case is None else case)
             if case is None or loaded.curves:
                 _check_alone(curve, case, loaded, drift)
-                _fit_together(loaded, output, plot, profile, style)
+                _fit_together(loaded, output, plot, profile, posterior, style)
             elif curve.is_dir() or _many(curve, loaded):
-                if drift is not None or profile:
-                    raise ValueError("--drift and --profile go with a single curve.")
+                if drift is not None or profile or posterior is not None:
+                    raise ValueError("--drift, --profile and --posterior go with a single curve.")
                 _fit_folder(curve, loaded, output, plot, workers, style, resume)
             else:
-                _fit_one(curve, loaded, output, plot, drift, profile, style)
+                _fit_one(curve, loaded, output, plot, drift, profile, posterior, style)
 
     @app.command("fit-film", epilog=examples("fit-film"))
     def fit_film(
@@ -125,7 +130,9 @@ def _check_alone(curve: Path, case: Path | None, loaded: FitCase, drift: Path | 
         raise ValueError("--drift goes with a single curve.")
 
 
-def _fit_together(case: FitCase, output: Path | None, plot: Path | None, profile: bool, style: str) -> None:
+def _fit_together(
+    case: FitCase, output: Path | None, plot: Path | None, profile: bool, posterior: Path | None, style: str
+) -> None:
     from flatpunch.fit.case import read_measured
     from flatpunch.fit.together import fit_together
 
@@ -136,7 +143,7 @@ def _fit_together(case: FitCase, output: Path | None, plot: Path | None, profile
     say(result.summary())
     if profile:
         _say_profiles(result, result.shared)
-    written = []
+    written = [_posterior(result, case, posterior, style)] if posterior is not None else []
     if output is not None:
         if output.suffix.lower() != ".csv":
             raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
@@ -158,6 +165,23 @@ def _say_profiles(result: Any, names: Any) -> None:
         say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
 
 
+def _posterior(result: Any, case: FitCase, path: Path, style: str) -> Path:
+    """Draw from the posterior, print its summary and write a picture of it or the draws."""
+    with progress("Posterior", 1) as step:
+        found = result.posterior(
+            priors=case.priors,
+            progress=lambda done, total: step(f"step {done} of about {total}", advance=0),
+            **case.posterior,
+        )
+    say(found.summary())
+    if path.suffix.lower() in (".nc", ".csv"):
+        return Path(found.save(path))
+    from flatpunch.fit.posterior_picture import posterior_figure
+    from flatpunch.plots.result import save_figure
+
+    return save_figure(posterior_figure(found, style=style), path)
+
+
 def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
     from flatpunch.fit.measured.readers import curves_in
@@ -166,7 +190,14 @@ def _many(path: Path, case: FitCase) -> bool:
 
 
 def _fit_one(
-    path: Path, case: FitCase, output: Path | None, plot: Path | None, drift: Path | None, profile: bool, style: str
+    path: Path,
+    case: FitCase,
+    output: Path | None,
+    plot: Path | None,
+    drift: Path | None,
+    profile: bool,
+    posterior: Path | None,
+    style: str,
 ) -> None:
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
@@ -177,7 +208,7 @@ def _fit_one(
     say(result.summary())
     if profile:
         _say_profiles(result, result.objective.model.free)
-    written = []
+    written = [_posterior(result, case, posterior, style)] if posterior is not None else []
     if output is not None:
         if output.suffix.lower() == ".csv":
             written.append(Batch((result.row(),)).save(output))
@@ -227,7 +258,7 @@ def _fit_folder(
                 rows.extend(done)
                 step(f"{len(rows)} of {len(items)}", len(done))
     except KeyboardInterrupt:
-        # what has been fitted was work; the table says how much of it there is
+        # fits that are finished are kept in the table
         if output is not None and records is not None and rows:
             Batch(tuple(rows)).save(output)
             say(

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from flatpunch.files import Case
     from flatpunch.fit.case import FitCase
 
-_BESIDE = 1.5
-"""Half the width of a picture of a tip over the largest contact of its case."""
-
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands on the command line."""
@@ -106,4 +103,5 @@ def _extent(case: Any) -> float | None:
     if case.control == "force" or not largest > 0:
         return None
     half = largest if case.control == "radius" else max(overlap_half_widths(case.indenter, largest))
-    return min(_BESIDE * half, float(case.indenter.reach))
+    # the tip is drawn half as far again as its largest contact
+    return min(1.5 * half, float(case.indenter.reach))

@@ -20,7 +20,7 @@ def prepare() -> None:
 
 
 def finish() -> str | None:
-    """Write out what is buffered; say what went wrong, and let Python's own end find nothing more to write."""
+    """Write out what is buffered; report what went wrong, and leave nothing for Python to write when it ends."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

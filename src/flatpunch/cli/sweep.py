@@ -14,8 +14,6 @@ from flatpunch.cli.terminal import friendly, progress, say_written
 if TYPE_CHECKING:
     import xarray as xr
 
-_ROWS, _COLUMNS, _REASONS = 12, 6, 5
-
 
 def add_commands(app: typer.Typer) -> None:
     """Register the command on the command line."""
@@ -104,7 +102,7 @@ def _finish(
         _print(result, quantity, step)
     out = Console()
     out.print(f"{result['status'].size} points, {failed} failed.", highlight=False)
-    for line in _failures(result)[:_REASONS]:
+    for line in _failures(result)[:5]:
         out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
     say_written(written)
     if failed == result["status"].size:
@@ -127,7 +125,7 @@ def _print(result: xr.Dataset, quantity: str | None, step: int) -> None:
     factor, unit = readable(float(finite.max()) if finite.size else 0.0, str(values.attrs.get("units", "")))
     rows, columns = (
         np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
-        for count, most in zip(part.shape, (_ROWS, _COLUMNS), strict=True)
+        for count, most in zip(part.shape, (12, 6), strict=True)
     )
     rest = "".join(f", {name} = {value_text(result[name], 0)}" for name in names[2:])
     place = where(result, step) or f" at step {step % result.sizes['step']}"

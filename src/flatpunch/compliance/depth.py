@@ -22,7 +22,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.layered import SATURATION, depth_functions, sagittal_system
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, PowerLawHalfSpace
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +71,10 @@ def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices, *, 
     count = len(medium.layers) if isinstance(medium, Medium) else 0
     states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale, shear)
     mu, nu = constants_at(medium, z, layer)
-    return _named(states, across, mu / scale, nu, scale)
+    return named_waves(states, across, mu / scale, nu, scale)
 
 
-def interfaces(medium: HalfSpace | Medium) -> Array:
+def interfaces(medium: HalfSpace | Medium | PowerLawHalfSpace) -> Array:
     """Depths of the lower faces of all layers [m], shape (layers,)."""
     layers = medium.layers if isinstance(medium, Medium) else ()
     return np.cumsum([each.thickness for each in layers]) if layers else np.zeros(0)
@@ -114,6 +114,8 @@ class _Part:
     depths: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
     states: Array = field(default_factory=lambda: np.zeros(0))
     across: Array = field(default_factory=lambda: np.zeros(0))
+    raised: Array = field(default_factory=lambda: np.zeros(0))
+    lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
@@ -176,8 +178,8 @@ def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float
         if hidden.any():
             part.states[:, :, hidden] = _admitted(True, own, own_across)[0][:, :, hidden]
             part.across[:, hidden] = _admitted(True, own, own_across)[1][:, hidden]
-        raised, across = _raised(part, k, part.thickness, hidden, scale)
-        flexibility, transverse = _divided(raised[:2], raised[2:]), across[0] / across[1]
+        part.raised, part.lifted = _raised(part, k, part.thickness, hidden, scale)
+        flexibility, transverse = _divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
 
 
@@ -275,7 +277,7 @@ def _sweep_down(
     states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
         hidden = _hidden(part, k)
-        raised, lifted = _raised(part, k, part.thickness, hidden, scale)
+        raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
         wave = sideways / lifted[1]
         if part.depths.size and part.graded is None:
@@ -319,8 +321,8 @@ def _in_base(
     return (start[..., None] + x * turned[..., None]) * decay, across[..., None] * decay
 
 
-def _named(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
-    """Add the in-plane stresses and give displacements their unit."""
+def named_waves(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
+    """Waves from states (4, loads, nk, nz) and transverse ones (2, nk, nz): in-plane stresses added, displacements scaled."""
     along, szz = states[0], states[3]
     difference = mu * along
     mean = (nu * szz + (1 + nu) * difference) / (1 - nu)

@@ -17,6 +17,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, shown, values
+from flatpunch._support.readable import readable
 from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
 from flatpunch.compliance.layered import SATURATION, layered_response
@@ -33,6 +34,7 @@ from flatpunch.media import (
 )
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """Surface compliance of one medium (or of two bodies pressed together).
@@ -57,6 +59,17 @@ class Kernel:
         Under a graded surface layer: L - 1 as series, with derivatives, precise at all wavenumbers.
     solution : PunchSolution or None
         Flat punches that need not be computed, over the radii that it covers.
+
+    See Also
+    --------
+    flatpunch.compliance : Makes it.
+    flatpunch.bem.solve : Takes it.
+
+    Examples
+    --------
+    >>> kernel = fp.compliance(fp.HalfSpace(young=5e3, poisson=0.5))
+    >>> print(f"C = {kernel(np.array([1e6]))[0]:.2e} m/Pa, that is 2/(E* k)")
+    C = 3.00e-10 m/Pa, that is 2/(E* k)
     """
 
     modulus: float
@@ -68,6 +81,10 @@ class Kernel:
     exponent: float = 0.0
     series: SmoothResponse | None = None
     solution: PunchSolution | None = None
+
+    def _line_(self) -> str:
+        """Modulus and length; the response is a function."""
+        return f"Kernel(modulus={self.modulus:.6g}, length={self.length:.6g})"
 
     @property
     def surface_length(self) -> float:
@@ -120,6 +137,20 @@ def compliance(medium: Body) -> Kernel:
     -------
     Kernel
         Callable: C(k) [m/Pa] at wavenumbers k [1/m].
+
+    See Also
+    --------
+    flat_punch : The first contact made from it.
+    compliance.Kernel : What it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> kernel = fp.compliance(gel)
+    >>> half_space = fp.compliance(fp.HalfSpace(young=5e3, poisson=0.5))
+    >>> k = np.array([1e5, 1e6, 1e7])
+    >>> print((kernel(k) / half_space(k)).round(3))  # short waves do not reach the base
+    [0.005 0.641 1.   ]
     """
     if isinstance(medium, TabulatedMedium):
         return _tabulated(medium)

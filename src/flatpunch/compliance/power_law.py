@@ -11,8 +11,9 @@ Suresh 1997; Popov, Hess and Willert, Handbook of Contact Mechanics, chapter 9):
 
 from __future__ import annotations
 
+from math import gamma
+
 import numpy as np
-from scipy.special import gamma
 
 
 def stiffness_factor(exponent: float, poisson: float) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Values
+from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Curve, control_from, percent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder
@@ -27,6 +28,7 @@ EXACT = "exact (round tip)"
 """Reason of round contacts, which all methods but boundary elements solve exactly."""
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Choice:
     """A method and why it was chosen.
@@ -41,6 +43,19 @@ class Choice:
         Whether a curve takes milliseconds, and no boundary element solutions.
     curve : Curve, optional
         The solution, where the choice took one.
+
+    See Also
+    --------
+    flatpunch.contact.default_choice : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.contact import default_choice
+    >>> film = fp.Layer(young=200e9, poisson=0.2, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.2))
+    >>> choice = default_choice(fp.Berkovich(), film, depth=300e-9)
+    >>> print(choice.method.name, choice.quick)
+    refined False
     """
 
     method: Method
@@ -71,6 +86,18 @@ def default_method(
     estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
     layer, and else "refined", as do all other shapes. Without a
     medium it is the best of the fast methods for the shape.
+
+    See Also
+    --------
+    flatpunch.contact.default_choice : With the reason.
+    flatpunch.indent : Takes it by itself.
+
+    Examples
+    --------
+    >>> from flatpunch.contact import default_method
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> print(*(default_method(tip, gel, depth=200e-9) for tip in (fp.Sphere(radius=5e-6), fp.Vickers())))
+    first-order refined
     """
     if medium is None:
         return series_of(indenter).name
@@ -85,7 +112,20 @@ def default_choice(
     force: Values | None = None,
     radius: Values | None = None,
 ) -> Choice:
-    """The method that `indent` chooses by itself, with the reason; see `default_method`."""
+    """The method that `indent` chooses by itself, with the reason; see `default_method`.
+
+    See Also
+    --------
+    flatpunch.contact.default_method : The name alone.
+    flatpunch.indent : Takes it by itself.
+
+    Examples
+    --------
+    >>> from flatpunch.contact import default_choice
+    >>> choice = default_choice(fp.Sphere(radius=5e-6), fp.HalfSpace(young=5e3, poisson=0.5), depth=200e-9)
+    >>> print(choice.method.name, choice.reason)
+    first-order exact (round tip)
+    """
     control = control_from(depth=depth, force=force, radius=radius)
     return choose(compliance(medium), indenter, control, np.zeros(1))
 

@@ -33,6 +33,11 @@ class FirstOrder:
 
     Exact for round indenters.
 
+    See Also
+    --------
+    SecondOrder, FourthOrder : More accurate, as fast.
+    indent : Takes it as `method`.
+
     Examples
     --------
     >>> tip = fp.Pyramid(sides=4, inclination=0.3)
@@ -71,6 +76,12 @@ class FirstOrder:
 class SecondOrder:
     """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters.
 
+    See Also
+    --------
+    FourthOrder : For power-law shapes.
+    Refined : Series corrected by boundary elements.
+    indent : Takes it as `method`.
+
     Examples
     --------
     >>> tip = fp.EllipticParaboloid(A=1e5, B=2e5)
@@ -96,6 +107,12 @@ class SecondOrder:
 @dataclass(frozen=True, slots=True)
 class FourthOrder:
     """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters.
+
+    See Also
+    --------
+    SecondOrder : For any shape.
+    Refined : Series corrected by boundary elements.
+    indent : Takes it as `method`.
 
     Examples
     --------
@@ -141,6 +158,12 @@ class Refined:
     ------
     ValueError, TypeError
         For settings out of range.
+
+    See Also
+    --------
+    FourthOrder : Without boundary elements.
+    BoundaryElements : Boundary elements alone.
+    indent : Takes it as `method`.
 
     Examples
     --------
@@ -210,6 +233,12 @@ class BoundaryElements:
     ------
     ValueError, TypeError
         For settings out of range.
+
+    See Also
+    --------
+    Refined : Whole curves in a fraction of the time.
+    bem.solve : The solver itself.
+    indent : Takes it as `method`.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from flatpunch._support.checks import Array, shown, whole
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method, MethodName, check_indenter, method_of
+from flatpunch.contact.methods import BoundaryElements, Method, MethodName, check_indenter
 from flatpunch.design.problem import Problem
 from flatpunch.design.result import Design, DesignedValue, Minimum
 from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, search, starts
@@ -19,6 +19,7 @@ from flatpunch.design.targets import UNITS, LargestLoad, Limit, Target
 from flatpunch.design.variables import Variables, variables
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import underlying
+from flatpunch.sensitivity.sensitivity import derivable
 
 _EXPLAINED = 6
 """Places that are not met for which the reachable range is searched: the worst ones."""
@@ -71,6 +72,12 @@ def design(
     ValueError, TypeError
         On bad input; if a number has no effect on what is designed; if no values keep the limits.
 
+    See Also
+    --------
+    Target, Limit, LargestLoad : What is wanted.
+    plot_design : The picture.
+    sensitivity : Which value changes what.
+
     Examples
     --------
     >>> import flatpunch as fp
@@ -91,7 +98,7 @@ def design(
             f"limits = {shown(limits)} must be a list of Limit(quantity, minimum=, maximum=, depth=, force=)."
         )
     count = whole("starts", starts, 1, "It is the number of starts of the search.", most=1000)
-    chosen = _method(method, indenter)
+    chosen = derivable(method, indenter)
     problem = Problem(variables(underlying(medium), indenter, vary), chosen)
     if isinstance(chosen, BoundaryElements):
         _check_cells(objective, kept)
@@ -105,15 +112,6 @@ def design(
 
 
 _starts = starts
-
-
-def _method(method: MethodName | Method | None, indenter: Indenter) -> Method:
-    if method is None:
-        return FirstOrder() if indenter.round else BoundaryElements()
-    chosen = method_of(method)
-    if isinstance(chosen, (BoundaryElements, FirstOrder)) or indenter.round:
-        return chosen if isinstance(chosen, BoundaryElements) else FirstOrder()
-    raise ValueError(f"method = {chosen.name!r} has no derivatives under such tips; take 'bem' or 'first-order'.")
 
 
 def _check_cells(objective: Target | LargestLoad, limits: list[Limit]) -> None:
@@ -231,7 +229,7 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
     worst = int(missed[np.argmax(np.abs(deviation[missed]))])
     places = target.control.values
     notes = [
-        f"The {target.quantity} misses what is prescribed by up to {100 * abs(deviation[worst]):.2g} % (at {name} = "
+        f"The {target.quantity} misses what is prescribed by up to {100 * abs(deviation[worst]):.3g} % (at {name} = "
         f"{places[worst]:.4g} {unit}); it is met to {100 * ALIKE:g} % at {places.size - missed.size} of {places.size} places."
     ]
     order = missed[np.argsort(-np.abs(deviation[missed]))][:_EXPLAINED]

@@ -42,7 +42,7 @@ class Problem:
     method: Method
     evaluations: int = 0
     refusal: str = ""
-    _known: dict[tuple[int, bytes], Any] = field(default_factory=dict)
+    _known: dict[tuple[str | bytes, ...], Any] = field(default_factory=dict)
 
     def quantity(self, u: Array, control: Control, quantity: Quantity) -> tuple[Array, Array]:
         """Values of a quantity, shape (n,), and derivatives of their logarithms by u, shape (n, variables)."""
@@ -54,7 +54,9 @@ class Problem:
             value, slope = achieved(found, control, quantity)
             return value, self.variables.by_u(slope, u)
 
-        result: tuple[Array, Array] = self._once((id(control), u.tobytes()), solved)
+        # by content: targets and their controls come and go
+        key = (control.name, control.values.tobytes(), quantity, u.tobytes())
+        result: tuple[Array, Array] = self._once(key, solved)
         return result
 
     def residuals(self, u: Array, target: Target) -> tuple[Array, Array]:
@@ -91,10 +93,10 @@ class Problem:
                 return -np.inf
             return float(np.log(first.force)) if np.isfinite(first.force) else _LARGEST
 
-        result: float = self._once((id(aim), u.tobytes()), solved)
+        result: float = self._once(("load", u.tobytes()), solved)
         return result
 
-    def _once(self, key: tuple[int, bytes], solve: Any) -> Any:
+    def _once(self, key: tuple[str | bytes, ...], solve: Any) -> Any:
         if key not in self._known:
             self._known[key] = solve()
         return self._known[key]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,7 @@ class Minimum:
     values: tuple[float, ...]
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Design:
     """A designed medium and tip.
@@ -58,6 +60,20 @@ class Design:
         What a user should know: bounds that stop the design, ranges that no values reach, minima that differ.
     evaluations : int
         Number of contacts or critical loads solved.
+
+    See Also
+    --------
+    design : Makes it.
+    plot_design : The picture.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=2e9, poisson=0.4, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.22))
+    >>> wanted = fp.Target("stiffness", 50e3, force=2e-3)
+    >>> found = fp.design(film, fp.Sphere(radius=20e-6), vary={"layers[0].young": (1e9, 9e9)}, objective=wanted)
+    >>> print(f"{found.medium.layers[0].young / 1e9:.2f} GPa, misfit below 1e-6: {found.misfit < 1e-6}")
+    3.64 GPa, misfit below 1e-6: True
     """
 
     medium: Any

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
 from flatpunch.fields.strength import Strength
 from flatpunch.sensitivity.gradient import Gradient
@@ -29,6 +30,7 @@ _ATTRIBUTES = {
 """Control and quantity -> the attribute of a gradient that holds its derivatives."""
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Target:
     """A quantity of the contact that is prescribed, at one depth or force or along a curve.
@@ -46,6 +48,12 @@ class Target:
     ------
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    Limit : What must be kept.
+    LargestLoad : The largest force instead.
+    design : Takes it.
 
     Examples
     --------
@@ -71,6 +79,7 @@ class Target:
         object.__setattr__(self, "value", wanted)
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class Limit:
     """A bound on a quantity of the contact that a design must keep.
@@ -88,6 +97,17 @@ class Limit:
     ------
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    Target : What is wanted.
+    design : Takes it.
+
+    Examples
+    --------
+    >>> limit = fp.Limit("radius", maximum=2e-6, force=1e-3)
+    >>> print(limit.quantity, limit.maximum)
+    radius 2e-06
     """
 
     quantity: Quantity
@@ -120,9 +140,11 @@ class Limit:
             for sign, value in ((">=", self.minimum), ("<=", self.maximum))
             if value is not None
         ]
-        return f"{self.quantity} {' and '.join(bounds)} at {self.control.name} = {self.control.values[0]:.6g}"
+        place = f"{self.control.name} = {self.control.values[0]:.6g} {UNITS[self.control.name]}"
+        return f"{self.quantity} {' and '.join(bounds)} at {place}"
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class LargestLoad:
     """The largest force before the first layer or interface fails, as of `critical_load`.
@@ -135,6 +157,18 @@ class LargestLoad:
         Coefficient of friction of a contact that slides along x.
     residual_stress : sequence of float, optional
         Biaxial stress of each layer (and the base) [Pa].
+
+    See Also
+    --------
+    Target : Prescribed values instead.
+    critical_load : The load of one case.
+    Strength : What a layer bears.
+
+    Examples
+    --------
+    >>> wanted = fp.LargestLoad([fp.Strength(yield_stress=5e9), fp.Strength(yield_stress=1e9)], friction=0.1)
+    >>> print(wanted.friction)
+    0.1
     """
 
     strengths: Strength | Sequence[Strength | None]

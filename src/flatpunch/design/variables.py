@@ -137,6 +137,9 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
     _check_start(names, first, least, most)
     logarithmic = np.array([bool(unit) or name.startswith(_SLOPES) for name, unit in zip(names, units, strict=True)])
     _check_logarithms(names, least, logarithmic)
+    for name, pair, several in zip(names, zip(low, high, strict=True), listed, strict=True):
+        if not several:
+            _check_possible(medium, indenter, name, pair)
     return Variables(
         medium,
         indenter,
@@ -199,6 +202,15 @@ def _check_start(names: list[str], start: Array, low: Array, high: Array) -> Non
             f"vary: {names[i]} = {start[i]:.6g} starts outside its bounds {low[i]:.6g} to {high[i]:.6g}. Change the case or the "
             "bounds."
         )
+
+
+def _check_possible(medium: Any, indenter: Any, name: str, bounds: tuple[float, float]) -> None:
+    """Refuse bounds at which there is no such medium or tip."""
+    for bound in bounds:
+        try:
+            with_values(medium, indenter, {name: bound})
+        except ValueError as error:
+            raise ValueError(f"vary: the bound {bound:g} of {name} is impossible: {error}") from None
 
 
 def _check_logarithms(names: list[str], low: Array, logarithmic: Flags) -> None:

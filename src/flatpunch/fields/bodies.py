@@ -13,7 +13,9 @@ from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, Two
 
 Side = Literal["above", "below"]
 
-Solid = HalfSpace | Medium
+Layered = HalfSpace | Medium
+
+Solid = Layered | PowerLawHalfSpace
 
 _SAME_DEPTH = 1e-12
 """Relative distance from an interface at which a point is on it."""
@@ -25,7 +27,7 @@ class Located:
 
     Attributes
     ----------
-    body : HalfSpace or Medium
+    body : HalfSpace, Medium or PowerLawHalfSpace
     chosen : ndarray of int, shape (n,)
         Which of all points these are.
     depth : ndarray, shape (n,)
@@ -68,7 +70,7 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
         if chosen.size:
             depth = sign * z[chosen]
             _inside(body, depth, z[chosen])
-            assert isinstance(body, (HalfSpace, Medium))
+            assert not isinstance(body, RigidBase)
             parts.append(Located(body, chosen, depth, layer_at(body, depth, own), sign < 0))
     return parts
 
@@ -85,10 +87,10 @@ def layer_at(body: Solid, depth: Array, side: Side) -> Indices:
 
 
 def _inside(body: Any, depth: Array, z: Array) -> None:
-    if isinstance(body, PowerLawHalfSpace):
+    if isinstance(body, PowerLawHalfSpace) and body.exponent < 0 and (depth == 0).any():
         raise ValueError(
-            "medium is a power-law half-space, inside which fields are not computed. Describe its grading by a GradedLayer with "
-            "a modulus > 0 at the surface."
+            f"z = 0 is the surface of a body whose modulus grows without bound towards it (exponent = {body.exponent:.6g}), so "
+            "that the stresses along it are infinite. Give depths > 0."
         )
     if isinstance(body, RigidBase):
         raise ValueError(

@@ -15,19 +15,23 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import constants_at, interfaces
+from flatpunch.compliance.depth import interfaces
 from flatpunch.fields.bodies import Located
-from flatpunch.fields.layered import layered_part, nodes_or_points
-from flatpunch.fields.radial import cartesian
+from flatpunch.fields.layered import layered_part, nodes_or_points, split_off
+from flatpunch.fields.radial import SurfacePart, cartesian
 from flatpunch.fields.rectangle import normal_corner, shear_corner, summed
 from flatpunch.fields.round_load import turned
 from flatpunch.fields.uniform_disc import UniformDisc
+from flatpunch.media import PowerLawHalfSpace
 
 _CELLS = 12
 """Cells to the distance of a point: joining them further would cost 0.1 % of the largest stress."""
 
 _NODES = 6
 """Chebyshev nodes in an octave of depth: they leave 3e-5."""
+
+_FLATTEST = 1e-3
+"""Cell widths below the surface of a power-law half-space down from which depths are divided into octaves."""
 
 _RIM = 3
 """Cells around the points on a plane, for cubic interpolation."""
@@ -104,7 +108,7 @@ def cell_fields(
     the surface are moved by a cell as well. `coarser` is the load solved on such cells; without it pairs of cells are joined.
     """
     cells = cells.cropped
-    found = _fields(cells, at, x, y, direction, _CELLS)
+    found = fields_of_cells(cells, at, x, y, direction)
     wide = cells.joined(2) if coarser is None else coarser.cropped
     some = np.unique(np.linspace(0, x.size - 1, min(x.size, _TRIALS)).round().astype(int))
     shallow = some[at.depth[some] < wide.spacing]
@@ -115,14 +119,14 @@ def cell_fields(
     place = x[tried] + moved[:, 0], y[tried] + moved[:, 1]
     fine = found[:6, some]
     if shallow.size:
-        fine = _fields(cells, part, *place, direction, _CELLS)[:6]
-    coarse = _fields(wide, part, *place, direction, _CELLS // 2)[:6]
+        fine = fields_of_cells(cells, part, *place, direction)[:6]
+    coarse = fields_of_cells(wide, part, *place, direction, _CELLS // 2)[:6]
     largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
 
-def _fields(cells: Cells, at: Located, x: Array, y: Array, direction: float, count: int) -> Array:
+def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, count: int = _CELLS) -> Array:
     """All nine components at the points, shape (9, n); `count` cells to the distance of a point are enough."""
     result = np.empty((9, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])
@@ -151,6 +155,9 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Ite
     start, limit = float(faces[layer]), float(faces[layer + 1])
     z = np.clip(z, start, limit)
     end = max(2 * start, (count or 0.5) * spacing)
+    if isinstance(at.body, PowerLawHalfSpace) and (z > 0).any():
+        # stresses along the surface go like a power of depth, however far from the load
+        end = min(max(float(z[z > 0].min()), _FLATTEST * spacing), end)
     while True:
         end = min(end, limit)
         last = end >= min(limit, float(z.max()))
@@ -194,9 +201,10 @@ def _convolved(load: Array, kernel: Array, shape: tuple[int, int]) -> Array:
 def _kernel(at: Located, z: float, layer: int, across: Array, along: Array, h: float, direction: float | None) -> Array:
     """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx)."""
     result = np.zeros((9, along.size, across.size))
-    if layer == 0:
-        zero = np.zeros(1)
-        mu, nu = (float(each[0]) for each in constants_at(at.body, zero, np.zeros(1, dtype=int)))
+    disc = UniformDisc(h / np.sqrt(np.pi))
+    if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
+        part = SurfacePart.of(at.body)
+        mu, nu = part.constants
         x = (np.append(across, across[-1] + 1) - 0.5) * h
         y = (np.append(along, along[-1] + 1) - 0.5) * h
         gx, gy = np.meshgrid(x, y)
@@ -206,12 +214,13 @@ def _kernel(at: Located, z: float, layer: int, across: Array, along: Array, h: f
             result += np.cos(direction) * summed(shear_corner(gx, gy, z, mu, nu))
             if abs(np.sin(direction)) > 1e-15:
                 result += np.sin(direction) * summed(shear_corner(gy, gx, z, mu, nu)[_SWAP])
+        result = part.kept_of_components(result)
     gx, gy = np.meshgrid(across * h, along * h)
     r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
     shear = direction is not None
     normal, sideways = layered_part(
         at.body,
-        UniformDisc(h / np.sqrt(np.pi)),
+        disc,
         r,
         np.full(r.size, z),
         np.full(r.size, layer),

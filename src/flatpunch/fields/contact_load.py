@@ -13,12 +13,13 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
+from numpy.polynomial import legendre
 from scipy.special import gamma
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.fields.ring_sources import RingSources
+from flatpunch.fields.power_law import power_law_load
+from flatpunch.fields.ring_sources import RingSources, sampled
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
@@ -26,9 +27,6 @@ from flatpunch.punch.basis import edge_signs, half_space_diagonal
 from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import RemainderRule, remainder_rule, sufficient_terms
 from flatpunch.punch.wavenumbers import bessel_table
-
-_TERMS = 16
-"""Chebyshev terms on a panel of g."""
 
 _TOLERANCE = 1e-12, 1e-8
 """Last terms of a panel over the largest g at which it is fine enough: of smooth profiles, and of tabulated ones."""
@@ -65,6 +63,8 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     -------
     RingSources
     """
+    if kernel.exponent:
+        return power_law_load(kernel, indenter, radius, depth, edge=edge)
     tabulated = bool(getattr(indenter, "tabulated", False))
     rough = tabulated or kernel.graded
     sunk = _indentation(indenter, tabulated)
@@ -72,7 +72,7 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     breaks = np.array([0.0, *sorted(rings), radius])
 
     def panels(function: Callable[[Array], Array]) -> RingSources:
-        return RingSources(*_panels(function, breaks, _TOLERANCE[rough], _NARROWEST[rough]))
+        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough])
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])
@@ -116,34 +116,6 @@ def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array
         return np.asarray((flat * total).reshape(t.shape))
 
     return sunk
-
-
-def _panels(
-    function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float
-) -> tuple[Array, Array]:
-    """Panels between the breaks, halved until their series end; breaks and Chebyshev coefficients."""
-    nodes = np.cos(np.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
-    transform = chebyshev.chebvander(nodes, _TERMS - 1).T * 2 / _TERMS
-    transform[0] /= 2
-    pending = np.column_stack([breaks[:-1], breaks[1:]])
-    done: list[tuple[float, Array]] = []
-    size = 0.0
-    while len(pending):
-        middle, half = pending.mean(axis=1, keepdims=True), np.diff(pending, axis=1) / 2
-        series = function(middle + half * nodes) @ transform.T
-        size = max(size, float(np.abs(series[:, 0]).max()))
-        rough = np.abs(series[:, -3:]).max(axis=1) > tolerance * size
-        rough &= half[:, 0] > narrowest * breaks[-1]
-        done += [(float(low), each) for low, each in zip(pending[~rough, 0], series[~rough], strict=True)]
-        centre = middle[rough, 0]
-        pending = np.concatenate(
-            [np.column_stack([pending[rough, 0], centre]), np.column_stack([centre, pending[rough, 1]])]
-        )
-    done.sort(key=lambda panel: panel[0])
-    coefficients = np.array([each for _, each in done])
-    # what is below rounding costs time without a digit
-    coefficients[np.abs(coefficients) < 1e-16 * size] = 0.0
-    return np.array([low for low, _ in done] + [breaks[-1]]), coefficients
 
 
 def _smooth_part(kernel: Kernel, tip: RingSources) -> tuple[Array, Array]:

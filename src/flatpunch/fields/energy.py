@@ -78,6 +78,11 @@ def energy_by_depth(
     ValueError, TypeError
         On bad input.
 
+    See Also
+    --------
+    fields : Stresses and displacements.
+    sensitivity : From which depth a result comes.
+
     Examples
     --------
     >>> film = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))

@@ -18,7 +18,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.fields.bodies import Located, Side, located
+from flatpunch.fields.bodies import Located, Side, Solid, located
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
@@ -95,6 +95,12 @@ def fields(
     ValueError, TypeError
         On bad input, before any work.
 
+    See Also
+    --------
+    plot_fields : The picture.
+    critical_load : The first failure.
+    energy_by_depth : Where the energy is stored.
+
     Examples
     --------
     >>> import flatpunch as fp
@@ -151,7 +157,7 @@ _SHIFT = (
 )
 
 
-def _slides(body: HalfSpace | Medium) -> bool:
+def _slides(body: Solid) -> bool:
     return isinstance(body, Medium) and not all(layer.bonded for layer in body.layers)
 
 

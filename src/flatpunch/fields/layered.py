@@ -16,17 +16,22 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import constants_at, interfaces, waves_at
-from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
-from flatpunch.media import GradedLayer, HalfSpace, Medium
+from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.compliance.depth import interfaces, waves_at
+from flatpunch.compliance.power_law_depth import power_law_waves
+from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, normal_waves, shear_waves
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
 
 REACH = 36.0
 """k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding."""
 
-_SHORTEST = 1 / 24
-"""Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k."""
+SHORTEST = 1 / 24
+"""Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k; shorter
+waves are ended by a smooth window, which blurs the rim."""
+
+FADING = 0.55, 0.12
+"""Middle and width of that window over its last wavenumber: 1e-7 is left there."""
 
 _R_NODES, _Z_NODES = 20, 16
 """Chebyshev nodes of a panel in r, 1.25 decay lengths wide, and in z, an octave of depth: they leave 1e-11."""
@@ -49,6 +54,10 @@ _LOWEST = 1e-8
 """Smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it."""
 
 
+_MOST_RADIANS = 1e6
+"""Largest wavenumber times the extent of load and points that is integrated: half a minute."""
+
+
 class Load(Protocol):
     """A round load by its transform."""
 
@@ -56,28 +65,46 @@ class Load(Protocol):
     def radius(self) -> float:
         """Radius [m]."""
 
+    @property
+    def shallow(self) -> float:
+        """Depth to which the surface part of a power-law half-space is split off [m]: radius/12 times a power of 2."""
+
     def transform(self, k: Array) -> Array:
         """P(k), p(r) = int k P J_0(kr) dk [Pa m^2 / m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points of one panel in z: which, between which depths, and the decay length there."""
+    """Points of one panel in z: which, between which depths, the decay length there, and whether a window ends the integrals."""
 
     chosen: Indices
     low: float
     high: float
     decay: float
+    faded: bool = False
+
+
+def split_off(medium: HalfSpace | Medium | PowerLawHalfSpace, load: Load, z: Array, layer: Indices) -> Flags:
+    """Points at which a part in closed form is split off, which `layered_part` therefore leaves out."""
+    if isinstance(medium, PowerLawHalfSpace):
+        return np.asarray(z <= load.shallow)
+    return np.asarray(layer == 0)
 
 
 def layered_part(
-    medium: HalfSpace | Medium, load: Load, r: Array, z: Array, layer: Indices, shear: bool, reach: float = REACH
+    medium: HalfSpace | Medium | PowerLawHalfSpace,
+    load: Load,
+    r: Array,
+    z: Array,
+    layer: Indices,
+    shear: bool,
+    reach: float = REACH,
 ) -> tuple[Array, Array | None]:
     """Radial functions that layers add in the top layer, and all of them below it.
 
     Parameters
     ----------
-    medium : HalfSpace or Medium
+    medium : HalfSpace, Medium or PowerLawHalfSpace
         The body.
     load : Load
         Round pressure.
@@ -97,7 +124,10 @@ def layered_part(
     """
     count = 6 + (9 if shear else 0)
     result = np.zeros((count, r.size))
-    if isinstance(medium, Medium) and medium.layers:
+    if isinstance(medium, PowerLawHalfSpace):
+        for part in _octaves(load, z):
+            result[:, part.chosen] = _on_panel(medium, load, 0, r[part.chosen], z[part.chosen], part, shear, reach)
+    elif isinstance(medium, Medium) and medium.layers:
         tops, z = np.concatenate([[0.0], interfaces(medium), [np.inf]]), z.copy()
         for i in np.unique(layer):
             here = np.flatnonzero(layer == i)
@@ -114,7 +144,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
     if i == 0 and not isinstance(medium.layers[0], GradedLayer):
         yield Points(np.arange(z.size), 0.0, faces[1], 2 * faces[1] - float(z.max()))
         return
-    low = max(faces[i], _SHORTEST * load.radius if i == 0 else 0.0)
+    low = max(faces[i], SHORTEST * load.radius if i == 0 else 0.0)
     limit = faces[i + 1] if i + 1 < faces.size else np.inf
     start = faces[i]
     while start < limit:
@@ -122,13 +152,25 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
         last = end >= limit or end >= z.max()
         chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
         if chosen.size:
-            yield Points(chosen, start, end, low)
+            yield Points(chosen, start, end, low, faded=start == 0)
         if last:
             return
         start = low = end
 
 
-def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool, reach: float) -> Array:
+def _octaves(load: Load, z: Array) -> Iterator[Points]:
+    """Panels in the depth of a power-law half-space."""
+    start, end = 0.0, 2 * SHORTEST * load.radius
+    while start < z.max(initial=-1.0) or start == 0:
+        chosen = np.flatnonzero((z > start) & (z <= end) if start > 0 else z <= end)
+        if chosen.size:
+            yield Points(chosen, start, end, start or end / 2, faded=start == 0)
+        start, end = end, 2 * end
+
+
+def _on_panel(
+    medium: Medium | PowerLawHalfSpace, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool, reach: float
+) -> Array:
     """Functions at the points of one panel in depth, shape (functions, n)."""
     depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
     result = np.empty((15 if shear else 6, r.size))
@@ -139,7 +181,7 @@ def _on_panel(medium: Medium, load: Load, i: int, r: Array, z: Array, part: Poin
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
         gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
         if extent not in spectra:
-            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap), shear)
+            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap, part.faded), shear)
         result[:, chosen] = _combined(_table(spectra[extent], radii), weights, depth_weights[chosen])
     return result
 
@@ -186,31 +228,47 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
 
 
 def _spectrum(
-    medium: Medium, load: Load, i: int, z: Array, rule: tuple[float, float, float], shear: bool
+    medium: Medium | PowerLawHalfSpace,
+    load: Load,
+    i: int,
+    z: Array,
+    rule: tuple[float, float, float, bool],
+    shear: bool,
 ) -> tuple[Array, Array, Array]:
     """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz).
 
-    `rule` is the largest wavenumber, and the largest and smallest distance between points and load. Far from the load short
-    waves cancel: a smooth window ends the integral, whose own transform is below rounding at that distance.
+    `rule` is the largest wavenumber, the largest and smallest distance between points and load, and whether short waves fade
+    out. Far from the load they cancel: a smooth window ends the integral, whose own transform is below rounding there.
     """
-    last, extent, gap = rule
+    last, extent, gap, faded = rule
     windowed = gap * last > _WINDOW[0] + 6 * _WINDOW[1]
     if windowed:
         last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
-    k, weight = wavenumbers(last, extent, max(medium.thickness, load.radius))
+    if last * extent > _MOST_RADIANS:
+        raise ValueError(
+            f"points are up to {extent:.3g} m from the load, {extent * last / REACH:.0e} times the distance {REACH / last:.3g} m "
+            "over which the fields of the layers vary; their integrals need too many wavenumbers. Check the units, or leave "
+            "out the thin layer."
+        )
+    longest = max(medium.thickness, load.radius) if isinstance(medium, Medium) else load.radius
+    k, weight = wavenumbers(last, extent, longest)
     if windowed:
         weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
+    elif faded:
+        weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
     layer = np.full(z.size, i)
-    fields = _amplitudes(medium, k, z, layer, shear)
-    if i == 0:
-        mu, nu = (float(each[0]) for each in constants_at(medium, np.zeros(1), np.zeros(1, dtype=int)))
-        fields -= _amplitudes(HalfSpace(2 * mu * (1 + nu), nu), k, z, layer, shear)
+    fields = amplitudes(medium, k, z, layer, shear)
+    if split_off(medium, load, z[:1], layer[:1])[0]:
+        fields -= SurfacePart.of(medium).amplitudes(k, z, shear)
     return k, weight * k * load.transform(k), fields
 
 
-def _amplitudes(body: HalfSpace | Medium, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+def amplitudes(body: HalfSpace | Medium | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
     """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
-    waves = waves_at(body, k, z, layer, shear=shear)
+    if isinstance(body, PowerLawHalfSpace):
+        waves = power_law_waves(body, k, z)
+    else:
+        waves = waves_at(body, k, z, layer, shear=shear)
     normal = normal_waves(waves, k)
     return np.concatenate([normal, shear_waves(waves, k)]) if shear else normal
 
@@ -219,11 +277,11 @@ def _table(spectrum: tuple[Array, Array, Array], r: Array) -> Array:
     """Functions on the product of radii and depths, shape (functions, nr, nz)."""
     k, weight, fields = spectrum
     orders = NORMAL_ORDERS + (SHEAR_ORDERS if len(fields) > len(NORMAL_ORDERS) else ())
-    bessel = [values * weight for values in _bessel(np.outer(r, k), max(orders) + 1)]
+    bessel = [values * weight for values in bessel_functions(np.outer(r, k), max(orders) + 1)]
     return np.stack([bessel[m] @ each for m, each in zip(orders, fields, strict=True)])
 
 
-def _bessel(x: Array, count: int) -> list[Array]:
+def bessel_functions(x: Array, count: int) -> list[Array]:
     """J_0 ... J_(count - 1): orders two and three by recurrence, below x = 1 by their series."""
     found = [scipy.special.j0(x), scipy.special.j1(x)]
     small = x < 1

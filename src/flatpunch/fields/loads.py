@@ -33,6 +33,11 @@ class DiscLoad:
     ValueError, TypeError
         If a value is outside its range; the message names it.
 
+    See Also
+    --------
+    PatchLoad : Any footprint.
+    fields : Takes it.
+
     Examples
     --------
     >>> import flatpunch as fp
@@ -71,6 +76,19 @@ class PatchLoad:
     ------
     ValueError, TypeError
         If a value is outside its range, or the shapes differ.
+
+    See Also
+    --------
+    DiscLoad : A round footprint.
+    fields : Takes it.
+
+    Examples
+    --------
+    >>> body = fp.HalfSpace(young=3e9, poisson=0.4)
+    >>> load = fp.PatchLoad(pressure=np.full((4, 8), 1e6), spacing=1e-3)  # 8 mm x 4 mm at 1 MPa
+    >>> inside = fp.fields(body, load, x=0.0, y=0.0, z=[1e-3, 20e-3])
+    >>> print((inside.stress.sel(component="zz").values.ravel() / 1e6).round(2))
+    [-0.96 -0.04]
     """
 
     pressure: Any

@@ -11,10 +11,13 @@ polynomial of kz times exp(-kz) and the integrals are those of `ring_sources`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Waves
+from flatpunch.compliance.depth import Waves, constants_at
+from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace
 
 NORMAL_ORDERS = (1, 0, 1, 0, 0, 2)
 """Bessel orders of u_r, u_z, s_rz, s_zz, (s_rr + s_tt)/2, -(s_rr - s_tt)/2 under a pressure."""
@@ -80,6 +83,69 @@ def half_space_shear(i: Array, z: Array, mu: float, nu: float) -> Array:
             z * i[3, 2] / 2 + nu * i[3, 1],
         ]
     )
+
+
+@dataclass(frozen=True, slots=True)
+class SurfacePart:
+    """The part of the fields close to the surface that is taken in closed form.
+
+    Attributes
+    ----------
+    half_space : HalfSpace
+        Homogeneous body whose fields these are: of the material at the surface.
+    along : float or None
+        Under a power-law half-space, whose modulus at the surface is zero or infinite, only the tractions are those of the
+        half-space; the stresses along the surface are this multiple of s_zz, and displacements are left out.
+    """
+
+    half_space: HalfSpace
+    along: float | None = None
+
+    @classmethod
+    def of(cls, body: HalfSpace | Medium | PowerLawHalfSpace) -> SurfacePart:
+        """Part that belongs to a body."""
+        if isinstance(body, PowerLawHalfSpace):
+            return cls(HalfSpace(body.modulus, body.poisson), body.poisson / (1 - body.poisson))
+        mu, nu = (float(each[0]) for each in constants_at(body, np.zeros(1), np.zeros(1, dtype=int)))
+        return cls(HalfSpace(2 * mu * (1 + nu), nu))
+
+    @property
+    def constants(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson ratio."""
+        return self.half_space.young / (2 * (1 + self.half_space.poisson)), self.half_space.poisson
+
+    def amplitudes(self, k: Array, z: Array, shear: bool) -> Array:
+        """The part under unit load waves, shape (6 or 15, nk, nz): the integrals without the load's transform."""
+        decay = np.exp(-np.multiply.outer(k, z))
+        powers = np.broadcast_to(np.stack([decay / k[:, None], decay, decay * k[:, None]]), (4, 3, *decay.shape))
+        return self.closed(powers, z, shear)
+
+    def kept(self, functions: Array) -> Array:
+        """What is taken of the half-space's functions, shape (6 or 15, ...)."""
+        if self.along is None:
+            return functions
+        result = np.zeros_like(functions)
+        # notation: s_rz, s_zz, and under a traction s_lz + s_tz, s_lz - s_tz, s_zz
+        for rows, szz, mean in (((2, 3), 3, 4), ((9, 10, 11), 11, 12)):
+            if szz < len(functions):
+                result[list(rows)] = functions[list(rows)]
+                result[mean] = self.along * functions[szz]
+        return result
+
+    def kept_of_components(self, components: Array) -> Array:
+        """The same of stresses xx, yy, zz, yz, xz, xy and displacements, shape (9, ...)."""
+        if self.along is None:
+            return components
+        result = np.zeros_like(components)
+        result[2:5] = components[2:5]
+        result[:2] = self.along * components[2]
+        return result
+
+    def closed(self, integrals: Array, z: Array, shear: bool) -> Array:
+        """The part at points, from the integrals of the load; shape (6, n), with a traction (15, n)."""
+        mu, nu = self.constants
+        normal = half_space_normal(integrals, z, mu, nu)
+        return self.kept(np.concatenate([normal, half_space_shear(integrals, z, mu, nu)]) if shear else normal)
 
 
 def cartesian(normal: Array | None, shear: Array | None, theta: Array) -> tuple[Array, Array]:

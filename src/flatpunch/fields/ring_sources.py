@@ -13,12 +13,14 @@ the rim included. g is a polynomial on each panel; where it has degree one (cone
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.polynomial import legendre as polynomial
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
@@ -28,6 +30,9 @@ from flatpunch.numerics.gauss import gauss
 ORDERS = 4
 """Angular orders m = 0 ... 3: friction needs them all, a normal load the first three."""
 
+_TERMS = 16
+"""Chebyshev terms on a panel of g."""
+
 _NODES = 16
 """Gauss nodes on a panel: exact for polynomials g'' of degree 13 on a straight path."""
 
@@ -36,6 +41,9 @@ _MANY_NODES = 64
 
 _LONG = 3.0
 """Length of the path in v above which more nodes are needed."""
+
+_SLOW = 24.0
+"""k times half a panel up to which Gauss quadrature gives its transform; more than the terms on a panel."""
 
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
@@ -70,6 +78,11 @@ class RingSources:
         return float(self.breaks[-1])
 
     @property
+    def shallow(self) -> float:
+        """Depth to which the closed form is used under a power-law half-space [m]: deeper there is no need."""
+        return self.radius / 12
+
+    @property
     def force(self) -> float:
         """Total load [N], 2 pi P(0)."""
         return float(2 * np.pi * self.transform(np.zeros(1))[0])
@@ -95,21 +108,25 @@ class RingSources:
 
     def value(self, t: Array) -> Array:
         """g at 0 <= t <= radius [Pa]."""
-        panel = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.series) - 1)
+        flat = t.ravel()
+        panel = np.clip(np.searchsorted(self.breaks, flat, side="right") - 1, 0, len(self.series) - 1)
         low, high = self.breaks[panel], self.breaks[panel + 1]
-        return np.asarray(chebyshev.chebval((2 * t - low - high) / (high - low), self.series[panel].T, tensor=False))
+        found = chebyshev.chebval((2 * flat - low - high) / (high - low), self.series[panel].T, tensor=False)
+        return np.asarray(found.reshape(t.shape))
 
     def transform(self, k: Array) -> Array:
-        """P(k) = int g cos(kt) dt [Pa m], shape of k."""
+        """P(k) = int g cos(kt) dt [Pa m], shape of k.
+
+        Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
+        """
         total = np.zeros_like(k)
-        largest = float(k.max(initial=0.0))
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
-            half = (high - low) / 2
-            x, w = gauss(int(series.size + 8 + 0.6 * largest * half))
-            values = chebyshev.chebval(x, series) * w * half
-            for start in range(0, k.size, _CHUNK):
-                some = slice(start, start + _CHUNK)
-                total[some] += np.cos(np.outer(k[some], low + half * (1 + x))) @ values
+            half, middle = (high - low) / 2, (high + low) / 2
+            own = chebyshev.chebtrim(series)
+            slow = k * half <= _SLOW
+            x, w = gauss(own.size + 8 + int(0.6 * _SLOW))
+            total[slow] += np.cos(np.outer(k[slow], middle + half * x)) @ (chebyshev.chebval(x, own) * w * half)
+            total[~slow] += 2 * half * _oscillating(own, k[~slow] * half, k[~slow] * middle)
         return total
 
     def integrals(self, r: Array, z: Array) -> Array:
@@ -152,6 +169,65 @@ class RingSources:
                     _add_panel(part, ends, r[chosen], z[chosen], (middle, half), series, nodes)
                     result[:, :, chosen] += part
         return result
+
+
+@lru_cache(maxsize=64)
+def _to_legendre(terms: int) -> Array:
+    """Matrix from Chebyshev to Legendre coefficients, shape (terms, terms)."""
+    x, w = gauss(terms)
+    values = polynomial.legvander(x, terms - 1) * (np.arange(terms) + 0.5)
+    return np.asarray((values.T * w) @ chebyshev.chebvander(x, terms - 1))
+
+
+def _oscillating(series: Array, w: Array, phase: Array) -> Array:
+    """Re exp(i phase) sum c_n i^n j_n(w) for w beyond the number of terms, c_n the coefficients in Legendre polynomials."""
+    legendre = _to_legendre(series.size) @ series
+    bessel, ahead = np.sin(w) / w, np.cos(w) / w
+    turns = np.cos(phase), -np.sin(phase), -np.cos(phase), np.sin(phase)
+    total = np.zeros_like(w)
+    for n, c in enumerate(legendre):
+        total += c * turns[n % 4] * bessel
+        # j_(n+1) = (2n + 1)/w j_n - j_(n-1), stable while n < w; j_(-1) = cos(w)/w
+        bessel, ahead = (2 * n + 1) / w * bessel - ahead, bessel
+    return total
+
+
+def sampled(function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float) -> RingSources:
+    """Ring sources of any function g(t).
+
+    Parameters
+    ----------
+    function : callable
+        t [m] -> g [Pa], of the same shape.
+    breaks : ndarray, shape (n,)
+        Ends of the panels to begin with, 0 and the radius of the load among them [m]; panels are halved until their series end.
+    tolerance : float
+        Last terms of a panel, over the largest g, at which it is fine enough.
+    narrowest : float
+        Shortest panel over the radius.
+    """
+    nodes = np.cos(np.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
+    transform = chebyshev.chebvander(nodes, _TERMS - 1).T * 2 / _TERMS
+    transform[0] /= 2
+    pending = np.column_stack([breaks[:-1], breaks[1:]])
+    done: list[tuple[float, Array]] = []
+    size = 0.0
+    while len(pending):
+        middle, half = pending.mean(axis=1, keepdims=True), np.diff(pending, axis=1) / 2
+        series = function(middle + half * nodes) @ transform.T
+        size = max(size, float(np.abs(series[:, 0]).max()))
+        rough = np.abs(series[:, -3:]).max(axis=1) > tolerance * size
+        rough &= half[:, 0] > narrowest * breaks[-1]
+        done += [(float(low), each) for low, each in zip(pending[~rough, 0], series[~rough], strict=True)]
+        centre = middle[rough, 0]
+        pending = np.concatenate(
+            [np.column_stack([pending[rough, 0], centre]), np.column_stack([centre, pending[rough, 1]])]
+        )
+    done.sort(key=lambda panel: panel[0])
+    coefficients = np.array([each for _, each in done])
+    # what is below rounding costs time without a digit
+    coefficients[np.abs(coefficients) < 1e-16 * size] = 0.0
+    return RingSources(np.array([low for low, _ in done] + [breaks[-1]]), coefficients)
 
 
 def _add_end(result: Array, v: Complex, r: Array, of_value: float, of_slope: float) -> None:

@@ -7,10 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import constants_at
 from flatpunch.fields.bodies import Located
-from flatpunch.fields.layered import REACH, layered_part
-from flatpunch.fields.radial import cartesian, half_space_normal, half_space_shear
+from flatpunch.fields.layered import REACH, layered_part, split_off
+from flatpunch.fields.radial import SurfacePart, cartesian
 
 
 class RoundLoad(Protocol):
@@ -18,6 +17,9 @@ class RoundLoad(Protocol):
 
     @property
     def radius(self) -> float: ...  # noqa: D102
+
+    @property
+    def shallow(self) -> float: ...  # noqa: D102
 
     def integrals(self, r: Array, z: Array) -> Array: ...  # noqa: D102
 
@@ -61,28 +63,15 @@ def round_fields(
     """
     shear = traction != 0
     r, z, layer, which = _distinct(np.hypot(x, y), at)
-    top = layer == 0
     normal, sideways = layered_part(at.body, load, r, z, layer, shear, reach)
+    functions = normal if sideways is None else np.concatenate([normal, sideways])
+    top = split_off(at.body, load, z, layer)
     if top.any():
-        zero = np.zeros(1)
-        mu, nu = (float(each[0]) for each in constants_at(at.body, zero, np.zeros(1, dtype=int)))
-        integrals = load.integrals(r[top], z[top])
-        normal[:, top] += half_space_normal(integrals, z[top], mu, nu)
-        if shear:
-            extra = half_space_shear(integrals, z[top], mu, nu)
-            sideways = extra_added(sideways, extra, top)
+        functions[:, top] += SurfacePart.of(at.body).closed(load.integrals(r[top], z[top]), z[top], shear)
+    functions = functions[:, which]
     theta = np.arctan2(y, x) - direction
-    stress, displacement = cartesian(
-        pressure * normal[:, which], traction * sideways[:, which] if shear and sideways is not None else None, theta
-    )
+    stress, displacement = cartesian(pressure * functions[:6], traction * functions[6:] if shear else None, theta)
     return turned(stress, displacement, direction)
-
-
-def extra_added(sideways: Array | None, extra: Array, top: Array) -> Array:
-    """The half-space part of the traction's fields added at the points of the top layer."""
-    total = np.zeros((extra.shape[0], top.size)) if sideways is None else sideways
-    total[:, top] += extra
-    return total
 
 
 def _distinct(r: Array, at: Located) -> tuple[Array, Array, Indices, Indices]:

@@ -35,6 +35,11 @@ class UniformDisc:
     radius: float
 
     @property
+    def shallow(self) -> float:
+        """Depth to which the closed form is used under a power-law half-space [m]: far below it no cell is told from a disc."""
+        return self.radius * 16 / 3
+
+    @property
     def force(self) -> float:
         """Total load [N]."""
         return float(np.pi * self.radius**2)

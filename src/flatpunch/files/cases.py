@@ -11,6 +11,7 @@ from pydantic import Field
 
 from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, brief, positive, shown, whole
+from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.default import adhesive_method
@@ -26,6 +27,7 @@ from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 
 
+@readable
 @dataclass(frozen=True)
 class Case:
     """What a case file asks for, in SI units.
@@ -58,6 +60,18 @@ class Case:
         What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
+
+    See Also
+    --------
+    flatpunch.read_case : Makes it.
+    flatpunch.indent : Solves it.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.control, case.values.size)
+    depth 60
     """
 
     title: str
@@ -123,8 +137,7 @@ class CaseTable(Table):
         self._check_what_is_prescribed()
         if self.history is not None:
             return self._history(medium, self.history)
-        assert self.control is not None
-        control, steps = self.control.built
+        control, steps = self._steps()
         check_outlines(self.angles, steps.size)
         method = self._method()
         stress = None if self.stress is None else self.stress.built
@@ -143,9 +156,19 @@ class CaseTable(Table):
             design=None if self.design is None else self.design.case(medium, indenter, stress),
         )
 
+    def _steps(self) -> tuple[str, Array]:
+        """What is prescribed and its steps: those of [control], else those at which [design] prescribes something."""
+        if self.control is not None:
+            name, steps = self.control.built
+            return name, steps
+        assert self.design is not None
+        place = self.design.built.control
+        return place.name, place.values
+
     def _check_what_is_prescribed(self) -> None:
         """Control or history, and what goes with either."""
-        if (self.control is None) == (self.history is None):
+        designed = self.design is not None and self.design.built is not None
+        if (self.control is None) == (self.history is None) and not (self.control is None and designed):
             found = "none" if self.control is None else "both"
             raise ValueError(
                 "give either a table [control] with one of depth, force and radius, or a table [history] with times; found "
@@ -212,6 +235,19 @@ def read_case(path: str | Path) -> Case:
     ------
     CaseError
         If the file is unreadable or describes no case. All problems found are listed, one a line.
+
+    See Also
+    --------
+    indent : Solves it.
+    sweep : Over ranges of its values.
+    files.describe : In words.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> case = fp.read_case(path)
+    >>> print(case.title)
+    Sphere on articular cartilage, stiffer with depth, on bone
     """
     path, text = Path(path), case_text(path)
     return replace(case_from(parsed(text, path), path), source=(path, text))

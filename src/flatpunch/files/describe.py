@@ -51,7 +51,17 @@ _LISTED = 4
 
 
 def shipped_cases() -> list[Path]:
-    """Return the case files that come with the package, in alphabetical order."""
+    """Return the case files that come with the package, in alphabetical order.
+
+    See Also
+    --------
+    flatpunch.read_case : Reads one of them.
+
+    Examples
+    --------
+    >>> print("afm_pyramid_on_gel" in [path.stem for path in fp.files.shipped_cases()])
+    True
+    """
     here = Path(__file__).resolve()
     # a wheel carries them inside the package, a source tree in its folder `examples`
     for folder in (here.parents[1] / "examples", here.parents[3] / "examples"):
@@ -68,7 +78,20 @@ def shipped_fits() -> list[Path]:
 
 
 def describe(case: Case) -> Iterator[str]:
-    """Yield lines that say what a case would solve."""
+    """Yield lines that say what a case would solve.
+
+    See Also
+    --------
+    flatpunch.read_case : The case.
+    flatpunch.files.describe_sample : Bodies and tip alone.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> lines = list(fp.files.describe(fp.read_case(path)))
+    >>> print(lines[0])
+    Case      Sphere on articular cartilage, stiffer with depth, on bone
+    """
     yield from describe_sample(
         case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
     )
@@ -83,7 +106,7 @@ def describe(case: Case) -> Iterator[str]:
     yield f"Expected  {_expected(case, choice)}"
     yield f"Takes     {_cost(case, choice)}"
     if case.stress is not None:
-        asked = sum(strength != Strength() for strength in case.stress.strengths)
+        asked = sum(strength != Strength() for strength in case.stress.strengths + case.stress.upper_strengths)
         yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
 
 
@@ -157,7 +180,21 @@ def _bodies(medium: Any) -> tuple[Any, ...]:
 def describe_sample(
     title: str, medium: Any, indenter: Any, work: float | None, range_of_action: float | None, relaxation: Any
 ) -> Iterator[str]:
-    """Yield the lines about bodies, indenter, relaxation and adhesion."""
+    """Yield the lines about bodies, indenter, relaxation and adhesion.
+
+    See Also
+    --------
+    flatpunch.files.describe : With the steps.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> for line in fp.files.describe_sample("Gel", gel, tip, None, None, None):
+    ...     print(line)
+    Case      Gel
+    Body      HalfSpace young 5 kPa, poisson 0.5
+    Indenter  Sphere radius 5 µm
+    """
     yield f"Case      {title or '(no title)'}"
     yield from describe_bodies(medium)
     yield f"Indenter  {words(indenter)}"

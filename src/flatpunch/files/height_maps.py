@@ -49,6 +49,18 @@ def read_height_map(
         If the file is not readable, is no map, or has no length unit.
     ImportError
         If SurfaceTopography is needed and not installed.
+
+    See Also
+    --------
+    HeightMap : From arrays.
+
+    Examples
+    --------
+    >>> x = np.linspace(-1e-6, 1e-6, 81)
+    >>> np.savez("tip.npz", x=x, y=x, z=(x**2 + 2 * x[:, None] ** 2) / 2e-6)
+    >>> tip = fp.read_height_map("tip.npz")
+    >>> print(f"{float(tip.height(np.array(0.5e-6), np.array(0.0))) * 1e9:.0f} nm above the apex")
+    125 nm above the apex
     """
     path = Path(path)
     if not path.is_file():

@@ -35,7 +35,20 @@ LARGEST = 4_000_000_000
 
 
 class ResultError(ValueError):
-    """A result file that cannot be read, or a result that cannot be written where it was asked for."""
+    """A result file that cannot be read, or a result that cannot be written where it was asked for.
+
+    See Also
+    --------
+    flatpunch.load, flatpunch.save : Raise it.
+
+    Examples
+    --------
+    >>> try:
+    ...     fp.load("missing.nc")
+    ... except fp.files.ResultError as error:
+    ...     print(error)
+    missing.nc: not readable (No such file or directory).
+    """
 
 
 def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Path:

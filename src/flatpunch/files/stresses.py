@@ -63,14 +63,8 @@ def stresses(case: Case) -> Stresses:
     reach, deep = _extent(case, contact)
     found = fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
     first = None
-    if any(strength != Strength() for strength in asked.strengths):
-        first = critical_load(
-            case.medium,
-            case.indenter,
-            list(asked.strengths),
-            friction=asked.friction,
-            residual_stress=asked.residual_stress,
-        )
+    if asked.judged:
+        first = critical_load(case.medium, case.indenter, **asked.critical(case.medium))
     return Stresses(found, first, contact, asked.strengths)
 
 
@@ -122,8 +116,10 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
     first : CriticalLoad
         What `critical_load` returned.
     """
+    two = any(name.startswith(("upper", "lower")) for name in first.margins)
+    where = f"layer {first.layer + 1}" + (f" of the {first.body} body" if two else "")
     if first.force == 0:
-        return [f"First failure: {first.kind} in layer {first.layer + 1} at the first touch: the tip is sharp."]
+        return [f"First failure: {first.kind} in {where} at the first touch: the tip is sharp."]
     if math.isinf(first.force):
         return ["No failure up to the largest contact that the tip or the layers allow."]
     at = f"x = {text(first.place[0], 'm')}, z = {text(first.place[2], 'm')}"
@@ -131,9 +127,10 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
         f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])
     )
     return [
-        f"First failure: {first.kind} in layer {first.layer + 1} at {at}, force {text(first.force, 'N')}, depth "
+        f"First failure: {first.kind} in {where} at {at}, force {text(first.force, 'N')}, depth "
         f"{text(first.depth, 'm')}, contact radius {text(first.radius, 'm')}.",
         f"Strength over stress there: {margins}.",
+        *([f"Estimated relative error of that stress: {first.error:.1g}."] if first.error > 1e-3 else []),
     ]
 
 

@@ -10,13 +10,17 @@ from .half_space.comparison import compare_formulas
 from .half_space.correction import Correction, correct
 from .measured.curve import Curve, CurveError
 from .measured.readers import read_curve
+from .parameters.priors import LogNormal, Normal, Uniform
 from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
+from .plan import Plan, planned
+from .posterior_picture import plot_posterior
 from .report.estimate import Estimate
 from .report.joint import JointResult
 from .report.likelihood import Profile
+from .report.posterior import Posterior
 from .report.result import FitResult
 from .together import Measured, fit_together
 
@@ -32,11 +36,16 @@ __all__ = [
     "ForwardModel",
     "Free",
     "JointResult",
+    "LogNormal",
     "Measured",
+    "Normal",
+    "Plan",
+    "Posterior",
     "Profile",
     "Sample",
     "Settings",
     "Tip",
+    "Uniform",
     "Unloading",
     "compare_formulas",
     "correct",
@@ -47,7 +56,9 @@ __all__ = [
     "fit_together",
     "oliver_pharr",
     "parameter_names",
+    "planned",
     "plot_fit",
+    "plot_posterior",
     "read_curve",
     "read_fit_case",
     "read_nanoindentation",

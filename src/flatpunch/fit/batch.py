@@ -51,6 +51,20 @@ class Batch:
     rows : tuple of dict
         One a curve, in the order of the input: "curve", where it comes from ("file", "index"), "ok", "reason", the columns of
         `FitResult.row`, and the position in a map.
+
+    See Also
+    --------
+    flatpunch.fit_batch : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> batch = fp.fit_batch([curve], gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)}, workers=1)
+    >>> print(len(batch.rows), batch.rows[0]["ok"])
+    1 True
     """
 
     rows: tuple[Mapping[str, Any], ...]
@@ -202,6 +216,23 @@ def fit_batch(
     -------
     Batch
         One record for each curve, good or bad.
+
+    See Also
+    --------
+    fit : One curve.
+    fit_together : Several curves of one sample.
+    fit.Batch : What it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> tip, free = fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)}
+    >>> batch = fp.fit_batch([curve, curve], gel, tip, free, workers=1)  # or paths of files
+    >>> print([f"{row['layers[0].young'] / 1e3:.2f} kPa" for row in batch.rows])
+    ['5.00 kPa', '5.00 kPa']
     """
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     given: SettingsOf = {"engine": "normal-equations", **settings}

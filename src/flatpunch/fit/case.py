@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import Field
 
+from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import case_text, parsed
@@ -22,6 +23,7 @@ from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.fit.adhesion.model import adhesive_method
+from flatpunch.fit.case_knowledge import PlanTable, PosteriorTable, priors_of
 from flatpunch.fit.case_tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
 from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
@@ -29,10 +31,13 @@ from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import check_free
+from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import scaling
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.plan import Plan, planned
+from flatpunch.fit.report.log_posterior import CALIBRATION
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
@@ -46,6 +51,7 @@ _MEMORY = 300e6
 """Memory of the program with the libraries of a fit [bytes]."""
 
 
+@readable
 @dataclass(frozen=True)
 class FitCase:
     """What a case file of a fit asks for, SI.
@@ -74,6 +80,24 @@ class FitCase:
         Free parameters that each of these curves has for itself.
     correct : mapping
         What `correct` takes besides medium and indenter, from [correct]: reported modulus, depth, model.
+    priors : mapping of str to Normal, LogNormal or Uniform
+        What is known beforehand, from [priors].
+    posterior : mapping
+        "draws" and "seed", from [posterior].
+    plan : mapping
+        Arguments of `planned`, from [plan]; empty without one.
+
+    See Also
+    --------
+    flatpunch.fit.read_fit_case : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(case.title)
+    Thin gel under a bead
     """
 
     title: str
@@ -89,6 +113,9 @@ class FitCase:
     curves: tuple[Mapping[str, Any], ...] = ()
     own: tuple[str, ...] = ()
     correct: Mapping[str, Any] = field(default_factory=dict)
+    priors: Mapping[str, Prior] = field(default_factory=dict)
+    posterior: Mapping[str, Any] = field(default_factory=dict)
+    plan: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sample(self) -> Sample:
@@ -127,6 +154,9 @@ class FitCaseTable(Table):
     film: FilmTable | None = None
     correct: CorrectTable | None = None
     curves: list[OneCurveTable] = Field(default=[])
+    priors: dict[str, Any] = Field(default={})
+    posterior: PosteriorTable | None = None
+    plan: PlanTable | None = None
 
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
@@ -146,6 +176,9 @@ class FitCaseTable(Table):
             self.film.built if self.film else {},
             tuple(curve.built for curve in self.curves),
             correct=self.correct.built if self.correct else {},
+            priors=priors_of(self.priors),
+            posterior=self.posterior.built if self.posterior else {},
+            plan=self.plan.built if self.plan else {},
         )
         # whether its parts go together
         sample = case.sample
@@ -171,6 +204,19 @@ def read_fit_case(path: str | Path) -> FitCase:
     ------
     CaseError
         If the file is unreadable or describes no fit; all problems found are listed.
+
+    See Also
+    --------
+    flatpunch.fit : Takes what it holds.
+    flatpunch.read_case : A case to be solved.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(sorted(case.free))
+    ['layers[0].young']
     """
     path = Path(path)
     return fit_case_from(parsed(case_text(path), path), path)
@@ -191,6 +237,7 @@ def fit_case_from(data: dict[str, Any], path: Path) -> FitCase:
         case = replace(case, free=found, own=own)
         check_free(case.sample, found)
         _check_curves(case)
+        _check_knowledge(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     return case
@@ -210,6 +257,36 @@ def _check_curves(case: FitCase) -> None:
             raise ValueError(
                 f"curves[{i}].values: {unknown[0]} is not part of this case; it has {', '.join(case.sample.names)}."
             )
+
+
+def _check_knowledge(case: FitCase) -> None:
+    """Refuse priors of what is not there, and plans of what cannot be planned."""
+    known = (*case.sample.names, *case.settings.nuisance, *CALIBRATION)
+    for name in case.priors:
+        if name not in known:
+            raise ValueError(f"priors: {name} is not part of this case; it has {', '.join(known)}.")
+    if case.plan and (case.relaxation is not None or case.curves or case.film):
+        raise ValueError(
+            "[plan] is for a single curve of an elastic or adhesive contact; leave it out of fits of relaxation, of several "
+            "curves and of films."
+        )
+    if case.plan and not case.free:
+        raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
+
+
+def plan_of(case: FitCase) -> Plan:
+    """What the planned curve of a case will determine."""
+    spring = {"spring_constant": case.reading["spring_constant"]} if "spring_constant" in case.reading else {}
+    return planned(
+        case.medium,
+        case.indenter,
+        case.free,
+        **{**spring, **case.plan},
+        priors={name: prior for name, prior in case.priors.items() if name in (*case.free, *case.settings.nuisance)},
+        work_of_adhesion=case.work_of_adhesion,
+        contact=case.settings.contact,
+        baseline=case.settings.baseline,
+    )
 
 
 def read_measured(case: FitCase) -> list[Measured]:
@@ -302,6 +379,9 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     )
     yield f"Expected  forces of the model {forces}; the result has intervals of its values"
     yield f"Takes     {takes(_MEMORY, _seconds(case))}"
+    if case.plan:
+        for i, line in enumerate(plan_of(case).lines()):
+            yield f"{'Planned' if i == 0 else '':<9} {line}"
 
 
 def _seconds(case: FitCase) -> float:

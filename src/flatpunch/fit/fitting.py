@@ -123,6 +123,23 @@ def fit_ranges(
     -------
     list of FitResult
         One for each share that leaves enough points; the last is the whole curve if 1 is among the shares.
+
+    See Also
+    --------
+    flatpunch.fit : One range.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> force += 1e-12 * np.random.default_rng(0).normal(size=force.size)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> from flatpunch.fit import fit_ranges
+    >>> free = {"layers[0].young": fp.Free(2e3)}
+    >>> fits = fit_ranges(curve, gel, fp.Sphere(radius=5e-6), free, shares=[0.5, 1.0])
+    >>> print([f"{each['layers[0].young'] / 1e3:.2f} kPa" for each in fits])
+    ['5.00 kPa', '5.00 kPa']
     """
     whole = fit(curve, medium, indenter, free, **settings)
     contact, deepest = whole["contact"] if "contact" in whole.estimates else 0.0, float(whole.depth.max())

@@ -20,7 +20,8 @@ from flatpunch.fit.measured.signal import CLEAR, DIP
 from flatpunch.fit.models import bounds
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.estimate import half_width
-from flatpunch.fit.report.findings import TIMES, WIDE, correlated
+from flatpunch.fit.report.findings import TIMES, WIDE
+from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.result import read_lines
 from flatpunch.fit.search import MISFIT
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,18 @@ from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
 from flatpunch.fit.report.quantities import label as label_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
-from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, StyleName, axes_or_new, legend_below, scale_of, styled
+from flatpunch.plots.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PALE,
+    StyleName,
+    axes_or_new,
+    legend_below,
+    printed,
+    scale_of,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,10 +37,8 @@ if TYPE_CHECKING:
     from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
-_LONGEST = 32
-"""Letters of a curve's name in a title."""
-_JOINT = (2.30, 5.99, 11.83)
-"""Growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters."""
+_LETTERS = 46
+"""Letters in a line of a title; more do not fit above a panel of one column."""
 
 
 def plot_fit(
@@ -113,6 +123,7 @@ def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName
         bottom = figure.add_subplot(grid[1, 0], sharex=top)
         _residuals(result, bottom)
         top.set_xlabel("")
+        top.tick_params(labelbottom=False)
         if wanted and pair is not None:
             _ridge(result, *pair, figure.add_subplot(grid[:, 1] if beside else grid[2, 0]))
     return figure
@@ -163,8 +174,7 @@ def _measured_and_fitted(result: FitResult, axes: Axes) -> None:
     axes.set_xlabel(label)
     axes.set_ylabel(f"normal force $F$ ({unit})")
     axes.legend(loc="best", markerscale=1.3)
-    words = [f"{label_of(name)} = {quantity(result[name], unit_of(name))}" for name in result.objective.model.free]
-    axes.set_title(_lines(result.curve.name, words))
+    axes.set_title(_title(result.curve.name, result, result.objective.model.free))
 
 
 def _residuals(result: FitResult, axes: Axes) -> None:
@@ -210,30 +220,33 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
             )
         top.legend(title="measured; fitted in black", markerscale=3)
         top.set_ylabel(f"normal force over baseline ({y_unit})")
-        words = [f"{label_of(name)} = {quantity(result[name], unit_of(name))}" for name in result.shared]
-        top.set_title(_lines(f"{len(result.results)} curves", words))
+        top.set_title(_title(f"{len(result.results)} curves", result, result.shared))
         bottom.axhline(0, color=GREY, lw=0.8)
         bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
         bottom.set_ylabel("residual / noise")
     return figure
 
 
-def _lines(name: str, words: Sequence[str]) -> str:
-    """Title of at most two values a line."""
-    name = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
-    rows = [", ".join(words[i : i + 2]) for i in range(0, len(words), 2)]
-    return "\n".join([f"{name}: {rows[0]}", *rows[1:]]) if rows else name
+def _title(name: str, result: FitResult | JointResult, parameters: Sequence[str]) -> str:
+    """Name of a curve and fitted values, in lines that fit above one panel."""
+    name = name if len(name) <= _LETTERS - 1 else name[: _LETTERS - 2] + "…"
+    words = [f"{label_of(each)} = {quantity(result[each], unit_of(each))}" for each in parameters]
+    # a value keeps to its line: spaces within it do not break
+    values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
+    return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)
 
 
 def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     found = result.ridge(first, second)
     scales = [scale_of(found[name].values, unit_of(label)) for name, label in (("first", first), ("second", second))]
     x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
+    # growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters
+    levels = [0, 2.30, 5.99, 11.83]
     axes.contourf(
         np.broadcast_to(x[:, None], y.shape),
         y,
         found["growth"].values,
-        levels=[0, *_JOINT],
+        levels=levels,
         colors=["#0b4f86", "#6f95b8", "#c4d5e4"],
     )
     axes.plot(x, found["line"].values * scales[1][0], color=ORANGE, label="best for each value")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices, real
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.fitting import setup_of
 from flatpunch.fit.least_squares.joint import JointObjective
@@ -38,6 +39,7 @@ _ROUNDS = 3
 """Fits, each with the noise of the one before; the noise hardly changes after the first."""
 
 
+@readable
 @dataclass(frozen=True)
 class Measured:
     """A curve of a joint fit, and how its measurement differs from the others.
@@ -49,6 +51,18 @@ class Measured:
         Its tip; that of the fit if left out.
     values : mapping of str to float
         Known parameters that differ at its place [SI], {"layers[0].thickness": 2e-6}; starting values of free ones.
+
+    See Also
+    --------
+    fit_together : Takes them.
+
+    Examples
+    --------
+    >>> depth = np.linspace(-100e-9, 200e-9, 61)
+    >>> curve = fp.Curve(depth=depth, force=0.3 * np.maximum(depth, 0.0) ** 1.5)
+    >>> place = fp.Measured(curve, indenter=fp.Sphere(radius=5e-6), values={"layers[0].thickness": 700e-9})
+    >>> print(sorted(place.values))
+    ['layers[0].thickness']
     """
 
     curve: Curve
@@ -99,6 +113,12 @@ def fit_together(
         If a curve cannot be evaluated.
     ValueError, TypeError
         On bad input.
+
+    See Also
+    --------
+    Measured : A curve with its own tip or values.
+    fit : One curve.
+    fit.JointResult : What it returns.
 
     Examples
     --------

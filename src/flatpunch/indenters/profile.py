@@ -31,7 +31,18 @@ from flatpunch._support.checks import Array
 
 @runtime_checkable
 class Indenter(Protocol):
-    """Rigid, smooth, frictionless indenter."""
+    """Rigid, smooth, frictionless indenter.
+
+    See Also
+    --------
+    flatpunch.HeightMap, flatpunch.RadialProfile : Shapes given by numbers.
+    flatpunch.plot_tip : The picture of any indenter.
+
+    Examples
+    --------
+    >>> isinstance(fp.Sphere(radius=1e-6), fp.indenters.Indenter)
+    True
+    """
 
     @property
     def exponent(self) -> float | None:

@@ -85,6 +85,11 @@ class HalfSpace:
     poisson : float
         Poisson ratio [-], -1 < poisson <= 0.5.
 
+    See Also
+    --------
+    Medium : With layers on top.
+    PowerLawHalfSpace : A modulus that is a power of depth.
+
     Examples
     --------
     >>> fp.HalfSpace(young=70e9, poisson=0.22).surface_modulus > 70e9
@@ -113,6 +118,11 @@ class HalfSpace:
 @dataclass(frozen=True, slots=True)
 class RigidBase:
     """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says.
+
+    See Also
+    --------
+    Medium : What rests on it.
+    HalfSpace : An elastic base.
 
     Examples
     --------

@@ -66,6 +66,18 @@ class Formula:
     ------
     ValueError
         If the text is no such formula; the message points at the place.
+
+    See Also
+    --------
+    DepthTable : Measured values.
+    GradedLayer : The layer that takes it.
+
+    Examples
+    --------
+    >>> law = fp.Formula("2e9*(1 + exp(-z/1e-6))")
+    >>> coating = fp.GradedLayer(young=law, poisson=0.3, thickness=3e-6)
+    >>> print(f"{law(0.0):.1e} Pa at the surface of the layer, {law(3e-6):.1e} Pa at its foot")
+    4.0e+09 Pa at the surface of the layer, 2.1e+09 Pa at its foot
     """
 
     text: str

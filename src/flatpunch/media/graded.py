@@ -46,6 +46,11 @@ class GradedLayer:
     ValueError, TypeError
         If a value is outside its range; the message names it, and the depth at which it happens.
 
+    See Also
+    --------
+    LinearModulus, ExponentialModulus, PowerModulus, DepthTable, Formula : Laws of the modulus over depth.
+    Layer : A constant modulus.
+
     Examples
     --------
     >>> layer = fp.GradedLayer(young=fp.LinearModulus(1e9, 2e9, 1e-6), poisson=0.3, thickness=1e-6)

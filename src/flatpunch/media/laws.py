@@ -47,6 +47,11 @@ class LinearModulus(_Transition):
     thickness : float
         Depth at which `bottom` is reached [m], > 0.
 
+    See Also
+    --------
+    ExponentialModulus, PowerModulus, DepthTable, Formula : Other laws.
+    GradedLayer : The layer that takes it.
+
     Examples
     --------
     >>> fp.LinearModulus(1e9, 2e9, 1e-6)
@@ -69,6 +74,11 @@ class ExponentialModulus(_Transition):
         Young's modulus at z = 0 and at z = thickness [Pa], > 0.
     thickness : float
         Depth at which `bottom` is reached [m], > 0.
+
+    See Also
+    --------
+    LinearModulus, PowerModulus, DepthTable, Formula : Other laws.
+    GradedLayer : The layer that takes it.
 
     Examples
     --------
@@ -95,6 +105,11 @@ class PowerModulus(_Transition):
     exponent : float
         > 0; 1 is the linear law.
 
+    See Also
+    --------
+    LinearModulus, ExponentialModulus, DepthTable, Formula : Other laws.
+    PowerLawHalfSpace : The law from the surface down to any depth.
+
     Examples
     --------
     >>> fp.PowerModulus(1e9, 2e9, 1e-6, exponent=2.0)
@@ -119,6 +134,11 @@ class DepthTable:
         Depths z [m] from the layer's own top, ascending from 0; at least two.
     entries : sequence of float
         The value at each depth.
+
+    See Also
+    --------
+    Formula : The law as text.
+    LinearModulus, ExponentialModulus, PowerModulus : Laws in closed form.
 
     Examples
     --------

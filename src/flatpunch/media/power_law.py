@@ -25,6 +25,11 @@ class PowerLawHalfSpace:
         Poisson ratio nu [-], -1 < poisson <= 0.5. For these exponents every such value leaves the exponents of
         the decaying fields real, (1 + k)(1 - k nu/(1 - nu)) >= 0.
 
+    See Also
+    --------
+    PowerModulus : The same law in a layer.
+    HalfSpace : The homogeneous body.
+
     Examples
     --------
     >>> fp.PowerLawHalfSpace(modulus=1e9, depth=1e-6, exponent=0.3, poisson=0.3)

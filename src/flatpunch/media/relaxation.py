@@ -48,6 +48,12 @@ class Prony:
     equilibrium : float, optional
         psi after infinite time [-], >= 0. By default 1 - sum(weights): the modulus of the medium is the instantaneous one.
 
+    See Also
+    --------
+    StandardLinearSolid : One time only.
+    PowerLawRelaxation : Soft tissue and cells.
+    indent : Takes it as `relaxation`.
+
     Examples
     --------
     >>> fp.Prony([0.5], [1.0])
@@ -104,6 +110,12 @@ class StandardLinearSolid:
     time : float
         Relaxation time [s], > 0.
 
+    See Also
+    --------
+    Prony : Several times.
+    PowerLawRelaxation : Soft tissue and cells.
+    indent : Takes it as `relaxation`.
+
     Examples
     --------
     >>> fp.StandardLinearSolid(equilibrium=0.4, time=1.0)
@@ -152,6 +164,11 @@ class PowerLawRelaxation:
         alpha [-], 0 < alpha < 1; cells and soft gels have 0.05 to 0.4.
     time : float
         Time at which the modulus is that of the medium [s], > 0.
+
+    See Also
+    --------
+    Prony, StandardLinearSolid : Exponential relaxation.
+    indent : Takes it as `relaxation`.
 
     Examples
     --------

@@ -25,6 +25,11 @@ class TwoBodies:
         The bodies, each described from its own contact surface inwards. One may be rigid. A power-law half-space goes with a
         rigid body, or with another one of the same exponent: their sum is again one of that exponent, which no other sum is.
 
+    See Also
+    --------
+    Medium : Each of the two bodies may be one.
+    indent : Press them together.
+
     Examples
     --------
     >>> steel = fp.HalfSpace(young=210e9, poisson=0.3)

@@ -159,6 +159,8 @@ class PiecewiseChebyshev:
         Whether a piece is halved.
     together : bool
         Whether the nodes of all new spans are sampled in one call.
+    noise : float
+        Largest error that may be noise of the samples: a piece below is not halved again when halving has not halved its error.
     """
 
     sample: Callable[[Array], Array]
@@ -168,6 +170,7 @@ class PiecewiseChebyshev:
     judge: Callable[[Array], float] = lambda series: 0.0
     rough: Callable[[Piece], bool] = lambda piece: False
     together: bool = False
+    noise: float = 0.0
     _pieces: dict[tuple[float, float], list[Piece]] = field(default_factory=dict)
 
     def at(self, x: Array, *, few: int = 0) -> Array:
@@ -232,13 +235,13 @@ class PiecewiseChebyshev:
     ) -> list[Piece]:
         """Pieces of a span: one, or those of both halves.
 
-        `before` is the error of the piece it is half of: a tail that halving has not halved is noise of the samples, and stays.
+        `before` is the error of the piece it is half of: a small tail that halving has not halved is noise of the samples.
         """
         if values is None:
             values = self.sample(self._places(low, high, count))
         series = nodal_transform(count) @ values
         piece = Piece(low, high, series, self.judge(series), self.variable(low, high))
-        if not self.rough(piece) or piece.error > before / 2:
+        if not self.rough(piece) or before / 2 < piece.error < self.noise:
             return [piece]
         middle = (low + high) / 2
         return self._built(low, middle, count, before=piece.error) + self._built(

@@ -49,6 +49,18 @@ def reproduce(
     -------
     Report
         Deviations and statements with their numbers.
+
+    See Also
+    --------
+    flatpunch.sweep : Studies of your own.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from flatpunch.paper import reproduce
+    >>> report = reproduce(Path("paper"), quick=True, figures=(10,), jobs=1)
+    >>> print((Path("paper") / "figure_10.png").is_file())
+    True
     """
     # the command line imports this module; drawing is imported when something is drawn
     from flatpunch.paper import plan as plans

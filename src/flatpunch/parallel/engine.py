@@ -25,6 +25,20 @@ class Solved(Mapping[Name, Outcome]):
     ----------
     fresh : int
         Number of points that this run has solved or tried; the others were there.
+
+    See Also
+    --------
+    flatpunch.parallel.solve_points : Makes it.
+    flatpunch.parallel.Outcome : Each of its values.
+
+    Examples
+    --------
+    >>> from flatpunch.parallel import solve_points
+    >>> def root(x):
+    ...     return {"root": np.sqrt(x)}
+    >>> solved = solve_points(root, [4.0, 9.0], workers=1)
+    >>> print(len(solved), solved.fresh, solved.failed)
+    2 2 {}
     """
 
     def __init__(self, keys: Mapping[Name, str], store: Store, fresh: int) -> None:
@@ -107,6 +121,21 @@ def solve_points(
     ------
     TypeError, ValueError, OSError
         On input that cannot be used, a folder that cannot be written, a cluster that cannot be reached; before any work.
+
+    See Also
+    --------
+    flatpunch.parallel.Solved : What it returns.
+    flatpunch.sweep : A case file over ranges.
+
+    Examples
+    --------
+    >>> from flatpunch.parallel import solve_points
+    >>> def force(radius):
+    ...     contact = fp.indent(fp.HalfSpace(young=1e6, poisson=0.5), fp.Sphere(radius), depth=1e-7)
+    ...     return {"force": float(contact.force[0])}
+    >>> solved = solve_points(force, {"small": 1e-6, "large": 4e-6}, workers=1)
+    >>> print({name: f"{outcome.numbers['force'] * 1e9:.1f} nN" for name, outcome in solved.items()})
+    {'small': '55.7 nN', 'large': '112.2 nN'}
     """
     named = dict(points) if isinstance(points, Mapping) else dict(enumerate(points))
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):

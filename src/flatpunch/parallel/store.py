@@ -68,6 +68,18 @@ class Folder:
     ----------
     path : path
         The folder. What interrupted runs have left unfinished in it is removed.
+
+    See Also
+    --------
+    flatpunch.parallel.solve_points : Takes it as `store`.
+
+    Examples
+    --------
+    >>> from flatpunch.parallel import Folder, Outcome
+    >>> store = Folder("points")
+    >>> store.write("a", Outcome({"x": 1.0}))
+    >>> print(store.states(["a", "b"]), float(store.read("a").numbers["x"]))
+    {'a': True} 1.0
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.readable import readable
 from flatpunch.parallel.threads import one_thread
 
 Function = Callable[[Any], Mapping[str, Any]]
@@ -27,6 +28,7 @@ _BUDGET = 0.1
 _one_at_a_time = threading.Lock()
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What became of a point.
@@ -39,6 +41,19 @@ class Outcome:
         Why it failed, type and message of the exception; empty where it did not.
     seconds : float
         Time it took.
+
+    See Also
+    --------
+    flatpunch.parallel.Solved : Holds them by name.
+
+    Examples
+    --------
+    >>> from flatpunch.parallel import solve_points
+    >>> def inverse(x):
+    ...     return {"inverse": 1 / x}
+    >>> solved = solve_points(inverse, [4.0, 0.0], workers=1)
+    >>> print(solved[0].numbers["inverse"], solved[1].reason)
+    0.25 ZeroDivisionError: float division by zero
     """
 
     numbers: Mapping[str, Any] | None

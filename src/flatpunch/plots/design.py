@@ -12,9 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from flatpunch.design import Design
 from flatpunch.design.targets import UNITS
 from flatpunch.files.units import readable
-from flatpunch.plots.style import axes_or_new
-
-_WANTED, _FOUND, _BEFORE = "black", "#c1121f", "#8c8c8c"
+from flatpunch.plots.style import BLUE, GREY, StyleName, axes_or_new, styled
 
 
 def plot_design(result: Design, axes: Axes | None = None) -> Axes:
@@ -30,22 +28,34 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    See Also
+    --------
+    design : Makes the result.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=2e9, poisson=0.4, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.22))
+    >>> wanted = fp.Target("stiffness", 50e3, force=2e-3)
+    >>> found = fp.design(film, fp.Sphere(radius=20e-6), vary={"layers[0].young": (1e9, 9e9)}, objective=wanted)
+    >>> axes = fp.plot_design(found)
+    >>> print(axes.get_ylabel())
+    stiffness (kN/m)
     """
     axes = axes_or_new(axes, (5.2, 4.0))
     if not result.control:
         factor, unit = readable(float(result.achieved[0]), "N")
-        axes.bar(
-            ["before", "design"], np.array([result.before[0], result.achieved[0]]) * factor, color=[_BEFORE, _FOUND]
-        )
+        axes.bar(["before", "design"], np.array([result.before[0], result.achieved[0]]) * factor, color=[GREY, BLUE])
         axes.set_ylabel(f"critical load ({unit})")
         return axes
     along, along_unit = readable(float(result.at.max()), UNITS[result.control])
     up, unit = readable(float(result.wanted.max()), UNITS[result.quantity])
     order = np.argsort(result.at)
     x = result.at[order] * along
-    axes.plot(x, result.before[order] * up, "--", marker=".", color=_BEFORE, label="before")
-    axes.plot(x, result.achieved[order] * up, color=_FOUND, marker=".", label="design")
-    axes.plot(x, result.wanted[order] * up, "o", color=_WANTED, markerfacecolor="none", label="prescribed")
+    axes.plot(x, result.before[order] * up, "--", marker=".", color=GREY, label="before")
+    axes.plot(x, result.achieved[order] * up, color=BLUE, marker=".", label="design")
+    axes.plot(x, result.wanted[order] * up, "o", color="black", markerfacecolor="none", label="prescribed")
     axes.set_xlabel(f"{result.control} ({along_unit})")
     axes.set_ylabel(f"{result.quantity} ({unit})")
     axes.xaxis.set_major_locator(MaxNLocator(5))
@@ -53,15 +63,18 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def figure(result: Design, *, title: str = "") -> Figure:
+def figure(result: Design, *, title: str = "", style: StyleName | str = "screen") -> Figure:
     """The prescribed quantity, and each number between its bounds."""
-    count = len(result.values)
-    drawn = Figure(figsize=(9.6, max(3.6, 0.32 * count)), layout="constrained")
-    left, right = drawn.subplots(1, 2, width_ratios=(1.1, 1))
-    plot_design(result, left)
-    _bounds(result, right)
-    if title:
-        drawn.suptitle(title, fontsize=12)
+    with styled(style) as chosen:
+        one = chosen.across == 1
+        width = chosen.width or 9.6
+        height = max(0.4 * width, 0.04 * chosen.font * len(result.values)) * (2 if one else 1)
+        drawn = Figure(figsize=(width, height + (0.6 if one else 0.0)), layout="constrained")
+        first, second = drawn.subplots(*((2, 1) if one else (1, 2)))
+        plot_design(result, first)
+        _bounds(result, second)
+        if title:
+            drawn.suptitle("\n".join(chosen.heading(title, width)))
     return drawn
 
 
@@ -73,8 +86,8 @@ def _bounds(result: Design, axes: Axes) -> None:
             numbers = np.log(numbers)
         place = (numbers - numbers[0]) / (numbers[3] - numbers[0])
         axes.plot([0, 1], [row, row], color="#d9d9d9", linewidth=4, solid_capstyle="butt")
-        axes.plot(place[1], row, "o", color=_BEFORE)
-        axes.plot(place[2], row, "o", color=_FOUND)
+        axes.plot(place[1], row, "o", color=GREY, markerfacecolor="white", label="" if row else "before")
+        axes.plot(place[2], row, "o", color=BLUE, label="" if row else "design")
     axes.set_yticks(range(len(result.values)), [each.name for each in result.values])
     axes.set_xticks([0, 1], ["lower bound", "upper bound"])
     axes.set_ylim(len(result.values) - 0.5, -0.5)

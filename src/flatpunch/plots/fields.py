@@ -65,6 +65,11 @@ def plot_fields(
     ValueError
         If the points are no plane, or the quantity is not known.
 
+    See Also
+    --------
+    fields : The numbers.
+    plot_pressure : The pressure at the surface.
+
     Examples
     --------
     >>> x, z = np.meshgrid(np.linspace(-2e-6, 2e-6, 21), np.linspace(0, 2e-6, 15))

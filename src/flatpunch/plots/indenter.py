@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
@@ -19,12 +20,7 @@ from flatpunch.files.units import readable
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
 
-_POINTS = 181
-"""Points along either side of the surface of a tip."""
-
 _SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", BLUE, ORANGE
-_LEVELS = 12
-"""Level lines on a tip at most, about."""
 
 
 def plot_tip(
@@ -127,7 +123,7 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
         Half the width [m].
     """
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, _POINTS), split_angles(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, 181), split_angles(indenter)]))
     limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
     share = np.linspace(0, 1, 72)
     r = share[:, None] * limit
@@ -148,10 +144,10 @@ def surface(indenter: Any, axes: Any, extent: float) -> Any:
     axes.set_ylabel(f"$y$ ({unit})", labelpad=-4)
     axes.zaxis.set_rotate_label(False)
     axes.set_zlabel(f"$f$ ({height_unit})", labelpad=-3, rotation=90)
-    axes.tick_params(pad=-2, labelsize=7)
-    axes.locator_params(nbins=4)
+    axes.tick_params(pad=-2, labelsize=min(rcParams["font.size"] - 1, 7))
+    axes.locator_params(nbins=3)
     widest = float(limit.max())
-    axes.set_box_aspect((1, 1, float(np.clip(top / (2 * widest), 0.35, 1.0))), zoom=0.92)
+    axes.set_box_aspect((1, 1, float(np.clip(top / (2 * widest), 0.35, 1.0))), zoom=0.8)
     axes.set_xlim(-widest * scale, widest * scale)
     axes.set_ylim(-widest * scale, widest * scale)
     # seen from slightly below, as the body that is pressed sees it
@@ -246,7 +242,8 @@ def _name(indenter: Any) -> str:
 
 def _levels(top: float, rise: float) -> Array:
     """Heights of level lines [m] from zero up to `top`, a round number apart in the printed unit."""
-    step = float(np.diff(MaxNLocator(_LEVELS, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
+    most = 12  # lines, about
+    step = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
     return np.asarray(step * np.arange(int(top / step * (1 + 1e-9)) + 1))
 
 

@@ -1,6 +1,6 @@
-"""Picture of a body: Young's modulus over depth, with the layers, what lies below them, and how far a contact reaches.
+"""Picture of a body: Young's modulus over depth, with the layers, what is below them, and how far a contact reaches.
 
-Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bodies the upper one lies above zero.
+Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bodies the upper one is above zero.
 """
 
 from __future__ import annotations
@@ -17,14 +17,6 @@ from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSp
 from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below
 
 _MODULUS, _FACE, _CONTACT = BLUE, GREY, ORANGE
-_SAMPLES = 201
-"""Depths at which the modulus of a layer is drawn."""
-
-_BELOW = 0.3
-"""How much of the base is drawn, over the thickness of all layers."""
-
-_LOGARITHMIC = 20.0
-"""Ratio of moduli above which their axis is logarithmic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +28,7 @@ class Profile:
     pieces : tuple of (ndarray, ndarray)
         Depths z [m] from the contact surface and moduli [Pa] of each layer, then of an elastic base.
     faces : tuple of (float, bool)
-        Depth of each layer's lower face [m], and whether it sticks to what lies below.
+        Depth of each layer's lower face [m], and whether it sticks to what is below.
     end : float
         Depth down to which the profile goes [m].
     rigid : bool
@@ -64,8 +56,9 @@ def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: flo
     layers = body.layers if isinstance(body, Medium) else ()
     base = body.base if isinstance(body, Medium) else body
     top, pieces, faces = 0.0, [], []
+    samples = 201  # depths in each graded body
     for layer in layers:
-        z = np.linspace(0.0, layer.thickness, _SAMPLES if isinstance(layer, GradedLayer) else 2)
+        z = np.linspace(0.0, layer.thickness, samples if isinstance(layer, GradedLayer) else 2)
         if isinstance(layer, GradedLayer):
             z = np.unique(np.concatenate([z, layer.breaks]))
             young = layer.young_at(z)
@@ -74,12 +67,13 @@ def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: flo
         pieces.append((top + z, young))
         top += layer.thickness
         faces.append((top, layer.bonded))
-    end = max((1 + _BELOW) * top, reach)
+    # of the base a third of the thickness of all layers is drawn
+    end = max(1.3 * top, reach)
     if isinstance(base, HalfSpace):
         pieces.append((np.array([top, end]), np.full(2, base.young)))
     elif isinstance(base, PowerLawHalfSpace):
         # the modulus of a power law is zero or infinite at the surface itself
-        z = np.linspace(0.0, end, _SAMPLES + 1)[1:]
+        z = np.linspace(0.0, end, samples + 1)[1:]
         pieces.append((z, base.modulus * (z / base.depth) ** base.exponent))
     return Profile(tuple(pieces), tuple(faces), end, isinstance(base, RigidBase))
 
@@ -90,7 +84,7 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     Parameters
     ----------
     medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
-        The body, or two of them: the upper one then lies above zero.
+        The body, or two of them: the upper one is then above zero.
     axes : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
     contact_radius : float
@@ -119,7 +113,8 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     reach = 1.5 * contact_radius or _own_length(body)
     profiles = [(profile(body, reach), sign) for body, sign in bodies]
     moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])
-    wide = moduli.max() > _LOGARITHMIC * moduli.min()
+    # over larger ratios of moduli their axis is logarithmic
+    wide = moduli.max() > 20 * moduli.min()
     young_factor, young_unit = readable(float(np.sqrt(moduli.max() * moduli.min()) if wide else moduli.max()), "Pa")
     factor, unit = readable(max(found.end for found, _ in profiles), "m")
     for found, sign in profiles:

@@ -14,9 +14,6 @@ from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.plots.style import BLUE, PALE, axes_or_new, legend_below, plain, scale_of, scaled
 
-_LEVELS = 7
-"""Level lines of a tip within a picture, about."""
-
 
 def plot_outline(
     result: xr.Dataset, axes: Axes | None = None, *, indenter: Any = None, step: int | None = None
@@ -150,7 +147,8 @@ def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> list[
     values, unit = scaled(height, "m")
     around = np.asarray(indenter.height(np.full(180, min(half, indenter.reach)), np.arange(180) * np.pi / 90))
     top, usual = float(np.nanmax(values)), float(np.median(around)) * scale_of(height, "m")[0]
-    spacing = float(np.diff(MaxNLocator(_LEVELS, steps=[1, 2, 5, 10]).tick_values(0.0, usual if usual > 0 else top))[0])
+    most = 7  # level lines, about
+    spacing = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, usual if usual > 0 else top))[0])
     levels = np.arange(1, int(top / spacing) + 1) * spacing
     axes.contour(x * factor, x * factor, values, levels=levels, colors=PALE, linewidths=0.8)
     return [Line2D([], [], color=PALE, linewidth=0.8, label=f"tip, every {spacing:g} {unit}")]

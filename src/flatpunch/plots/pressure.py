@@ -17,15 +17,6 @@ from flatpunch.indenters.profile import split_angles
 from flatpunch.plots.outline import chosen_step, closed, framed, half_width
 from flatpunch.plots.style import axes_or_new, plain, printed, scale_of
 
-_RAYS, _ALONG = 241, 72
-"""Rays of the mesh, and points along each."""
-
-_SQUARE = 161
-"""Points along either side of the mesh of a contact without an outline."""
-
-_NOTABLE = 0.01
-"""Median error of a pressure over its mean above which a picture shows it."""
-
 
 def plot_pressure(
     result: xr.Dataset, medium: Any, indenter: Any, axes: Axes | None = None, *, step: int | None = None
@@ -94,17 +85,17 @@ def plot_pressure(
 def _mesh(contour: Array, phi: Array, indenter: Any) -> tuple[Array, Array]:
     """Points on rays from the apex to the outline, shape (along, rays): rays along the edges of a tip are among them."""
     angles = np.unique(
-        np.concatenate([np.linspace(0, 2 * np.pi, _RAYS), split_angles(indenter), phi[:: 1 + phi.size // 360]])
+        np.concatenate([np.linspace(0, 2 * np.pi, 241), split_angles(indenter), phi[:: 1 + phi.size // 360]])
     )
     edge = np.interp(angles, phi, contour, period=2 * np.pi)
     # the pressure may be infinite at either end: it is taken just inside
-    share = np.clip((1 - np.cos(np.linspace(0, np.pi, _ALONG))) / 2, 1e-4, 1 - 1e-4)
+    share = np.clip((1 - np.cos(np.linspace(0, np.pi, 72))) / 2, 1e-4, 1 - 1e-4)
     r = share[:, None] * edge
     return r * np.cos(angles), r * np.sin(angles)
 
 
 def _square(half: float) -> tuple[Array, Array]:
-    x, y = np.meshgrid(*2 * [np.linspace(-half, half, _SQUARE)])
+    x, y = np.meshgrid(*2 * [np.linspace(-half, half, 161)])
     return x, y
 
 
@@ -141,4 +132,4 @@ def _doubt(field: Array, error: Array) -> str:
     """Typical error of a pressure over its mean, where it is worth a word."""
     inside = (field != 0) & np.isfinite(field)
     share = float(np.median(error[inside]) / np.abs(field[inside]).mean()) if inside.any() else 0.0
-    return f", ± {percent(share)}" if share > _NOTABLE else ""
+    return f", ± {percent(share)}" if share > 0.01 else ""

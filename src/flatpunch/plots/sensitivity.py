@@ -7,17 +7,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array
-from flatpunch.files.units import readable
-from flatpunch.plots.style import axes_or_new
+from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below, scale_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _PLACE = re.compile(r"(?P<side>upper\.|lower\.)?(?:layers\[(?P<layer>\d+)\]|base)\.")
-_LINE, _FACE, _CONTACT = "#1f4e79", "#8c8c8c", "#c1121f"
 
 
 def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
@@ -38,6 +37,11 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
     ------
     ValueError
         If the result has no depth sensitivity.
+
+    See Also
+    --------
+    sensitivity : The numbers.
+    plot_curve : The curve that they belong to.
 
     Examples
     --------
@@ -62,7 +66,7 @@ def _profile(result: xr.Dataset, axes: Axes) -> None:
     radius = float(result["contact_radius"])
     # the base goes on without end; what is below a few radii hardly counts
     shown = np.abs(z) <= max(4 * radius, 1.25 * float(np.abs(_faces(z, layer)).max(initial=0.0)))
-    factor, unit = readable(float(np.abs(z[shown]).max()), "m")
+    factor, unit = scale_of(z[shown], "m")
     for start, end in _pieces(z, layer):
         part = np.arange(start, end)[shown[start:end]]
         if not part.size:
@@ -70,8 +74,9 @@ def _profile(result: xr.Dataset, axes: Axes) -> None:
         top = 0.0 if start == 0 and z[0] > 0 else z[start]
         depth = np.concatenate([[top], z[part]]) if top != z[start] else z[part]
         drawn = np.concatenate([values[part][:1], values[part]]) if top != z[start] else values[part]
-        axes.plot(drawn / factor, depth * factor, color=_LINE, linewidth=1.6)
-        axes.fill_betweenx(depth * factor, 0, drawn / factor, color=_LINE, alpha=0.15, linewidth=0)
+        depth, drawn = _between(depth, drawn)
+        axes.plot(drawn / factor, depth * factor, color=BLUE)
+        axes.fill_betweenx(depth * factor, 0, drawn / factor, color=BLUE, alpha=0.15, linewidth=0)
     for (start, end), share in zip(_pieces(z, layer), layer_shares(result), strict=True):
         seen = z[start:end][shown[start:end]]
         if seen.size and np.isfinite(share):
@@ -79,15 +84,23 @@ def _profile(result: xr.Dataset, axes: Axes) -> None:
             place = (0.98, middle)
             axes.annotate(f"{100 * share:.1f} %", place, xycoords=("axes fraction", "data"), ha="right", va="center")
     for face in _faces(z, layer):
-        axes.axhline(face * factor, color=_FACE, linewidth=0.9)
-    axes.axhline(radius * factor, color=_CONTACT, linewidth=0.9, linestyle="--")
-    axes.annotate(
-        "contact radius", (0.02, radius * factor), xycoords=("axes fraction", "data"), va="bottom", color=_CONTACT
-    )
+        axes.axhline(face * factor, color=GREY, linewidth=0.9)
+    axes.axhline(radius * factor, color=ORANGE, linewidth=0.9, linestyle="--", label="contact radius")
     axes.set_ylim(top=max(float(z[shown].max()), 0.0) * factor, bottom=min(float(z[shown].min()), 0.0) * factor)
-    axes.set_xlim(left=min(0.0, 1.05 * float(values[shown].min()) / factor))
+    # the shares of the layers are written beside the curve
+    low, high = float(values[shown].min()) / factor, float(values[shown].max()) / factor
+    axes.set_xlim(min(0.0, 1.05 * low), max(1.3 * high, 0.0))
     axes.set_xlabel(rf"$\partial \ln F/\partial \ln E(z)$ (1/{unit})")
-    axes.set_ylabel(f"$z$ ({unit})")
+    axes.set_ylabel(f"depth $z$ ({unit})")
+    legend_below(axes)
+
+
+def _between(z: Array, values: Array) -> tuple[Array, Array]:
+    """Shape-preserving curve through the values in one layer, at nine more depths in each interval."""
+    if z.size < 3 or (np.diff(z) <= 0).any():
+        return z, values
+    fine = np.interp(np.linspace(0, z.size - 1, 10 * (z.size - 1) + 1), np.arange(z.size), z)
+    return fine, np.asarray(scipy.interpolate.PchipInterpolator(z, values)(fine))
 
 
 def _map(result: xr.Dataset, axes: Axes) -> None:
@@ -96,21 +109,25 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     shown = np.abs(z) <= max(
         2.5 * float(radius.max()), 1.25 * float(np.abs(_faces(z, result["layer"].values)).max(initial=0.0))
     )
-    down, down_unit = readable(float(np.abs(z[shown]).max()), "m")
-    along, along_unit = readable(float(depth.max()), "m")
+    down, down_unit = scale_of(z[shown], "m")
+    along, along_unit = scale_of(depth, "m")
     # faces are there twice; the map takes both sides a little apart
     places = z[shown] + 1e-9 * np.abs(z[shown]).max() * np.arange(shown.sum())
-    mesh = axes.pcolormesh(
-        depth * along, places * down, values[:, shown].T / down, shading="gouraud", cmap="viridis", rasterized=True
-    )
+    drawn = values[:, shown].T / down
+    # small contacts at the surface would take all colours
+    top = float(np.percentile(drawn, 98))
+    options: Any = {"shading": "gouraud", "cmap": "viridis", "vmax": top, "rasterized": True}
+    mesh = axes.pcolormesh(depth * along, places * down, drawn, **options)
     for face in _faces(z, result["layer"].values):
         axes.axhline(face * down, color="white", linewidth=0.9)
-    axes.plot(depth * along, radius * down, color="white", linestyle="--", linewidth=0.9)
+    axes.plot(depth * along, radius * down, color="white", linestyle="--", linewidth=0.9, label="contact radius")
     axes.set_ylim(top=max(float(z[shown].max()), 0.0) * down, bottom=min(float(z[shown].min()), 0.0) * down)
     figure: Any = axes.get_figure()
-    figure.colorbar(mesh, ax=axes, label=rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})")
-    axes.set_xlabel(f"indentation depth ({along_unit})")
-    axes.set_ylabel(f"$z$ ({down_unit})")
+    figure.colorbar(mesh, ax=axes, extend="max", label=rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})")
+    axes.set_xlabel(f"indentation depth $d$ ({along_unit})")
+    axes.set_ylabel(f"depth $z$ ({down_unit})")
+    # white on the pale paper below the axes cannot be read
+    axes.legend(labelcolor="white", loc="lower right")
 
 
 def layer_shares(result: xr.Dataset) -> list[float]:

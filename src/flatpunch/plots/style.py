@@ -7,6 +7,7 @@ dashes, so that pictures can be read in grey and by colour-blind readers.
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -71,6 +72,10 @@ class Style:
             "pdf.fonttype": 42,
         }
 
+    def heading(self, title: str, width: float) -> list[str]:
+        """Lines of a title that fit into a figure of some width [in]; a letter is about half as wide as high."""
+        return textwrap.wrap(title, max(int(72 * width / (0.55 * (self.font + 2))), 12))
+
 
 STYLES: dict[StyleName, Style] = {
     "screen": Style(None, (4.4, 4.0), 4, 10, 1.6),
@@ -107,15 +112,18 @@ def panels(style: Style, count: int, *, title: str = "") -> tuple[Figure, list[A
     rows = -(-count // style.across)
     across = -(-count // rows)
     width = style.width if style.width is not None else style.panel[0] * across
-    height = style.panel[1] * rows * (style.across / across if style.width is not None else 1)
+    # panels of a page with fewer of them in a row grow, but not to the width of the page
+    height = style.panel[1] * rows * (min(style.across / across, 1.5) if style.width is not None else 1)
+    heading = style.heading(title, width)
     drawn = Figure(
-        figsize=(width, height + (0.3 if title else 0)), layout="compressed" if across == 1 else "constrained"
+        figsize=(width, height + 0.15 * bool(title) + 0.15 * len(heading)),
+        layout="compressed" if across == 1 else "constrained",
     )
     grid = drawn.subplots(rows, across, squeeze=False)
     for empty in grid.flat[count:]:
         empty.set_axis_off()
     if title:
-        drawn.suptitle(title)
+        drawn.suptitle("\n".join(heading))
     return drawn, list(grid.flat[:count])
 
 

@@ -12,10 +12,10 @@ the leading block alone.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import beta as beta_function
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
+from flatpunch.numerics.beta import beta
 from flatpunch.numerics.gauss import gauss
 
 
@@ -57,7 +57,7 @@ def power_moments(exponent: float, m: int, terms: int) -> Array:
     """b_l[r^n] = int_0^1 r^n p_l r dr in closed form; shape (terms,)."""
     gamma = (exponent - m) / 2
     b = np.empty(terms)
-    b[0] = 0.5 * beta_function((exponent + m) / 2 + 1, 0.5)
+    b[0] = 0.5 * beta((exponent + m) / 2 + 1, 0.5)
     n = np.arange(terms - 1)
     b[1:] = b[0] * np.cumprod((n - gamma) / (n + gamma + m + 1.5))
     return b
@@ -65,7 +65,7 @@ def power_moments(exponent: float, m: int, terms: int) -> Array:
 
 def power_edge(exponent: float, m: int) -> float:
     """S of the half-space pressure for the displacement r^n cos(m phi): 1/B((m + n + 1)/2, 1/2)."""
-    return float(1 / beta_function((m + exponent + 1) / 2, 0.5))
+    return 1 / beta((m + exponent + 1) / 2, 0.5)
 
 
 @byte_cached

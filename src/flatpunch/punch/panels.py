@@ -75,7 +75,9 @@ def panels(
         tolerance = 1e-9 if kernel.graded else 1e-5 if beyond(piece.low) else TOLERANCE
         return piece.error > max(tolerance, floor(piece.series)) and piece.high - piece.low > _UNIT / 2
 
-    return PiecewiseChebyshev(lambda x: sample(np.exp(x)), edges, nodes, judge=judge, rough=rough)
+    # responses of steep gradings have noise far below this, poles of outlines have tails far above it
+    noise = 1e-5 if kernel.graded else 0.0
+    return PiecewiseChebyshev(lambda x: sample(np.exp(x)), edges, nodes, judge=judge, rough=rough, noise=noise)
 
 
 def _bounds(kernel: Kernel) -> Array:

@@ -15,15 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import gamma, lgamma
 
 import numpy as np
-from scipy.special import beta as beta_function
-from scipy.special import eval_jacobi, gamma, gammaln, roots_jacobi
+import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.power_law import stiffness_factor
 from flatpunch.media import PowerLawHalfSpace
+from flatpunch.numerics.beta import beta
 
 
 def power_law_punch(body: PowerLawHalfSpace | Kernel) -> PowerLawPunch:
@@ -81,7 +82,7 @@ class PowerLawPunch:
 
     def moment(self, exponent: float, radius: Array) -> Array:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho [-], pbar the pressure over E* d/(pi a)."""
-        weight = (exponent + 1) * (1 + self.alpha) * beta_function(exponent / 2 + 1, 1 + self.alpha)
+        weight = (exponent + 1) * (1 + self.alpha) * beta(exponent / 2 + 1, 1 + self.alpha)
         return np.asarray(weight * self.normalized_stiffness(radius))
 
     def power_depth(self, exponent: float) -> float:
@@ -140,25 +141,25 @@ class PowerLawPunch:
         n = np.arange(terms)
         binomial = np.cumprod(np.concatenate([[1.0], (n[1:] + self.alpha) / n[1:]])) if terms > 1 else np.ones(1)
         shape = (-1, *([1] * np.ndim(r)))
-        values = eval_jacobi(n.reshape(shape), m, self.alpha, 1 - 2 * np.asarray(r) ** 2)
+        values = scipy.special.eval_jacobi(n.reshape(shape), m, self.alpha, 1 - 2 * np.asarray(r) ** 2)
         return np.asarray(r**m * values / binomial[:terms].reshape(shape))
 
     def power_moments(self, exponent: float, m: int, terms: int) -> Array:
         """b_l[r^n] = int_0^1 r^n p_l r dr; shape (terms,)."""
         shift = (exponent - m) / 2
         b = np.empty(terms)
-        b[0] = 0.5 * beta_function((exponent + m) / 2 + 1, 1 + self.alpha)
+        b[0] = 0.5 * beta((exponent + m) / 2 + 1, 1 + self.alpha)
         n = np.arange(terms - 1)
         b[1:] = b[0] * np.cumprod((n - shift) / (n + shift + m + 2 + self.alpha))
         return b
 
     def _norm(self) -> float:
-        return float(2**self.alpha * np.exp(gammaln(1 + self.alpha)))
+        return float(2**self.alpha * np.exp(lgamma(1 + self.alpha)))
 
     def _log_edge(self, exponent: float, m: int) -> float:
         """ln S, S = Gamma(mu + 1)/(2 4^alpha Gamma(1 + alpha) Gamma(mu + 1 + alpha)), mu = (n + m)/2."""
         mu, alpha = (exponent + m) / 2, self.alpha
-        return float(gammaln(mu + 1) - gammaln(mu + 1 + alpha) - gammaln(1 + alpha) - alpha * np.log(4) - np.log(2))
+        return float(lgamma(mu + 1) - lgamma(mu + 1 + alpha) - lgamma(1 + alpha) - alpha * np.log(4) - np.log(2))
 
     def rule(self, nodes: int) -> tuple[Array, Array]:
         """Radii on the unit disc and weights of int_0^1 (.) (1 - r^2)^alpha r dr.
@@ -167,7 +168,7 @@ class PowerLawPunch:
         profiles with a tip at r = 0.
         """
         k = self.exponent
-        t, v = roots_jacobi(nodes, 0.0, k)
+        t, v = scipy.special.roots_jacobi(nodes, 0.0, k)
         theta = np.pi / 4 * (t + 1)
         sine = np.sinc(theta / np.pi)  # sin(theta)/theta
         return np.cos(theta), (np.pi / 4) ** (1 + k) * v * sine**k * np.cos(theta)

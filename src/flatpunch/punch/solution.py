@@ -7,19 +7,21 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.special import beta as beta_function
 
 from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.media import Body
+from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_with_fewer, sufficient_terms
 
 
+@readable
 @dataclass(frozen=True)
 class FlatPunch:
     """Solution for a rigid, frictionless, cylindrical punch with a flat end.
@@ -43,6 +45,17 @@ class FlatPunch:
     alpha : float
         Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is
         p_0 = 2 (1 + alpha)(1 - rho^2)^alpha.
+
+    See Also
+    --------
+    flatpunch.flat_punch : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> punch = fp.flat_punch(gel, radius=1e-6)
+    >>> print(f"{punch.stiffness:.4f} N/m, {punch.normalized_stiffness / 2:.2f} times that on a half-space of gel")
+    0.0258 N/m, 0.97 times that on a half-space of gel
     """
 
     radius: float
@@ -109,7 +122,7 @@ class FlatPunch:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho of (P21) for real n > 0 [-]."""
         exponent = positive("exponent", exponent)
         if self.alpha != -0.5:
-            weight = (1 + self.alpha) * beta_function(exponent / 2 + 1, 1 + self.alpha)
+            weight = (1 + self.alpha) * beta(exponent / 2 + 1, 1 + self.alpha)
             return float((exponent + 1) * np.pi * weight * self.coefficients[0])
         b = power_moments(exponent, 0, self.coefficients.size)
         return float((exponent + 1) * np.pi * b @ self.coefficients)
@@ -141,6 +154,12 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     ------
     ValueError
         If the radius is not positive, or so large that the thinnest layer cannot be resolved.
+
+    See Also
+    --------
+    compliance : The kernel behind it.
+    Cylinder : The same punch as an indenter.
+    atlas.table : Tabulated punches.
 
     Examples
     --------

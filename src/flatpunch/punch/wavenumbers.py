@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
@@ -126,7 +126,7 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
     far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
     # width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order
-    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / 11.0) / 2, 1.0)
+    whole = np.where(near.x > start, scipy.special.erfc((near.x - start - WINDOW / 2) / 11.0) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
     inside = near.x > start
     beyond = np.concatenate([near.x[inside], far])

@@ -2,6 +2,16 @@
 
 A punch of radius a is pulled back by D from the contact without adhesion until the energy release rate,
 (1/2) D^2 K'(a)/(2 pi a), equals the work of adhesion w.
+
+See Also
+--------
+flatpunch.pull_off : On layers, for any tip.
+
+Examples
+--------
+>>> from flatpunch.reference.adhesion import jkr_pull_off
+>>> print(f"{jkr_pull_off(curvature_radius=5e-6, work=1e-3) * 1e9:.2f} nN")  # 3/2 pi w R
+23.56 nN
 """
 
 from __future__ import annotations

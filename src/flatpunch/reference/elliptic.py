@@ -12,6 +12,17 @@ derivative of order k of that is 1 - (1 + k) s^2/w^2. Hence, with the constant N
     with sin^2 t
 
 over a full turn: for k = 0 the elliptic integrals of Hertz.
+
+See Also
+--------
+flatpunch.reference.half_space : Round contact.
+flatpunch.EllipticParaboloid : The indenter.
+
+Examples
+--------
+>>> from flatpunch.reference.elliptic import half_axes_ratio
+>>> print(f"{half_axes_ratio(1e5, 2e5):.3f}")  # b/a of the contact, not of the level lines
+0.631
 """
 
 from __future__ import annotations

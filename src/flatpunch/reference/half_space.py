@@ -5,6 +5,18 @@ dimensionality reduction:
 
     g(x) = x int_0^x f'(r) dr / sqrt(x^2 - r^2),      d = g(a),      F = 2 E* int_0^a (d - g(x)) dx,
     dF/dd = 2 E* a
+
+See Also
+--------
+flatpunch.reference.power_law : Graded half-spaces.
+flatpunch.reference.elliptic : Elliptic contact.
+
+Examples
+--------
+>>> from flatpunch.reference import half_space
+>>> hertz = half_space.paraboloid(radius=1e-6, curvature_radius=5e-6, modulus=1e9)
+>>> print(f"{float(hertz.depth) * 1e9:.0f} nm, {float(hertz.force) * 1e6:.1f} uN")
+200 nm, 266.7 uN
 """
 
 from __future__ import annotations

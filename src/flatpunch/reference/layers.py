@@ -2,6 +2,16 @@
 
 L is the surface compliance over that of a half-space of the layer's own material. The formulas are rearranged
 so that no difference of nearly equal numbers remains at small kappa and nothing overflows at large kappa.
+
+See Also
+--------
+flatpunch.compliance : Any stack of layers.
+
+Examples
+--------
+>>> from flatpunch.reference.layers import frictionless_on_rigid
+>>> print(frictionless_on_rigid(np.array([0.1, 1.0, 10.0])).round(4))
+[0.05   0.4909 1.    ]
 """
 
 from __future__ import annotations

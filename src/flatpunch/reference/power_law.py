@@ -6,6 +6,17 @@ k), and
 
     g(x) = x^(1-k) int_0^x f'(r) dr/(x^2 - r^2)^((1-k)/2),      d = g(a),      F = 2 N int_0^a x^k (d - g(x))
     dx
+
+See Also
+--------
+flatpunch.PowerLawHalfSpace : The body.
+flatpunch.reference.half_space : The homogeneous one.
+
+Examples
+--------
+>>> from flatpunch.reference.power_law import booker_constant
+>>> print(f"{booker_constant(0.5, 0.3):.4f}")
+1.1414
 """
 
 from __future__ import annotations

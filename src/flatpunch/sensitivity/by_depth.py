@@ -61,6 +61,7 @@ def depth_sensitivity(medium: Any, found: list[Gradient], wanted: Array | None) 
 
 def _of_contact(gradient: Gradient, at: Located) -> Array:
     assert gradient.spectrum is not None
+    assert isinstance(at.body, (HalfSpace, Medium))
     found = np.empty(at.depth.size)
     order = np.argsort(at.depth)
     while order.size:

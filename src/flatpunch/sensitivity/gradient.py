@@ -13,7 +13,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.indent import indent
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.indenters import Cylinder
@@ -23,6 +23,7 @@ from flatpunch.media import PowerLawHalfSpace, TwoBodies, underlying
 from flatpunch.sensitivity import cells
 from flatpunch.sensitivity import round as discs
 from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.series import SeriesContacts, series_contacts
 from flatpunch.sensitivity.spectrum import Spectrum, by_medium
 
 
@@ -37,7 +38,7 @@ class Gradient:
     force, stiffness, radius : ndarray
         dF, dK and da at fixed depth.
     spectrum : callable or None
-        largest k times the contact radius -> weights over the wavenumber; None for power-law half-spaces.
+        largest k times the contact radius -> weights over the wavenumber; None for power-law half-spaces and series methods.
     notes : str
         Limits of the contact's own solution.
     """
@@ -86,6 +87,8 @@ def gradients(
             _on_cells(medium, kernel, indenter, Control(control.name, value[None]), method, wanted)
             for value in control.values
         ]
+    if isinstance(method, (SecondOrder, FourthOrder)) and not indenter.round:
+        return _of_series(series_contacts(medium, indenter, control, method, wanted))
     given: dict[str, Any] = {control.name: control.values}
     curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
     notes = curve.attrs["notes"]
@@ -97,6 +100,11 @@ def gradients(
         replace(_of_disc(medium, kernel, tip, contact, shape, wanted), notes=notes)
         for contact, shape in zip(contacts, by_shape, strict=True)
     ]
+
+
+def _of_series(found: SeriesContacts) -> list[Gradient]:
+    rows = zip(found.contacts, found.force, found.stiffness, found.radius, strict=True)
+    return [Gradient(*row, None, found.notes) for row in rows]
 
 
 def _of_disc(

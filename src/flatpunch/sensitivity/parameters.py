@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters import RadialProfile
 from flatpunch.media import (
     Constant,
@@ -41,8 +41,22 @@ UNITS = {
 _NO_SHAPE = {"r", "kinks", "limit", "unit", "start", "smoothing", "near", "reach", "corners"}
 """Numbers of indenters that say where and how a shape is given, not which shape it is."""
 
-_WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-"""Central difference of order eight: its error is the eighth power of the step times the ninth derivative over 630."""
+_CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp), -np.arange(9, dtype=np.intp)
+"""Steps of central differences, and of those at the upper end of a range."""
+
+
+def _weights(places: Indices, used: Indices) -> Array:
+    """Weights of the samples at `places` of the polynomial through those at `used`, for its slope at zero."""
+    found = np.zeros(places.size)
+    found[np.isin(places, used)] = np.linalg.solve(np.vander(used, increasing=True).T, np.eye(used.size)[1])
+    return found
+
+
+_WEIGHTS = tuple(_weights(_CENTRAL, _CENTRAL[np.abs(_CENTRAL) <= n]) for n in (4, 3))
+"""Central differences of order eight and six: the error of the former is the eighth power of the step times the ninth derivative
+over 630."""
+_BEHIND = tuple(_weights(_BACKWARDS, _BACKWARDS[:n]) for n in (9, 7))
+"""Backward differences of order eight and six."""
 
 _STEP = 1e-2
 """Step over the number itself: the difference of an analytic function of order one is then exact to 1e-13."""
@@ -121,19 +135,29 @@ def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tupl
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
-    """Derivative of an analytic function by a central difference of order eight.
+    """Derivative of an analytic function by a difference of order eight; see `difference_and_error`."""
+    return difference_and_error(function, value, step)[0]
 
-    Steps at which the function refuses its argument are made shorter.
+
+def difference_and_error(function: Callable[[float], Array], value: float, step: float) -> tuple[Array, Array]:
+    """Derivative of an analytic function by a central difference of order eight, and its distance to that of order six.
+
+    Steps at which the function refuses its argument are made shorter; at the end of its range, such as a Poisson ratio of 1/2,
+    the difference is taken backwards.
     """
     refused: Exception | None = None
-    for scale in (1.0, 0.1, 0.01):
+    for places, (eighth, sixth), scale in (
+        *((_CENTRAL, _WEIGHTS, s) for s in (1.0, 0.1, 0.01)),
+        (_BACKWARDS, _BEHIND, 0.5),
+    ):
         h = step * scale
         try:
-            return np.asarray(
-                sum(w * (function(value + j * h) - function(value - j * h)) for j, w in enumerate(_WEIGHTS, 1)) / h
-            )
+            samples = np.array([function(value + j * h) for j in places])
         except ValueError as error:
-            refused = error
+            refused = refused or error
+            continue
+        best, other = (np.asarray(np.tensordot(w, samples, 1) / h) for w in (eighth, sixth))
+        return best, np.abs(best - other)
     assert refused is not None
     raise refused
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -163,7 +163,7 @@ def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Wave
     while edges[-1] < _FARTHEST * end:
         edges.append(edges[-1] + min(2 * edges[-1], 3 * edges[-1] ** 2 / terms**2))
     x, w = composite_gauss(np.array(edges))
-    window = erfc((x - middle) / _WINDOW[1]) / 2
+    window = scipy.special.erfc((x - middle) / _WINDOW[1]) / 2
     both = window < 1 - 1e-15
     j, y = spherical_bessel(2 * terms, x)[::2], np.zeros((terms, x.size))
     y[:, both] = _second_kind(2 * terms, x[both])[::2]

@@ -15,7 +15,16 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, Method, MethodName, check_indenter, method_of
+from flatpunch.contact.methods import (
+    BoundaryElements,
+    FirstOrder,
+    FourthOrder,
+    Method,
+    MethodName,
+    SecondOrder,
+    check_indenter,
+    method_of,
+)
 from flatpunch.fields.bodies import located
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import underlying
@@ -61,7 +70,8 @@ def sensitivity(
         Exactly one: indentation depth [m], force [N], or contact radius [m], > 0. An array adds the dimension `step`.
     method : str or method, optional
         "first-order", exact and the default for round tips; for others it takes the mean profile. `BoundaryElements(...)`, "bem",
-        is the default for tips that are not round.
+        is the default for tips that are not round. "second-order" and "fourth-order" are differentiated as curves, with the depth
+        sensitivity of the mean profile.
     z : array, shape (m,), optional
         Depths for the depth sensitivity [m], at least 0.01 contact radii; negative ones are in the upper of two bodies.
         By default some in each layer, both faces included.
@@ -81,6 +91,12 @@ def sensitivity(
     ValueError, TypeError
         On bad input.
 
+    See Also
+    --------
+    plot_sensitivity : The picture.
+    fit : Which values the data determine.
+    design : Values for a wanted contact.
+
     Notes
     -----
     The contact area is the one that makes the force largest, so its motion drops out of the derivative (Barber 1974): the
@@ -99,7 +115,7 @@ def sensitivity(
     check_indenter(indenter)
     control = control_from(depth=depth, force=force, radius=radius)
     _check_positive(control)
-    chosen = _method(method, indenter)
+    chosen = derivable(method, indenter)
     if isinstance(chosen, BoundaryElements) and control.name == "radius":
         raise ValueError("radius cannot control method='bem': the contact is found from the depth or the force.")
     wanted = parameters(underlying(medium), indenter)
@@ -110,19 +126,39 @@ def sensitivity(
     found = gradients(medium, indenter, control, chosen, wanted)
     scalar = np.ndim(next(each for each in (depth, force, radius) if each is not None)) == 0
     body = underlying(medium)
-    shares = None if has_power_law(body) else depth_sensitivity(body, found, depths)
+    shares = None if has_power_law(body) else depth_sensitivity(body, _with_spectra(body, indenter, found), depths)
     return _dataset(medium, indenter, control, chosen, wanted, found, shares, scalar=scalar)
 
 
-def _method(method: Method | MethodName | None, indenter: Indenter) -> Method:
+def _with_spectra(medium: Any, indenter: Indenter, found: list[Gradient]) -> list[Gradient]:
+    """Contacts whose pressures are known: themselves, or those of the mean profile on circles of the same radii."""
+    if all(each.spectrum is not None for each in found):
+        return found
+    radii = np.array([each.contact.radius for each in found])
+    return gradients(medium, indenter, Control("radius", radii), FirstOrder(), [])
+
+
+def derivable(method: Method | MethodName | None, indenter: Indenter) -> Method:
+    """The method whose derivatives are taken.
+
+    Raises
+    ------
+    ValueError
+        If it has none under such tips.
+    """
     if method is None:
         return FirstOrder() if indenter.round else BoundaryElements()
     chosen = method_of(method)
-    if isinstance(chosen, BoundaryElements) or indenter.round or isinstance(chosen, FirstOrder):
-        return chosen if isinstance(chosen, BoundaryElements) else FirstOrder()
+    if isinstance(chosen, BoundaryElements):
+        return chosen
+    if indenter.round:
+        return FirstOrder()
+    if isinstance(chosen, (FirstOrder, SecondOrder, FourthOrder)):
+        return chosen
     raise ValueError(
-        f"method = {chosen.name!r} has no derivatives of its own under tips that are not round. Choose 'bem', or 'first-order' "
-        "for those of the mean profile."
+        f"method = {chosen.name!r} has no derivatives under tips that are not round: between its solutions it is interpolated to "
+        "some 1e-4, which differences would multiply. Choose 'bem', the series 'second-order' or 'fourth-order', or "
+        "'first-order' for those of the mean profile."
     )
 
 

@@ -23,7 +23,7 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.depth import constants_at
 from flatpunch.compliance.derivatives import PartDerivatives, compliance_derivatives, energy_density
-from flatpunch.fields.bodies import Solid
+from flatpunch.fields.bodies import Layered
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, TwoBodies
 from flatpunch.sensitivity.parameters import Parameter, difference
 
@@ -47,7 +47,7 @@ class Spectrum:
     totals: Array
 
 
-def elastic_bodies(medium: Any) -> list[Solid]:
+def elastic_bodies(medium: Any) -> list[Layered]:
     """The deformable bodies of a medium, upper first."""
     bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
     return list(bodies)
@@ -70,7 +70,7 @@ def by_medium(medium: Any, kernel: Kernel, spectrum: Spectrum, wanted: list[Para
     return result
 
 
-def energy_shares(body: Solid, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
+def energy_shares(body: Layered, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
     """d(functional)/dln E(z) per length at depths of the given layers of one body, shape (nz,)."""
     mu, nu = constants_at(body, depth, layer)
     return np.asarray(-spectrum.weights[functional] @ energy_density(body, spectrum.k, depth, layer, mu, nu))
@@ -107,7 +107,7 @@ def law_change(parameter: Parameter, depths: Array) -> Array:
     return difference(lambda value: np.asarray(make(value)(depths)), parameter.value, parameter.step)
 
 
-def _surface_change(parameter: Parameter, body: Solid) -> float:
+def _surface_change(parameter: Parameter, body: Layered) -> float:
     """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
     if parameter.kind == "thickness":
         return 0.0

@@ -23,13 +23,7 @@ _COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#
 def first_failure(case: Case, steps: int) -> dict[str, Any]:
     """Critical load of a case with strengths, as variables along the steps (all of which are alike)."""
     assert case.stress is not None
-    found = critical_load(
-        case.medium,
-        case.indenter,
-        list(case.stress.strengths),
-        friction=case.stress.friction,
-        residual_stress=case.stress.residual_stress,
-    )
+    found = critical_load(case.medium, case.indenter, **case.stress.critical(case.medium))
     values = {
         "critical_force": (found.force, "N", "load at the first failure"),
         "critical_depth": (found.depth, "m", "depth at the first failure"),

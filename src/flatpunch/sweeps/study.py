@@ -21,7 +21,6 @@ from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
-from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
@@ -81,6 +80,19 @@ def sweep(
     ------
     ValueError
         Before any work: for a path that is not in the file, a value without its unit, a combination that is no case.
+
+    See Also
+    --------
+    read_case : The case.
+    sweeps.table : The result as a table.
+    parallel.solve_points : Any function over any points.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm:2mm:3:lin"}, workers=1)
+    >>> print(dict(study.sizes)["layers.0.thickness"], set(study.status.values.ravel().tolist()))
+    3 {'solved'}
     """
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)
@@ -169,7 +181,7 @@ def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
         result = indent(case.medium, case.indenter, **case.arguments)
-        if case.stress is not None and any(strength != Strength() for strength in case.stress.strengths):
+        if case.stress is not None and case.stress.judged:
             result = result.assign(first_failure(case, result.sizes["step"]))
     kept = result if contours else result.drop_dims("phi")
     notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)])

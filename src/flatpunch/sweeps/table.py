@@ -26,6 +26,19 @@ def table(study: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         A line for each point and step: the varied values, the step, what was computed there, and `status` and `reason` of the
         point. SI units, named in brackets. Outlines and notes of the method stay in the dataset.
+
+    See Also
+    --------
+    flatpunch.sweep : Makes the study.
+    flatpunch.sweeps.save_table : As a file.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm, 2mm"}, workers=1)
+    >>> from flatpunch.sweeps import table
+    >>> print(*table(study).columns[:4], sep=", ")
+    layers.0.thickness [m], step, depth [m], force [N]
     """
     # where every point failed there are no steps
     over = [*study["status"].dims, *(["step"] if "step" in study.dims else [])]
@@ -54,6 +67,19 @@ def save_table(study: xr.Dataset, path: str | Path) -> Path:
     ------
     ResultError
         Where the folder is missing or may not be written to.
+
+    See Also
+    --------
+    flatpunch.sweeps.table : The table itself.
+    flatpunch.save : The study with outlines and notes.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm, 2mm"}, workers=1)
+    >>> from flatpunch.sweeps import save_table
+    >>> print(save_table(study, "study.csv"))
+    study.csv
     """
     path = Path(path)
     with whole_file(path) as temporary:

@@ -83,6 +83,18 @@ class PullOff:
         is lost.
     tabor : Tabor or None
         Range of validity, if the range of action was given.
+
+    See Also
+    --------
+    flatpunch.pull_off : Makes it.
+    flatpunch.adhesion_loop : The whole cycle.
+
+    Examples
+    --------
+    >>> gel = fp.HalfSpace(young=5e3, poisson=0.5)
+    >>> found = fp.pull_off(gel, fp.Paraboloid(radius=5e-6), work_of_adhesion=1e-3)
+    >>> print(f"{found.force_minimum.force * 1e9:.2f} nN")  # -3/2 pi w R
+    -23.56 nN
     """
 
     force_minimum: Instability

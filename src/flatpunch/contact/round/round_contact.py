@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import roots_jacobi
+import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -135,7 +135,7 @@ def _power_law_depth(punch: PowerLawPunch, profile: SampledProfile, radius: Arra
 
 def _rim_panel(punch: PowerLawPunch, end: Array) -> tuple[Array, Array]:
     """Angles from 0 at the rim to `end`, shape (n, nodes), and weights of int (.) w drho: Gauss-Jacobi for theta^k."""
-    t, v = roots_jacobi(POWER_LAW_NODES, 0.0, punch.exponent)
+    t, v = scipy.special.roots_jacobi(POWER_LAW_NODES, 0.0, punch.exponent)
     theta, weight = end[:, None] * (t + 1) / 2, (end[:, None] / 2) ** (1 + punch.exponent) * v
     return theta, weight * np.sinc(theta / np.pi) ** punch.exponent * np.cos(theta)
 

@@ -33,7 +33,22 @@ from flatpunch.files import units
 
 
 class CaseError(ValueError):
-    """A case file that cannot be read or does not describe a case; the message says where and what to do."""
+    """A case file that cannot be read or does not describe a case; the message says where and what to do.
+
+    See Also
+    --------
+    flatpunch.read_case : Raises it.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> _ = Path("case.toml").write_text("title = 'no bodies'")
+    >>> try:
+    ...     fp.read_case("case.toml")
+    ... except fp.files.CaseError as error:
+    ...     print(str(error).splitlines()[0])
+    case.toml: indenter is missing; it needs a table [indenter] such as kind = 'sphere', radius = '5 um'.
+    """
 
 
 def _reader(dimension: units.Dimension) -> BeforeValidator:

@@ -13,6 +13,7 @@ from flatpunch._support.checks import Array, non_negative
 from flatpunch.fields import Strength
 from flatpunch.files.tables.fields import Angle, Length, Number, Pressure, Table
 from flatpunch.files.tables.steps import LengthRange
+from flatpunch.media import TwoBodies, underlying
 
 Places = Annotated[
     Annotated[Length, Tag("a quantity")]
@@ -40,8 +41,8 @@ class StressCase:
         Side of an interface on which points are taken.
     residual_stress : tuple of float or None
         Biaxial stress of each layer [Pa].
-    strengths : tuple of Strength
-        From the surface down, the base last; empty if none are given.
+    strengths, upper_strengths : tuple of Strength
+        From the surface down, the base last; empty if none are given. Of two bodies the lower one's and the upper one's.
     """
 
     x: Array | None
@@ -53,6 +54,23 @@ class StressCase:
     side: Literal["above", "below"] = "below"
     residual_stress: tuple[float, ...] | None = None
     strengths: tuple[Strength, ...] = ()
+    upper_strengths: tuple[Strength, ...] = ()
+
+    @property
+    def judged(self) -> bool:
+        """Whether there is a strength to check."""
+        return any(strength != Strength() for strength in self.strengths + self.upper_strengths)
+
+    def critical(self, medium: Any) -> dict[str, Any]:
+        """What `critical_load` takes by name besides the medium and the tip."""
+        strengths: Any = list(self.strengths)
+        if isinstance(underlying(medium), TwoBodies):
+            strengths = [list(each) or None for each in (self.upper_strengths, self.strengths)]
+        elif self.upper_strengths:
+            raise ValueError(
+                "upper_strengths in [stress] belong to the upper of two bodies; there is only one. Give strengths."
+            )
+        return {"strengths": strengths, "friction": self.friction, "residual_stress": self.residual_stress}
 
     def points(self, reach: float, deep: float) -> tuple[Array, Array, Array]:
         """Points, broadcastable; by default the plane y = 0 over `reach` on both sides and down to `deep` [m]."""
@@ -109,6 +127,7 @@ class StressTable(Table):
     side: Literal["above", "below"] = "below"
     residual_stress: list[Pressure] | None = None
     strengths: list[StrengthTable] = Field(default=[])
+    upper_strengths: list[StrengthTable] = Field(default=[])
 
     def build(self, folder: Path) -> StressCase:
         """Return the points and settings."""
@@ -129,6 +148,7 @@ class StressTable(Table):
             side=self.side,
             residual_stress=None if self.residual_stress is None else tuple(self.residual_stress),
             strengths=tuple(table.built for table in self.strengths),
+            upper_strengths=tuple(table.built for table in self.upper_strengths),
         )
 
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
-from flatpunch.fit.elastic.table import Table
+from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.parameters.settings import FitMethod
@@ -50,6 +51,7 @@ def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method
     return "fourth-order" if indenter.exponent is not None else "second-order"
 
 
+@readable
 @dataclass(frozen=True)
 class ForwardModel(FreeParameters):
     """Force over depth of one medium and tip, as a function of the free parameters.
@@ -62,6 +64,19 @@ class ForwardModel(FreeParameters):
         Names such as "layers[0].young", "base.poisson", "indenter.radius".
     method : str or method
         Contact method, or "auto".
+
+    See Also
+    --------
+    flatpunch.fit : Uses it.
+    flatpunch.indent : The same contact, with all it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import ForwardModel
+    >>> model = ForwardModel(gel, fp.Sphere(radius=5e-6), ("layers[0].young",))
+    >>> print((model.force(np.array([100e-9, 200e-9])) * 1e9).round(3))
+    [1.04  3.789]
     """
 
     medium: Any
@@ -129,6 +144,22 @@ class ForwardModel(FreeParameters):
                     row += weights[2 + i, j] * by
             row *= force
         return force, s * force / depth, derivatives
+
+    def logarithms(self, log_depth: Array, theta: Array) -> tuple[Array, Array]:
+        """ln F and d ln F/d ln d, shape (vectors, n), for many parameter vectors at once.
+
+        Parameters
+        ----------
+        log_depth : ndarray, shape (vectors, n)
+            ln of depths [m].
+        theta : ndarray, shape (vectors, parameters)
+            Internal values of the free parameters.
+        """
+        constants, weights = self._forms
+        forms = constants + theta @ weights.T
+        place = log_depth - forms[:, 1:2]
+        value, slope = at_pieces(*self._table.at_many(forms[:, 2:], place.max(axis=1)), place)
+        return value + forms[:, :1], slope
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
         """Force at any depths; zero where depth <= 0.

@@ -7,15 +7,16 @@ table begins five decades below the largest depth, where forces are below 1e-5 o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.byte_cache import PROCESS
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.parameters.scaling import Coordinate
 
 PER_DECADE = 24
@@ -24,6 +25,8 @@ _DEGREE = 5
 _DECADES = 5
 _MARGIN = 4
 _KNOTS = 6
+_STACKS = 32
+"""Groups of neighbouring knots kept together for many vectors at once."""
 
 Window = tuple[int, int]
 """First and last node, in steps of ln delta."""
@@ -73,6 +76,25 @@ def _horner(coefficients: Array, index: Array, t: Array, *, derivative: bool) ->
     return value, slope
 
 
+def at_pieces(start: float, coefficients: Array, log_depth: Array) -> tuple[Array, Array]:
+    """Value and slope of piecewise polynomials, one for each row: shape (6, rows, intervals) at places (rows, n)."""
+    rows, count = coefficients.shape[1:]
+    position = (log_depth - start) / STEP
+    index = np.clip(position.astype(np.intp), 0, count - 1)
+    t = position - index
+    inside = np.clip(t, 0.0, 1.0)
+    index += count * np.arange(rows)[:, None]
+    value = coefficients[0].take(index)
+    slope = np.zeros_like(inside)
+    for row in coefficients[1:]:
+        slope *= inside
+        slope += value
+        value *= inside
+        value += row.take(index)
+    value += slope * (t - inside)
+    return value, slope / STEP
+
+
 @dataclass(eq=False)
 class Table:
     """ln phi(ln delta; q) of one family of problems.
@@ -97,6 +119,7 @@ class Table:
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
     _limits: dict[tuple[int, ...], float] = field(default_factory=dict)
+    _stacks: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], Piecewise] | None = None
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
@@ -105,18 +128,77 @@ class Table:
         key = (*q, *window)
         if self._last is None or self._last[0] != key:
             self._last = (key, Piecewise(window[0] * STEP, self._combined(q, window)))
+        self._keep(window)
+        return self._last[1]
+
+    def at_many(self, q: Array, highest: Array) -> tuple[float, Array]:
+        """Interpolants of ln phi at several coordinates at once.
+
+        Parameters
+        ----------
+        q : ndarray, shape (n, coordinates)
+            Coordinates.
+        highest : ndarray, shape (n,)
+            Largest ln delta of each.
+
+        Returns
+        -------
+        start : float
+            ln delta at which the first interval begins.
+        coefficients : ndarray, shape (6, n, intervals)
+            As in `Piecewise`.
+        """
+        offset, step, least, last = self._grid
+        position = (q - offset) / step
+        nearest = {tuple(row) for row in np.rint(position).astype(int).tolist()}
+        window = self._widened(min(float(highest.max()), max(map(self._end, nearest))))
+        first = np.clip(np.floor(position) - _KNOTS // 2 + 1, least, last - _KNOTS + 1).astype(int)
+        total = np.empty((len(q), _DEGREE + 1, window[1] - window[0]))
+        for place, mine in _alike(first):
+            weights = np.ones((mine.size, 1))
+            for t in (position[mine] - place).T:
+                weights = (weights[:, :, None] * _lagrange(t)[:, None, :]).reshape(mine.size, -1)
+            total[mine] = (weights @ self._knots(place, window)).reshape(mine.size, *total.shape[1:])
+        self._keep(window)
+        return window[0] * STEP, np.ascontiguousarray(total.transpose(1, 0, 2))
+
+    def _knots(self, first: tuple[int, ...], window: Window) -> Array:
+        """Coefficients at all knots around coordinates, a row each."""
+        key = (window, first)
+        if key not in self._stacks:
+            if len(self._stacks) >= _STACKS:
+                self._stacks.clear()
+            choices = product(range(_KNOTS), repeat=len(first))
+            self._stacks[key] = np.array(
+                [self._knot(tuple(f + i for f, i in zip(first, c, strict=True)), window).ravel() for c in choices]
+            )
+        return self._stacks[key]
+
+    def _keep(self, window: Window) -> None:
+        """Make a window the table's own: what cannot be solved must not be asked of those who share it."""
         if window != self._window:
-            # kept only now: what cannot be solved must not be asked of those who share this table
             self._window = window
             self._pieces = {place: piece for place, piece in self._pieces.items() if place[0] == window}
-        return self._last[1]
+            self._stacks.clear()
 
     def highest(self, q: Sequence[float]) -> float:
         """Where the table must end, at the knot next to q, with a little to spare."""
-        index = tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True))
+        return self._end(tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True)))
+
+    def _end(self, index: tuple[int, ...]) -> float:
+        """Where the table must end at a knot."""
         if index not in self._limits:
             self._limits[index] = self.limit(self._values(index)) + 2 * STEP
         return self._limits[index]
+
+    @cached_property
+    def _grid(self) -> Array:
+        """Offsets and steps of the coordinates, their first and last knots; shape (4, coordinates)."""
+        rows = [
+            (c.offset, c.step, -np.inf if c.lowest is None else c.lowest, np.inf if c.highest is None else c.highest)
+            for c in self.coordinates
+        ]
+        return np.array(rows, dtype=float).reshape(-1, 4).T
 
     def _values(self, index: tuple[int, ...]) -> tuple[float, ...]:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
@@ -181,12 +263,35 @@ class _Span:
     derivatives: list[float]
 
 
+def _alike(first: Indices) -> Iterator[tuple[tuple[int, ...], Indices]]:
+    """Different rows of an array of integers, and which rows are equal to each."""
+    if first.shape[1] == 0 or (first == first[0]).all():
+        yield tuple(first[0].tolist()), np.arange(len(first))
+        return
+    least = first.min(axis=0)
+    key = np.ravel_multi_index((first - least).T, first.max(axis=0) - least + 1)
+    for each in np.unique(key):
+        mine = np.flatnonzero(key == each)
+        yield tuple(first[mine[0]].tolist()), mine
+
+
+_LAGRANGE = np.linalg.inv(np.vander(np.arange(_KNOTS) - (_KNOTS - 1) / 2, _KNOTS))
+"""Lagrange polynomials of the knots, in powers of the distance from their middle."""
+
+
+def _lagrange(t: Array) -> Array:
+    """Lagrange weights of knots at 0 .. 5, shape (n, 6), at positions t, shape (n,)."""
+    return np.asarray(np.vander(t - (_KNOTS - 1) / 2, _KNOTS) @ _LAGRANGE)
+
+
 def _span(coordinate: Coordinate, value: float) -> _Span:
     """The six knots around a value, with Lagrange weights and their derivatives by the coordinate."""
     position = (value - coordinate.offset) / coordinate.step
     first = int(np.floor(position)) - _KNOTS // 2 + 1
     if coordinate.highest is not None:
         first = min(first, coordinate.highest - _KNOTS + 1)
+    if coordinate.lowest is not None:
+        first = max(first, coordinate.lowest)
     t = position - first
     points = range(_KNOTS)
     weights, derivatives = [], []

@@ -58,6 +58,24 @@ class FilmResult:
     rule : TenthRule or None
         What the one-tenth rule is worth for this film.
     notes : tuple of str
+
+    See Also
+    --------
+    flatpunch.fit.fit_film : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Tip
+    >>> film = fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=130e9, poisson=0.28))
+    >>> tip = Tip.from_coefficients([24.5], beta=1.0, material=fp.HalfSpace(young=1e15, poisson=0.0))  # nearly rigid
+    >>> cone = fp.Cone(inclination=np.arctan(np.sqrt(np.pi / 24.5)))
+    >>> contact = fp.indent(film, cone, depth=np.linspace(50e-9, 500e-9, 20))
+    >>> test = fp.Curve(depth=contact.depth, force=contact.force, stiffness=contact.stiffness)
+    >>> from flatpunch.fit import fit_film
+    >>> result = fit_film(test, film, tip, compare=False)
+    >>> print(sorted(result.estimates), f"misfit {100 * result.misfit:.1f} %")
+    ['layers[0].young'] misfit 6.1 %
     """
 
     estimates: dict[str, Estimate]
@@ -145,6 +163,21 @@ def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
         Area function.
     tolerance : float
         Error of the modulus that is looked for.
+
+    See Also
+    --------
+    flatpunch.fit.fit_film : Fits the film instead.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Tip
+    >>> film = fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=130e9, poisson=0.28))
+    >>> tip = Tip.from_coefficients([24.5])
+    >>> from flatpunch.fit import tenth_rule
+    >>> rule = tenth_rule(film, tip)
+    >>> print(f"{100 * rule.error:+.0f} % at a tenth of the thickness")
+    +23 % at a tenth of the thickness
     """
     share = np.geomspace(1e-5, 1, 600)
     error = normalised_stiffness(medium, np.sqrt(tip.area(share * medium.length) / np.pi)) - 1
@@ -228,6 +261,25 @@ def fit_film(
     ------
     CurveError
         If there are too few points with a stiffness in the range.
+
+    See Also
+    --------
+    flatpunch.fit.oliver_pharr : The points.
+    flatpunch.fit.tenth_rule : Error of the one-tenth rule.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Tip
+    >>> film = fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=130e9, poisson=0.28))
+    >>> tip = Tip.from_coefficients([24.5], beta=1.0, material=fp.HalfSpace(young=1e15, poisson=0.0))  # nearly rigid
+    >>> cone = fp.Cone(inclination=np.arctan(np.sqrt(np.pi / 24.5)))
+    >>> contact = fp.indent(film, cone, depth=np.linspace(50e-9, 500e-9, 20))
+    >>> test = fp.Curve(depth=contact.depth, force=contact.force, stiffness=contact.stiffness)
+    >>> from flatpunch.fit import fit_film
+    >>> result = fit_film(test, film, tip, compare=False)
+    >>> print(f"{result['layers[0].young'] / 1e9:.1f} GPa")
+    22.8 GPa
     """
     top = "base.young" if isinstance(sample, HalfSpace) or not sample.layers else "layers[0].young"
     names = tuple(free) if free is not None else (top,)

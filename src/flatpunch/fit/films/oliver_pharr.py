@@ -32,6 +32,18 @@ class Tip:
         Of h_c = h - epsilon P/S; 0.75 for a paraboloid of revolution.
     material : HalfSpace
         What the tip is made of.
+
+    See Also
+    --------
+    flatpunch.fit.tip_in_workbook : From the file of an instrument.
+    flatpunch.AreaFunction : The same numbers as an indenter.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Tip
+    >>> tip = Tip.from_coefficients([24.5, 500.0])  # nm^2 over h in nm
+    >>> print(f"{float(tip.area(np.array(100e-9))) * 1e12:.3f} um^2")
+    0.295 um^2
     """
 
     area: Callable[[Array], Array]
@@ -106,6 +118,25 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
         Area function and constants.
     frame : float
         Compliance of the load frame that the instrument has not taken out [m/N].
+
+    See Also
+    --------
+    flatpunch.fit.fit_film : The modulus of a film.
+    flatpunch.fit.unloading : Stiffness from one load cycle.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Tip
+    >>> film = fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=130e9, poisson=0.28))
+    >>> tip = Tip.from_coefficients([24.5], beta=1.0, material=fp.HalfSpace(young=1e15, poisson=0.0))  # nearly rigid
+    >>> cone = fp.Cone(inclination=np.arctan(np.sqrt(np.pi / 24.5)))
+    >>> contact = fp.indent(film, cone, depth=np.linspace(50e-9, 500e-9, 20))
+    >>> test = fp.Curve(depth=contact.depth, force=contact.force, stiffness=contact.stiffness)
+    >>> from flatpunch.fit import oliver_pharr
+    >>> points = oliver_pharr(test, tip)
+    >>> print((points.apparent[[0, -1]] / 1e9).round(1))  # E* of film and substrate together [GPa]
+    [23.5 50.3]
     """
     frame = non_negative("frame", frame, unit="m/N")
     if curve.stiffness is None:

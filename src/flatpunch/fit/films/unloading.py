@@ -29,6 +29,19 @@ class Unloading:
         m [-]; between 1 (flat end) and 2 (cone).
     final_depth : float
         h_f [m].
+
+    See Also
+    --------
+    flatpunch.fit.unloading : Makes it.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloading
+    >>> print(f"{unloading(cycle).final_depth * 1e9:.0f} nm")
+    600 nm
     """
 
     depth: float
@@ -57,6 +70,21 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     ------
     CurveError
         If there is no unloading, or too little of it.
+
+    See Also
+    --------
+    flatpunch.fit.unloadings : Many cycles.
+    flatpunch.fit.Unloading : What it returns.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloading
+    >>> found = unloading(cycle)
+    >>> print(f"{found.stiffness:.0f} N/m, exponent {found.exponent:.2f}")
+    37500 N/m, exponent 1.50
     """
     if not 0 < lower < upper <= 1:
         raise ValueError(f"lower = {lower!r} and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
@@ -117,6 +145,21 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     ------
     CurveError
         If there is no unloading, or one of them cannot be evaluated.
+
+    See Also
+    --------
+    flatpunch.fit.unloading : One cycle.
+    flatpunch.fit.fit_film : Takes the points.
+
+    Examples
+    --------
+    >>> h = np.concatenate([np.linspace(0, 1e-6, 200), np.linspace(1e-6, 0.6e-6, 200)])
+    >>> p = np.concatenate([1e-2 * (h[:200] / 1e-6) ** 2, 1e-2 * ((h[200:] - 0.6e-6) / 0.4e-6) ** 1.5])
+    >>> cycle = fp.Curve(depth=h, force=p)
+    >>> from flatpunch.fit import unloadings
+    >>> points = unloadings([fp.Curve(depth=size * h, force=size**2 * p) for size in np.linspace(0.5, 2, 12)])
+    >>> print(points.stiffness[[0, -1]].round())
+    [18750. 75000.]
     """
     found = []
     for curve in curves:

@@ -28,6 +28,29 @@ def read_nanoindentation(path: str | Path, test: str) -> Curve:
     -------
     Curve
         The loading part, with NaN where there is no stiffness.
+
+    See Also
+    --------
+    flatpunch.fit.tip_in_workbook : The area function beside the tests.
+    flatpunch.read_curve : Other files.
+
+    Examples
+    --------
+    >>> from openpyxl import Workbook
+    >>> book = Workbook()
+    >>> sheet = book.active
+    >>> sheet.title = "Test 001"
+    >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
+    >>> for h in range(1, 101):
+    ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
+    >>> results = book.create_sheet("Results")
+    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
+    >>> results.append([24.5, 500.0])
+    >>> book.save("tests.xlsx")
+    >>> from flatpunch.fit import read_nanoindentation
+    >>> curve = read_nanoindentation("tests.xlsx", "Test 001")
+    >>> print(f"{curve.force.max() * 1e3:.0f} mN, {curve.stiffness.max() / 1e3:.0f} mN/um")
+    10 mN, 20 mN/um
     """
     curve = read_curve(path, sheet=test, skip_nan=False)
     if curve.stiffness is None:
@@ -45,6 +68,28 @@ def tip_in_workbook(path: str | Path, **rest: Any) -> Tip:
         The workbook.
     **rest
         Further fields of `Tip`.
+
+    See Also
+    --------
+    flatpunch.fit.read_nanoindentation : The tests of the workbook.
+    flatpunch.fit.Tip : From coefficients.
+
+    Examples
+    --------
+    >>> from openpyxl import Workbook
+    >>> book = Workbook()
+    >>> sheet = book.active
+    >>> sheet.title = "Test 001"
+    >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
+    >>> for h in range(1, 101):
+    ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
+    >>> results = book.create_sheet("Results")
+    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
+    >>> results.append([24.5, 500.0])
+    >>> book.save("tests.xlsx")
+    >>> from flatpunch.fit import tip_in_workbook
+    >>> print(f"{float(tip_in_workbook('tests.xlsx').area(np.array(100e-9))) * 1e12:.3f} um^2")
+    0.295 um^2
     """
     for rows in excel_sheets(Path(path)).values():
         titles = [str(cell) for cell in rows[0]] if rows else []

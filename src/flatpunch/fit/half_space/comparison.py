@@ -59,12 +59,17 @@ def compare_formulas(
     ValueError, TypeError
         On bad input, and for tips without a half-space formula.
 
+    See Also
+    --------
+    correct : From a reported modulus to the true one.
+    indent : The exact contact.
+
     Examples
     --------
     >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
     >>> found = fp.compare_formulas(gel, fp.Paraboloid(radius=5e-6), depth=[50e-9, 300e-9])
     >>> print(f"{float(found.deviation.sel(formula='Garcia')[-1]):.3f}")
-    0.156
+    0.265
     """
     import xarray as xr
 

@@ -65,6 +65,17 @@ class Correction:
     depth, apparent : ndarray
         Depths up to that of the fit [m], and Young's modulus that the half-space formula gives at each of them for the true layer
         [Pa].
+
+    See Also
+    --------
+    flatpunch.correct : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> found = fp.correct(8e3, gel, fp.Sphere(radius=5e-6), depth=500e-9)
+    >>> print(f"{found.young / 1e3:.2f} kPa, {found.factor:.2f} times too high as reported")
+    2.63 kPa, 3.04 times too high as reported
     """
 
     young: float
@@ -169,6 +180,11 @@ def correct(
     ------
     ValueError
         On bad input, or if no modulus of the layer gives the reported value (the base alone is softer or stiffer).
+
+    See Also
+    --------
+    fit : From the curve itself.
+    fit.Correction : What it returns.
 
     Examples
     --------

@@ -85,6 +85,10 @@ class Objective(Unknowns):
                 jacobian *= weight
         return residual, jacobian
 
+    def residuals(self, x: Array) -> Array:
+        """Residuals over the force range, shape (n,)."""
+        return self.evaluate(x)[0]
+
     def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
         """Residual [N], the points in contact, and stiffness and derivatives of M there."""
         # the residuals of the evaluation before are where Newton's method starts

@@ -23,7 +23,20 @@ _OPTIONAL = ("stiffness", "time", "segment")
 
 
 class CurveError(ValueError):
-    """A curve that cannot be evaluated; the message says why and what to do."""
+    """A curve that cannot be evaluated; the message says why and what to do.
+
+    See Also
+    --------
+    read_curve, fit : Raise it.
+
+    Examples
+    --------
+    >>> try:
+    ...     fp.read_curve("missing.csv")
+    ... except fp.CurveError as error:
+    ...     print(error)
+    missing.csv: no such file.
+    """
 
 
 @readable

@@ -82,6 +82,21 @@ def read_curve(
     ------
     CurveError
         If the file cannot be read as a curve; the message says what is missing and where.
+
+    See Also
+    --------
+    Curve : From arrays.
+    fit : From a curve to moduli.
+    fit_batch : Many files.
+
+    Examples
+    --------
+    >>> depth = np.arange(-100.0, 200.0, 5.0)
+    >>> columns = np.column_stack([depth, 0.01 * np.maximum(depth, 0.0) ** 1.5])
+    >>> np.savetxt("curve.csv", columns, delimiter=",", header="depth (nm),force (nN)", comments="")
+    >>> curve = fp.read_curve("curve.csv")
+    >>> print(f"{curve.depth.size} points up to {curve.depth.max() * 1e9:.0f} nm")
+    60 points up to 195 nm
     """
     path = Path(path)
     if not path.is_file():

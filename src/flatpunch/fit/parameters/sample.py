@@ -38,6 +38,18 @@ class Sample:
     ------
     ValueError
         If these do not go together.
+
+    See Also
+    --------
+    flatpunch.fit : Makes it from its arguments.
+    flatpunch.files.describe_sample : In words.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import Sample
+    >>> print(Sample(gel, fp.Sphere(radius=5e-6), work_of_adhesion=1e-3).work_of_adhesion)
+    0.001
     """
 
     medium: Any

@@ -26,6 +26,9 @@ from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
 
+_LEAST_POISSON = -149
+"""Knot of the Poisson ratio -0.99, below which no isotropic body is stable."""
+
 _NAME = re.compile(
     r"(?:(upper|lower)\.)?(?:layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson))|indenter\.(radius|inclination)"
 )
@@ -43,8 +46,8 @@ class Coordinate:
         Internal parameter -> coefficient.
     step, offset : float
         Knots.
-    highest : int or None
-        Largest knot, where the coordinate ends.
+    lowest, highest : int or None
+        Smallest and largest knot, where the coordinate ends.
     """
 
     name: str
@@ -52,10 +55,24 @@ class Coordinate:
     step: float
     offset: float = 0.0
     highest: int | None = None
+    lowest: int | None = None
 
 
 def parameter_names(medium: Any, indenter: Any) -> list[str]:
-    """Names of all parameters of a medium and an indenter that can be fitted."""
+    """Names of all parameters of a medium and an indenter that can be fitted.
+
+    See Also
+    --------
+    flatpunch.Free : Start and limits of one of them.
+    flatpunch.fit : Fits them.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> from flatpunch.fit import parameter_names
+    >>> print(parameter_names(gel, fp.Sphere(radius=5e-6)))
+    ['layers[0].young', 'layers[0].poisson', 'layers[0].thickness', 'indenter.radius']
+    """
     names = []
     for prefix, body in _bodies(medium).items():
         layers = body.layers if isinstance(body, Medium) else ()
@@ -250,7 +267,11 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
         # curvature 1/R of a paraboloid, tan of an inclination
         depth[tip] = force[tip] = -1.0 if tip.endswith("radius") else 1.0
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
-    coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0) for name in names if name.endswith("poisson")]
+    coordinates += [
+        Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, _LEAST_POISSON)
+        for name in names
+        if name.endswith("poisson")
+    ]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, force, depth, moving, modulus, length)
 

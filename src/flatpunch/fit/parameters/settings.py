@@ -49,6 +49,11 @@ class Free:
     minimum, maximum : float, optional
         Limits, SI.
 
+    See Also
+    --------
+    fit : Takes one for each free parameter.
+    fit.parameter_names : What can be free.
+
     Examples
     --------
     >>> fp.Free(start=5e3, minimum=1e2, maximum=1e5)
@@ -94,6 +99,17 @@ class Settings:
         Which part of a cycle is fitted. By itself the approach; with adhesion the retract; with relaxation all of it.
     engine : "lmfit" or "normal-equations"
         The second is several times faster and made for batches; the results are the same.
+
+    See Also
+    --------
+    flatpunch.fit : Takes them as keywords.
+    flatpunch.fit.read_fit_case : From a case file.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import Settings
+    >>> print(Settings(baseline="linear", depth_to=400e-9).baseline)
+    linear
     """
 
     contact: Any = "free"

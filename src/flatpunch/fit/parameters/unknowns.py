@@ -11,6 +11,7 @@ all of x are of order one; the baseline counts from the median of the measured f
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -101,16 +102,16 @@ class Unknowns:
             values[name] = offset + unit * float(value)
         return x[:count], values
 
-    def background(self, rest: dict[str, float], position: Array, speed: Array | None) -> Array:
-        """Background without its baseline [N]."""
+    def background(self, rest: Mapping[str, Any], position: Array, speed: Array | None) -> Array:
+        """Background without its baseline [N]; for several vectors at once the coefficients are columns, shape (vectors, 1)."""
         result = np.zeros_like(position)
-        if rest.get("tilt"):
-            result += rest["tilt"] * (position - self.frame.first)
-        if rest.get("sine") or rest.get("cosine"):
+        if np.any(rest.get("tilt", 0.0)):
+            result = result + rest["tilt"] * (position - self.frame.first)
+        if np.any(rest.get("sine", 0.0)) or np.any(rest.get("cosine", 0.0)):
             phase = 2 * np.pi * (position - self.frame.first) / rest["wavelength"]
-            result += rest["sine"] * np.sin(phase) + rest["cosine"] * np.cos(phase)
-        if rest.get("drag") and speed is not None:
-            result += rest["drag"] * speed
+            result = result + rest["sine"] * np.sin(phase) + rest["cosine"] * np.cos(phase)
+        if speed is not None and np.any(rest.get("drag", 0.0)):
+            result = result + rest["drag"] * speed
         return result
 
     def column(self, name: str, rest: dict[str, float], position: Array, speed: Array | None) -> Array:

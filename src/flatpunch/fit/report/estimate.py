@@ -33,6 +33,22 @@ class Estimate:
         Whether the value sits on a limit.
     by : "covariance" or "profile"
         Where the interval comes from: the likelihood profile where the covariance does not tell the whole story.
+
+    See Also
+    --------
+    flatpunch.fit.FitResult : Holds one for each parameter.
+    flatpunch.fit.Profile : The likelihood behind wide intervals.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
+    >>> young = result.estimates["layers[0].young"]
+    >>> print(f"{young.value / 1e3:.2f} kPa, interval contains the value: {young.low <= young.value <= young.high}")
+    5.00 kPa, interval contains the value: True
     """
 
     value: float

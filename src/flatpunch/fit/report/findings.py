@@ -9,6 +9,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import interval_text
+from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ _TANGLED = 0.98
 """Correlation from which two parameters count as hard to tell apart, if their intervals are wide as well."""
 WIDE = 0.1
 """Relative standard error that counts as wide."""
-_MEMORY = 0.3
-"""Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
 
 TIMES = 10.0
 """Residuals so many times the noise of the detector are a fit that missed."""
@@ -122,14 +121,3 @@ def about_contact(result: FitResult) -> tuple[str, ...]:
     if not outside:
         return ()
     return (f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone.",)
-
-
-def correlated(memory: float, size: int) -> tuple[str, ...]:
-    """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
-    if memory <= _MEMORY or size <= 30:
-        return ()
-    factor = np.sqrt((1 + memory) / (1 - memory))
-    return (
-        f"Neighbouring residuals are correlated ({memory:.2f}): drift, or a model that does not fit. The intervals are too small "
-        f"by a factor of about {factor:.1f}.",
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,15 +13,21 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.progress import Report
+from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult, in_si
+from flatpunch.fit.report.sampling import draw
 
 
+@readable
 @dataclass(frozen=True, eq=False)
 class JointResult:
     """Several curves fitted together.
@@ -39,6 +46,22 @@ class JointResult:
         For each curve, the fall of its sum of squares over its noise when it is fitted alone, and its number of parameters.
     notes : tuple of str
         What to know before using the numbers.
+
+    See Also
+    --------
+    flatpunch.fit_together : Makes it.
+    flatpunch.fit.FitResult : The part of one curve.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> again = fp.Curve(depth=curve.depth, force=curve.force + 2e-12, name="again")
+    >>> result = fp.fit_together([curve, again], gel, fp.Sphere(radius=5e-6), free=["layers[0].young"])
+    >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa from {len(result.results)} curves")
+    5.00 kPa from 2 curves
     """
 
     objective: Any
@@ -52,6 +75,20 @@ class JointResult:
     results: tuple[FitResult, ...] = ()
     excess: tuple[tuple[float, int], ...] = ()
     notes: tuple[str, ...] = ()
+
+    def _line_(self) -> str:
+        """The shared values."""
+        found = ", ".join(f"{name}={quantity(self[name], unit_of(name))}" for name in self.shared)
+        return f"JointResult({len(self.results)} curves: {found or 'nothing shared'})"
+
+    def _table_(self) -> Table:
+        """A row for each fitted value."""
+        rows = tuple(
+            (label(name), quantity(e.value, unit_of(name)), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            for name, e in self.estimates.items()
+        )
+        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
+        return Table(f"Joint fit of {len(self.results)} curves", header, rows, self.notes)
 
     def __getitem__(self, name: str) -> float:
         """Best value of a parameter, SI."""
@@ -94,6 +131,17 @@ class JointResult:
     def external(self, j: int, x: Array) -> Array:
         """Internal values x of parameter j in SI."""
         return in_si(self.names[j], self.objective.scales(), x)
+
+    def posterior(
+        self,
+        draws: int = 10_000,
+        priors: Mapping[str, Prior] | None = None,
+        *,
+        seed: int = 0,
+        progress: bool | Report | None = None,
+    ) -> Posterior:
+        """Draw from the posterior of all parameters of all curves, see `FitResult.posterior`; priors of fitted ones only."""
+        return draw(self, [each.curve for each in self.results], draws, priors, seed, progress)
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.quantities import unit_of
@@ -60,6 +61,7 @@ class Fitted(Protocol):
         ...
 
 
+@readable
 @dataclass(frozen=True, slots=True)
 class Profile:
     """Likelihood profile of one parameter.
@@ -73,6 +75,21 @@ class Profile:
         where the covariance tells the whole story.
     low, high : float
         Interval [SI]; infinite (or a limit) where the profile does not reach the threshold.
+
+    See Also
+    --------
+    flatpunch.fit.FitResult : `profile` makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
+    >>> profile = result.profile("layers[0].young")
+    >>> print(profile.values.size == profile.signed_root.size)
+    True
     """
 
     values: Array

@@ -28,6 +28,8 @@ _UNITS = {
     "equilibrium": "",
     "exponent": "",
     "weights": "",
+    "spring_constant": "N/m",
+    "sensitivity": "",
 }
 
 
@@ -44,6 +46,8 @@ _WORDS = {
     "exponent": "exponent",
     "weights": "share",
     "times": "relaxation time",
+    "spring_constant": "spring constant",
+    "sensitivity": "relative sensitivity",
 }
 
 

@@ -10,14 +10,18 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, Flags
+from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import external, kind, plain_limits
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.sampling import draw
 
 if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
@@ -44,6 +48,21 @@ class FitResult:
         What to know before using the numbers.
     lmfit : lmfit.minimizer.MinimizerResult or None
         lmfit's own result.
+
+    See Also
+    --------
+    flatpunch.fit : Makes it.
+    flatpunch.plot_fit : The picture.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
+    >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa, contact at {result['contact'] * 1e9:.1f} nm")
+    5.00 kPa, contact at 50.0 nm
     """
 
     curve: Curve
@@ -148,6 +167,63 @@ class FitResult:
     def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
         """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
         return ridge(self, first, second, points, width)
+
+    def posterior(
+        self,
+        draws: int = 10_000,
+        priors: Mapping[str, Prior] | None = None,
+        *,
+        seed: int = 0,
+        progress: bool | Report | None = None,
+    ) -> Posterior:
+        """Draw from the posterior: all that curve and prior knowledge say together.
+
+        Parameters
+        ----------
+        draws : int
+            Number of draws returned, evenly from chains of 20 to 50 autocorrelation times, the more the more draws.
+        priors : mapping of str to Normal, LogNormal or Uniform, optional
+            By parameter, SI: of fitted ones, the contact point "contact" and the background; of numbers of the case that were
+            held in the fit, which are then drawn as well ("layers[0].thickness" from ellipsometry, "indenter.radius"); of the
+            "spring_constant" [N/m], and of the "sensitivity" relative to the one used. A calibration with an uncertainty in the
+            curve has one. Without a prior, logarithms of moduli, lengths, times and slopes are uniform, Poisson ratios,
+            contact and background as they are, within the limits of the fit.
+        seed : int
+            Of the random numbers; the same seed gives the same draws.
+        progress : bool or callable, optional
+            True shows a bar; a function is called with (steps done, steps expected).
+
+        Returns
+        -------
+        Posterior
+            Draws, quantiles, effective number of draws, notes.
+
+        Raises
+        ------
+        ValueError, TypeError
+            On bad input, or without emcee.
+
+        Notes
+        -----
+        The noise is normal and independent; its unknown standard deviation is integrated out with the prior 1/s. The sampler is
+        the ensemble of Foreman-Mackey et al., PASP 125 (2013) 306, with moves by differential evolution.
+
+        Examples
+        --------
+        >>> layer, bead = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase()), fp.Sphere(5e-6)
+        >>> depth = np.linspace(-1e-7, 4e-7, 300)
+        >>> force = np.zeros(300)
+        >>> force[depth > 0] = fp.indent(layer, bead, depth=depth[depth > 0]).force
+        >>> curve = fp.Curve(depth, force + 1e-11 * np.random.default_rng(0).normal(size=300))
+        >>> result = fp.fit(curve, layer, bead, ["layers[0].young"])
+        >>> from flatpunch.fit import Normal
+        >>> ellipsometry = {"layers[0].thickness": Normal(2e-6, 5e-8)}
+        >>> found = result.posterior(draws=2000, priors=ellipsometry)
+        >>> low, high = found.interval("layers[0].young")
+        >>> low < 5e3 < high
+        True
+        """
+        return draw(self, (self.curve,), draws, priors, seed, progress)
 
     def index(self, name: str) -> int:
         """Position of a parameter in `names`."""

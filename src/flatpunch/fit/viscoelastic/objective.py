@@ -40,18 +40,19 @@ class HistoryObjective(Unknowns):
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
-        residual = self._residual(x)
+        residual = self.residuals(x)
         rows = np.empty((x.size, residual.size))
         for j in range(x.size):
             ends = []
             for side in (1, -1):
                 y = x.copy()
                 y[j] += side * _STEP
-                ends.append(self._residual(y))
+                ends.append(self.residuals(y))
             rows[j] = (ends[0] - ends[1]) / (2 * _STEP)
         return residual, rows
 
-    def _residual(self, x: Array) -> Array:
+    def residuals(self, x: Array) -> Array:
+        """Residuals over the force range, shape (n,)."""
         residual = (self._force(x) - self.force) / self.frame[2] * np.sqrt(self.counts)
         return residual if self.weight is None else residual * self.weight
 

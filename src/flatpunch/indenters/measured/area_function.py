@@ -46,6 +46,19 @@ class AreaFunction(RoundShape):
     ------
     ValueError
         If A is not positive and rising from `start` to `limit`; the message names the depth.
+
+    See Also
+    --------
+    Berkovich : The pyramid itself.
+    RadialProfile : From measured heights.
+    fit.Tip : For Oliver-Pharr evaluations.
+
+    Examples
+    --------
+    >>> tip = fp.AreaFunction([24.5, 500.0], limit=1000e-9, unit=1e-9)  # A(h) = 24.5 h^2 + 500 nm h
+    >>> curve = fp.indent(fp.HalfSpace(young=72e9, poisson=0.17), tip, depth=[50e-9, 100e-9])
+    >>> print([f"{force * 1e3:.3f} mN" for force in curve.force.values])
+    ['0.448 mN', '1.569 mN']
     """
 
     coefficients: tuple[float, ...]

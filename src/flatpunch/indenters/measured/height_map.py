@@ -68,6 +68,11 @@ class HeightMap(Shape):
     shape, spacing : tuple
         Rows and columns of the map, and their mean distances along x and y [m].
 
+    See Also
+    --------
+    read_height_map : From the file of a microscope.
+    RadialProfile : Round tips.
+
     Examples
     --------
     >>> x = np.linspace(-1e-6, 1e-6, 41)

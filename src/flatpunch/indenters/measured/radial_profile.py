@@ -44,6 +44,11 @@ class RadialProfile(RoundShape):
     ValueError
         If the table does not describe such a body; the message names the point.
 
+    See Also
+    --------
+    AreaFunction : From the area over the depth.
+    HeightMap : Tips that are not round.
+
     Examples
     --------
     >>> r = np.linspace(0, 1e-6, 50)

@@ -23,6 +23,11 @@ class Cone(RoundShape):
     inclination : float
         Angle between the surface and the cone's face [rad], between 0 and pi/2.
 
+    See Also
+    --------
+    SpheroCone : With a round apex.
+    Pyramid : With edges.
+
     Examples
     --------
     >>> print(fp.Cone(inclination=np.radians(20)))

@@ -22,6 +22,11 @@ class Cylinder(RoundShape):
     radius : float
         Radius R [m], > 0.
 
+    See Also
+    --------
+    flat_punch : Stiffness and pressure of the same contact.
+    Truncated : A flat end on any tip.
+
     Examples
     --------
     >>> fp.Cylinder(radius=1e-6)

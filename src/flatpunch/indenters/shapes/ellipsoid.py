@@ -27,6 +27,11 @@ class Ellipsoid(Shape):
     half_z : float
         Half-axis along the direction of indentation [m], > 0.
 
+    See Also
+    --------
+    Spheroid : A body of revolution.
+    EllipticParaboloid : Its shape near the apex.
+
     Examples
     --------
     >>> tip = fp.Ellipsoid(5e-6, 4e-6, 2e-6)
@@ -87,6 +92,11 @@ def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
         Equatorial radius [m], > 0.
     half_height : float
         Half-axis along the direction of indentation [m], > 0. The radius of curvature at the apex is half_width^2/half_height.
+
+    See Also
+    --------
+    Sphere : The round one.
+    Ellipsoid : Three half-axes.
 
     Examples
     --------

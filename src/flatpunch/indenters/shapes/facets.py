@@ -37,6 +37,11 @@ class FacetedPyramid(Shape):
     ValueError
         If the faces do not enclose the apex, or one of them is hidden behind its neighbours.
 
+    See Also
+    --------
+    Pyramid : The regular one.
+    AfmPyramid : By front, back and side angles.
+
     Examples
     --------
     >>> tip = fp.FacetedPyramid(directions=(0.0, np.pi / 2, np.pi, 3 * np.pi / 2), inclinations=(0.3, 0.4, 0.3, 0.4))

@@ -22,6 +22,11 @@ class Paraboloid(RoundShape):
     radius : float
         Radius of curvature R at the apex [m], > 0.
 
+    See Also
+    --------
+    Sphere : The shape without the approximation.
+    EllipticParaboloid : Two radii of curvature.
+
     Examples
     --------
     >>> fp.Paraboloid(radius=5e-6)
@@ -60,6 +65,11 @@ class EllipticParaboloid(Shape):
     ----------
     A, B : float
         Half the principal curvatures along x and y [1/m], > 0: A = 1/(2 R_x), B = 1/(2 R_y).
+
+    See Also
+    --------
+    Paraboloid : The round one.
+    Ellipsoid : The shape without the approximation.
 
     Examples
     --------

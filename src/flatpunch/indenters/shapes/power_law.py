@@ -133,6 +133,11 @@ class PowerLaw(Shape):
     ValueError, TypeError
         If psi is not positive, finite and periodic, or does not accept arrays.
 
+    See Also
+    --------
+    Superellipse : Rounded rectangles as level lines.
+    HeightMap : Any shape.
+
     Examples
     --------
     >>> tip = fp.PowerLaw(exponent=2.0, angular=1e5)

@@ -29,6 +29,12 @@ class Pyramid(Shape):
     inclination : float
         Angle between the surface and each face [rad], between 0 and pi/2.
 
+    See Also
+    --------
+    FacetedPyramid : Faces of any inclination.
+    Rounded, Truncated : Worn tips.
+    Vickers, Berkovich, Knoop, CubeCorner : The standard ones.
+
     Examples
     --------
     >>> print(fp.Pyramid(sides=4, inclination=np.radians(55)))

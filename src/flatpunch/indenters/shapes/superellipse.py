@@ -28,6 +28,18 @@ class Superellipse(Shape):
         p [-], >= 1: 1 is a rhombus, 2 an ellipse, larger ones approach a rectangle.
     exponent : float
         n of f ~ r^n [-], > 0: 1 for pointed tips, 2 for rounded ones.
+
+    See Also
+    --------
+    PowerLaw : Any angular factor.
+    EllipticParaboloid : Ellipses as level lines.
+
+    Examples
+    --------
+    >>> tip = fp.Superellipse(half_x=1e-6, half_y=1.5e-6, height_at_axes=0.2e-6)
+    >>> curve = fp.indent(fp.HalfSpace(young=1e9, poisson=0.3), tip, depth=50e-9, method="second-order")
+    >>> print(f"{float(curve.force[0]) * 1e6:.1f} uN, within {100 * float(curve.force_error[0]):.1f} %")
+    35.3 uN, within 0.5 %
     """
 
     half_x: float

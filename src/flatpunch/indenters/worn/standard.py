@@ -46,6 +46,11 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     height_removed : float
         Height cut off flat above the apex [m]; see `Truncated`. 0 is sharp. Only one of the two.
 
+    See Also
+    --------
+    Berkovich, Knoop, CubeCorner : Other standard pyramids.
+    Pyramid : Any inclination.
+
     Examples
     --------
     >>> fp.Vickers(height_removed=20e-9)
@@ -106,6 +111,11 @@ def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
 
+    See Also
+    --------
+    Berkovich, Vickers, Knoop : Other standard pyramids.
+    Pyramid : Any inclination.
+
     Examples
     --------
     >>> print(fp.CubeCorner())
@@ -131,6 +141,11 @@ def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     ----------
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
+
+    See Also
+    --------
+    Berkovich, Vickers, CubeCorner : Other standard pyramids.
+    FacetedPyramid : Faces of any inclination.
 
     Examples
     --------
@@ -160,6 +175,11 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
     tip_radius, height_removed : float
         Rounding or flat [m], as for `Vickers`.
 
+    See Also
+    --------
+    FacetedPyramid : Any number of faces.
+    Tilted : On a tilted cantilever.
+
     Examples
     --------
     >>> fp.AfmPyramid(np.radians(15), np.radians(25), np.radians(17.5), tip_radius=10e-9).radius
@@ -187,6 +207,11 @@ def SpheroCone(inclination: float, radius: float) -> Rounded:
         Angle between the surface and the cone's face [rad].
     radius : float
         Radius R of the sphere [m].
+
+    See Also
+    --------
+    Cone : The sharp one.
+    Rounded : Round the apex of any pointed tip.
 
     Examples
     --------

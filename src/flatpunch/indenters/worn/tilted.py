@@ -53,6 +53,11 @@ class Tilted:
     shape : Indenter
         The tip about that point.
 
+    See Also
+    --------
+    AfmPyramid : Angles of a tip on a cantilever.
+    HeightMap : A measured tip, tilted or not.
+
     Examples
     --------
     >>> tip = fp.Tilted(fp.Pyramid(4, 0.6), tilt_x=np.radians(2))

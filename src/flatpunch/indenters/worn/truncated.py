@@ -34,6 +34,11 @@ class Truncated(Shape):
     height_removed : float
         Height cut off above the apex [m], > 0. `Truncated.across` takes the radius of the flat instead.
 
+    See Also
+    --------
+    Rounded : A round apex in place of the flat.
+    Cylinder : The flat alone.
+
     Examples
     --------
     >>> fp.Truncated(fp.Cone(0.3), height_removed=20e-9)

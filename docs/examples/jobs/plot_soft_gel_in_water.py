@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 
 import flatpunch as fp
 
-case = fp.read_case("../../examples/sphere_sticking_to_gel_in_water.toml")
+case = fp.read_case(next(path for path in fp.files.shipped_cases() if path.stem == "sphere_sticking_to_gel_in_water"))
 gel, work = case.medium.layers[0], case.work_of_adhesion
 thick = fp.HalfSpace(gel.young, gel.poisson)
 

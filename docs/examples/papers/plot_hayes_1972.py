@@ -30,7 +30,7 @@ def factor(poisson, radius):
 # %%
 # The published table, as transcribed in public code.
 
-path = Path("../../tests/data/hayes1972_flat_punch.csv")
+path = Path("../../../tests/data/hayes1972_flat_punch.csv")
 with path.open(encoding="utf-8") as stream:
     rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
 

@@ -1,0 +1,129 @@
+"""First event under a contact that is no disc: its pressure on cells, by boundary elements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatpunch import bem
+from flatpunch._support.checks import Array
+from flatpunch.compliance import Kernel
+from flatpunch.contact.round.mean_profile import mean_profile
+from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.fields.bodies import Located
+from flatpunch.fields.cells import Cells, fields_of_cells
+from flatpunch.fields.critical_events import DEEPEST, Event, Judged
+from flatpunch.fields.critical_round import radius_limits
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Medium
+
+_COARSE, _FINE = 48, 128
+"""Cells along each side: while the load is searched, and at the place that is found."""
+
+_PLACES = np.linspace(-1.3, 1.3, 27)
+"""Places of the grid along x and y over half the length of the contact."""
+
+_JOINED = 1e-3
+"""Relative error of stresses from cells that are joined and taken as discs away from the points."""
+
+_ROUNDS, _FINER = 3, 3.0
+"""Rounds of refinement of a place, each finer by this factor."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellSearch:
+    """Contacts by the radius that the round contact of the mean profile has at their depth; attributes as of `RoundSearch`."""
+
+    bodies: tuple[Judged, ...]
+    kernel: Kernel
+    indenter: Indenter
+    friction: float
+    solutions: dict[tuple[float, int], bem.Solution] = field(default_factory=dict)
+
+    def limits(self) -> tuple[float, float, float]:
+        """Smallest radius, start and largest radius [m]."""
+        return radius_limits(self.bodies, self.kernel, self.indenter)
+
+    def contact(self, size: float) -> tuple[float, float, float]:
+        """Force [N], depth [m] and mean radius [m]."""
+        solution = self._solved(size, _FINE)
+        return solution.force, solution.depth, solution.radius
+
+    def _solved(self, size: float, count: int) -> bem.Solution:
+        key = size, count
+        if key not in self.solutions:
+            depth = round_contact(self.kernel, mean_profile(self.indenter), np.array([size])).depth
+            (self.solutions[key],) = bem.solve(self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5)
+        return self.solutions[key]
+
+    def _cells(self, size: float, count: int) -> Cells:
+        solution = self._solved(size, count)
+        grid = solution.grid
+        return Cells(solution.pressure, self.friction * solution.pressure, grid.spacing, grid.center).cropped
+
+    def events(self, size: float) -> list[Event]:
+        """Largest utilisation of every kind in every layer, on the grid."""
+        sharp = [event for each in self.bodies for event in each.singular(self.indenter, size)]
+        if sharp:
+            return sharp
+        cells = self._cells(size, _COARSE)
+        along = [_PLACES * n * cells.spacing / 2 for n in cells.pressure.shape[::-1]]
+        x, y = cells.center[0] + along[0], cells.center[1] + along[1]
+        found = []
+        for each in self.bodies:
+            for i in each.watched:
+                found += self._largest(each, i, cells, x, y, each.depths(i, size))
+        return found
+
+    def _largest(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> list[Event]:
+        """Largest utilisation of each kind in a layer on the product of x, y and depths z."""
+        place = np.stack([each.ravel() for each in np.meshgrid(x, y, z, indexing="ij")])
+        at = Located(judged.body, np.arange(place.shape[1]), place[2], np.full(place.shape[1], i), judged.upper)
+        return judged.largest(i, fields_of_cells(cells, at, place[0], place[1], 0.0)[:6], place)
+
+    def _judged(self, event: Event) -> Judged:
+        return next(each for each in self.bodies if each.name == event.body)
+
+    def refined(self, event: Event, size: float) -> Event:
+        """The same event, its place refined on finer cells and grids of five places along each axis."""
+        cells, judged = self._cells(size, _FINE), self._judged(event)
+        i, face = event.layer, event.kind.startswith("interface")
+        top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
+        x, y, z = event.place[0], event.place[1], abs(event.place[2])
+        wide = [n * cells.spacing / 12 for n in cells.pressure.shape[::-1]]
+        deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(size, float(top) / 2))
+        steps, best = np.linspace(-1, 1, 5), None
+        for _ in range(_ROUNDS):
+            zs = np.unique(np.clip(z + deep * steps, top, bottom))
+            found = self._largest(judged, i, cells, x + wide[0] * steps, y + wide[1] * steps, zs)
+            (here,) = [each for each in found if each.kind == event.kind]
+            best = here if best is None else max(best, here, key=lambda each: each.utilisation)
+            x, y, z = best.place[0], best.place[1], abs(best.place[2])
+            wide, deep = [each / _FINER for each in wide], deep / _FINER
+        assert best is not None
+        return best
+
+    def follower(self, event: Event, size: float) -> Callable[[float], Event]:
+        """The same event at the place that it has moved to in a contact of another size."""
+        judged = self._judged(event)
+        layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
+
+        def followed(other: float, count: int = _FINE) -> Event:
+            growth = other / size
+            x, y, z = event.place[0] * growth, event.place[1] * growth, abs(event.place[2])
+            place = (np.array([each]) for each in (x, y, z if layered else z * growth))
+            found = self._largest(judged, event.layer, self._cells(other, count), *place)
+            (here,) = [each for each in found if each.kind == event.kind]
+            return here
+
+        return followed
+
+    def error(self, event: Event, size: float) -> float:
+        """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
+        judged = self._judged(event)
+        place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
+        found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
+        (coarse,) = [each for each in found if each.kind == event.kind]
+        return 2 * abs(coarse.utilisation / event.utilisation - 1) + _JOINED

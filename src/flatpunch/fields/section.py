@@ -1,0 +1,113 @@
+"""Stresses under growing round contacts at fixed depths: the waves at depth are computed once for many contacts.
+
+The amplitudes of load waves at depth belong to the body alone. On one set of wavenumbers, fine enough for the largest contact,
+all depths of all layers take one sweep; a contact then costs its transform and one product of matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.compliance.depth import interfaces
+from flatpunch.fields.bodies import Solid
+from flatpunch.fields.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
+from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, cartesian
+from flatpunch.fields.round_load import RoundLoad
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
+
+_MOST = 3e4
+"""Largest wavenumber times the extent of the points: shorter waves fade out, which blurs 1/500 of the radius beside the rim."""
+
+_STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)
+"""Which of the radial functions are stresses: under a pressure, and under a traction."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Waves at given depths of one body.
+
+    Attributes
+    ----------
+    body : HalfSpace, Medium or PowerLawHalfSpace
+        The body.
+    depth : ndarray, shape (nz,)
+        Depths [m].
+    split : ndarray of bool, shape (nz,)
+        Whether the part of the surface's half-space is taken in closed form there.
+    k, weight : ndarray, shape (nk,)
+        Wavenumbers [1/m] and weights of the integrals.
+    waves : ndarray, shape (functions, nk, nz)
+        Amplitudes under unit load waves, without that part; 6 functions, 15 with friction.
+    """
+
+    body: Solid
+    depth: Array
+    split: Flags
+    k: Array
+    weight: Array
+    waves: Array
+
+    @classmethod
+    def of(
+        cls,
+        body: Solid,
+        depth: Array,
+        layer: Indices,
+        radius: tuple[float, float],
+        extent: float,
+        *,
+        shear: bool,
+        reach: float,
+    ) -> Section:
+        """Waves for contacts whose radii are within a range, at points up to `extent` from all of the contact [m].
+
+        `reach` is the wavenumber times the decay length at which the integrals end.
+        """
+        functions = 15 if shear else 6
+        if isinstance(body, HalfSpace):
+            nothing = np.zeros(0)
+            return cls(
+                body, depth, np.ones(depth.size, dtype=bool), nothing, nothing, np.zeros((functions, 0, depth.size))
+            )
+        varies = isinstance(body, PowerLawHalfSpace) or (bool(body.layers) and isinstance(body.layers[0], GradedLayer))
+        top = layer == 0
+        decay = depth.copy()
+        if isinstance(body, Medium) and not varies and body.layers:
+            decay[top] = 2 * float(interfaces(body)[0]) - depth[top]
+        shortest = float(decay.min())
+        if varies:
+            shortest = max(shortest, SHORTEST * radius[0] * REACH / reach)
+        last = min(reach / shortest, _MOST / extent)
+        longest = max(body.thickness, radius[1]) if isinstance(body, Medium) else radius[1]
+        k, weight = wavenumbers(last, extent, longest)
+        if varies or last * shortest < reach:
+            weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
+        waves = amplitudes(body, k, depth, layer, shear)
+        split = top if isinstance(body, Medium) else np.ones(depth.size, dtype=bool)
+        if split.any():
+            waves[..., split] -= SurfacePart.of(body).amplitudes(k, depth[split], shear)
+        return cls(body, depth, split, k, weight, waves)
+
+    def stress(self, load: RoundLoad, x: Array, traction: float) -> Array:
+        """Stresses in the plane of sliding at x [m], shape (nx,), and all depths: (xx, yy, zz, yz, xz, xy), (6, nx, nz)."""
+        shear = len(self.waves) > len(NORMAL_ORDERS)
+        r, which = np.unique(np.abs(x), return_inverse=True)
+        functions = np.zeros((len(self.waves), r.size, self.depth.size))
+        orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
+        if self.k.size:
+            weight = self.weight * self.k * load.transform(self.k)
+            bessel = [each * weight for each in bessel_functions(np.outer(r, self.k), 4 if shear else 3)]
+            for row in _STRESSES[0] + (_STRESSES[1] if shear else ()):
+                functions[row] = bessel[orders[row]] @ self.waves[row]
+        if self.split.any():
+            at_r, at_z = (each.ravel() for each in np.meshgrid(r, self.depth[self.split], indexing="ij"))
+            closed = SurfacePart.of(self.body).closed(load.integrals(at_r, at_z), at_z, shear)
+            functions[..., self.split] += closed.reshape(len(closed), r.size, -1)
+        found = functions[:, which].reshape(len(functions), -1)
+        theta = np.repeat(np.where(x < 0, np.pi, 0.0), self.depth.size)
+        stress, _ = cartesian(found[:6], traction * found[6:] if shear else None, theta)
+        return stress.reshape(6, x.size, self.depth.size)

@@ -1,0 +1,320 @@
+"""What a planned measurement can determine: standard errors before any curve is measured (Fisher's information).
+
+The curve does not exist yet, its derivatives do: with J the derivatives of its readings by all that will be fitted and s their
+noise, no unbiased estimate scatters less than s^2 (J J^T)^-1, and least squares reach it. J comes from the pressure of the
+contact alone (`flatpunch.sensitivity`), so that nothing is tabulated or fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from flatpunch._support.checks import Array, positive, shown, whole
+from flatpunch._support.readable import Table, readable
+from flatpunch._support.threads import one_blas_thread
+from flatpunch.contact.curve import Control
+from flatpunch.contact.indent import indent
+from flatpunch.contact.methods import FirstOrder
+from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.elastic.model import method_for
+from flatpunch.fit.least_squares.minimum import covariance
+from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import slope
+from flatpunch.fit.parameters.settings import Settings, as_free
+from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.sensitivity.gradient import gradients
+from flatpunch.sensitivity.parameters import parameters
+
+_NODES = 48
+"""Contacts from a thousandth of the depth on between which ln F and its derivatives are interpolated: smooth over ln d."""
+
+WELL, POORLY = 0.1, 1.0
+"""Relative standard error up to which a parameter counts as determined, and from which it counts as not determined."""
+_TANGLED = 0.98
+"""Correlation from which two parameters are named together."""
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a planned curve determines.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The free parameters, then the contact point and the background that are fitted with them.
+    values : ndarray, shape (parameters,)
+        Their values [SI]; those of contact and background are zero.
+    errors : ndarray, shape (parameters,)
+        Standard errors [SI]; infinite where the curve says nothing.
+    covariance : ndarray, shape (parameters, parameters)
+        Of logarithms for moduli, lengths and slopes, of Poisson ratios, contact and background as they are.
+    undetermined : ndarray, shape (n, parameters)
+        Directions in which nothing changes.
+    notes : tuple of str
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    errors: Array
+    covariance: Array
+    undetermined: Array
+    text: str
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Standard error of a parameter [SI]."""
+        if name not in self.names:
+            raise ValueError(f"{shown(name)} is not part of this plan; it has {', '.join(self.names)}.")
+        return float(self.errors[self.names.index(name)])
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations, shape (parameters, parameters)."""
+        scale = np.sqrt(np.diag(self.covariance))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.covariance / scale[:, None] / scale)
+
+    def judgement(self, name: str) -> str:
+        """How well a parameter is determined: "determined", "poorly determined" or "not determined"."""
+        relative = self._relative(self.names.index(name))
+        return "determined" if relative <= WELL else "poorly determined" if relative < POORLY else "not determined"
+
+    def _relative(self, j: int) -> float:
+        """Standard error over the value; of numbers without unit, which are of order one, the error itself."""
+        return float(self.errors[j] / abs(self.values[j])) if unit_of(self.names[j]) else float(self.errors[j])
+
+    def lines(self) -> list[str]:
+        """The free parameters with their standard errors, one a line, then the notes."""
+        found = [self.text]
+        for j, name in enumerate(self.names):
+            unit = unit_of(name)
+            if not self.values[j]:
+                found.append(f"{label(name)}: ± {quantity(float(self.errors[j]), unit)}")
+                continue
+            judged = self.judgement(name)
+            error = f" ± {100 * self._relative(j):.2g} %" if unit else f" ± {self.errors[j]:.2g}"
+            shown_error = "" if judged == "not determined" else error
+            found.append(f"{label(name)} {quantity(float(self.values[j]), unit)}{shown_error}: {judged}")
+        return [*found, *self.notes]
+
+    def summary(self) -> str:
+        """The plan in words."""
+        return "\n  ".join(self.lines())
+
+    def _line_(self) -> str:
+        """The free parameters."""
+        found = ", ".join(
+            f"{name} {self.judgement(name)}" for name, v in zip(self.names, self.values, strict=True) if v
+        )
+        return f"Plan({found})"
+
+    def _table_(self) -> Table:
+        """A row for each parameter."""
+        rows = tuple(
+            (
+                label(name),
+                quantity(float(value), unit_of(name)) if value else "",
+                quantity(float(error), unit_of(name)),
+                self.judgement(name) if value else "",
+            )
+            for name, value, error in zip(self.names, self.values, self.errors, strict=True)
+        )
+        return Table(self.text, ("", "value", "standard error", ""), rows, self.notes)
+
+
+@one_blas_thread()
+def planned(
+    medium: Any,
+    indenter: Any,
+    free: Any,
+    *,
+    depth: float,
+    noise: float,
+    points: int = 1000,
+    before: float | None = None,
+    spring_constant: float | None = None,
+    priors: Mapping[str, Prior] | None = None,
+    work_of_adhesion: float | None = None,
+    **settings: Any,
+) -> Plan:
+    """How well a planned curve will determine the parameters of a case.
+
+    Parameters
+    ----------
+    medium, indenter : object
+        The case with the values that are expected.
+    free : sequence of str, or mapping
+        Parameters to fit, as in `fit`.
+    depth : float
+        Largest indentation depth [m].
+    noise : float
+        Standard deviation of the force readings [N], independent of each other.
+    points : int
+        Readings of the whole curve, evenly over the tip position.
+    before : float, optional
+        Tip path without contact [m]; half the depth by default.
+    spring_constant : float, optional
+        Of the cantilever [N/m], whose bending the noise moves as well.
+    priors : mapping of str to Normal, LogNormal or Uniform, optional
+        What is known of free parameters beforehand, as for `FitResult.posterior`; a uniform prior counts by its variance.
+    work_of_adhesion : float, optional
+        w [J/m^2]: the retract of a sticking tip.
+    **settings
+        `contact`, `baseline` and `method` as in `fit`.
+
+    Returns
+    -------
+    Plan
+        Standard errors, correlations, and what is not determined.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input.
+
+    Notes
+    -----
+    Errors are those of small noise, a parabola: where they exceed some ten per cent they are an order of magnitude, and the
+    posterior of a measured curve has the true shape. Derivatives are exact under round tips; for others the force is that of the
+    fit's method, and its relative derivatives are those of the round tip of the same mean profile, good to some per cent.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import planned
+    >>> layer = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> plan = planned(layer, fp.Sphere(5e-6), ["layers[0].young", "layers[0].thickness"], depth=5e-7, noise=2e-11)
+    >>> plan.judgement("layers[0].young")
+    'determined'
+    """
+    chosen = Settings(**settings)
+    names = tuple(as_free(free))
+    if not names:
+        raise ValueError("free is empty: name the parameters that will be fitted.")
+    sample = Sample(medium, indenter, work_of_adhesion)
+    for name in names:
+        sample.check(name)
+    if set(chosen.nuisance) & {"sine", "cosine", "wavelength", "drag"}:
+        raise ValueError("baseline = 'sine' and drag are not planned; choose 'constant', 'linear' or 'none'.")
+    deepest = positive("depth", depth, "It is the largest indentation depth [m].", unit="m")
+    scatter = positive("noise", noise, "It is the standard deviation of the force readings [N].", unit="N")
+    count = whole("points", points, len(names) + len(chosen.nuisance) + 1, "It is the number of readings.", most=10**7)
+    path = (
+        deepest / 2 if before is None else positive("before", before, "It is the tip path without contact.", unit="m")
+    )
+    spring = None if spring_constant is None else positive("spring_constant", spring_constant, unit="N/m")
+    readings = np.linspace(-path, deepest, count)
+    stiffness, by_theta = _curve(sample, names, readings, chosen)
+    rows = dict(zip(names, by_theta, strict=True))
+    columns = {"contact": -stiffness, "baseline": np.ones(count), "tilt": readings - readings[0]}
+    jacobian = np.array([rows[name] if name in rows else columns[name] for name in (*names, *chosen.nuisance)])
+    if spring is not None:
+        give = 1 + stiffness / spring
+        jacobian[[name != "tilt" for name in (*names, *chosen.nuisance)]] /= give
+    return _judged(sample, names, chosen, jacobian / scatter, dict(priors or {}), _text(count, deepest, scatter))
+
+
+def _text(count: int, deepest: float, noise: float) -> str:
+    return f"{count} readings to a depth of {quantity(deepest, 'm')}, noise {quantity(noise, 'N')}"
+
+
+def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Settings) -> tuple[Array, Array]:
+    """Stiffness [N/m] and derivatives by the internal parameters at the readings."""
+    stiffness, by_theta = np.zeros(readings.size), np.zeros((len(names), readings.size))
+    if sample.work_of_adhesion is not None:
+        model = AdhesiveModel(sample, names)
+        theta = model.start()
+        inside = readings >= model.pull_off(theta)[0]
+        _, stiffness[inside], by_theta[:, inside] = model.evaluate(readings[inside], theta)
+        return stiffness, by_theta
+    inside = readings > 0
+    nodes = readings.max() * np.geomspace(1e-3, 1, _NODES)
+    known = {each.name: each for each in parameters(sample.medium, sample.indenter)}
+    wanted = [known[name] for name in names]
+    found = gradients(sample.medium, sample.indenter, Control("depth", nodes), FirstOrder(), wanted)
+    units = np.array([slope(name, sample.value(name)) for name in names])
+    relative = np.array([each.force * units / each.contact.force for each in found])
+    method = method_for(sample.indenter, settings.method)
+    forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=8)["force"].values
+    spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=5)
+    # below the first node, a thousandth of the depth, the curve is a power law
+    at = np.log(np.maximum(readings[inside], nodes[0]))
+    values, steps = spline(at), spline(at, nu=1)[:, 0]
+    below = np.minimum(np.log(readings[inside]) - np.log(nodes[0]), 0.0)
+    force = np.exp(values[:, 0] + steps * below)
+    stiffness[inside] = force * steps / readings[inside]
+    by_theta[:, inside] = (values[:, 1:] * force[:, None]).T
+    return stiffness, by_theta
+
+
+def _judged(
+    sample: Sample, names: tuple[str, ...], settings: Settings, scaled: Array, priors: dict[str, Any], text: str
+) -> Plan:
+    """Information, covariance and notes."""
+    all_names = (*names, *settings.nuisance)
+    information = scaled @ scaled.T
+    for name, prior in priors.items():
+        if not isinstance(prior, (Normal, LogNormal, Uniform)) or name not in all_names:
+            raise ValueError(
+                f"priors: {shown(name)} = {shown(prior)} must be Normal, LogNormal or Uniform, of one of {', '.join(all_names)}."
+            )
+        unit = slope(name, sample.value(name)) if name in names else 1.0
+        j = all_names.index(name)
+        information[j, j] += (unit / prior.spread) ** 2
+    spread, undetermined = covariance(information, np.ones(len(all_names), dtype=bool), 1.0)
+    values = np.array([sample.value(name) for name in names] + [0.0] * len(settings.nuisance))
+    units = np.array([abs(slope(name, sample.value(name))) for name in names] + [1.0] * len(settings.nuisance))
+    errors = np.sqrt(np.diag(spread)) * units
+    plan = Plan(all_names, values, errors, spread, undetermined, text)
+    alone = units / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    notes = [*_idle(plan, alone[: len(names)]), *_degenerate(plan), *_tangled(plan, len(names))]
+    if not sample.indenter.round and sample.work_of_adhesion is None:
+        notes.append(
+            "Relative derivatives are those of the round tip of the same mean profile: errors hold to some per cent."
+        )
+    return Plan(all_names, values, errors, spread, undetermined, text, tuple(notes))
+
+
+def _idle(plan: Plan, alone: Array) -> list[str]:
+    """Parameters that the curve would not determine even if everything else were known."""
+    notes = []
+    for name, value, error in zip(plan.names, plan.values, alone, strict=False):
+        if error > POORLY * (abs(value) if unit_of(name) else 1.0):
+            notes.append(
+                f"{name} has hardly any effect on the curve: with all else known it would still be undetermined. Leave it out."
+            )
+    return notes
+
+
+def _degenerate(plan: Plan) -> list[str]:
+    """Combinations that change nothing."""
+    notes = []
+    for row in plan.undetermined:
+        together = [plan.names[i] for i in np.flatnonzero(np.abs(row) > 1e-3)]
+        if len(together) > 1:
+            notes.append(
+                f"Only a combination of {' and '.join(together)} can be determined, whatever the noise. Hold one of them, or "
+                "measure it otherwise."
+            )
+    return notes
+
+
+def _tangled(plan: Plan, count: int) -> list[str]:
+    """Pairs that can hardly be told apart."""
+    table, notes = plan.correlation, []
+    for j in range(count):
+        for k in range(j):
+            pair = plan.names[k], plan.names[j]
+            bad = [name for name in pair if plan.judgement(name) != "determined"]
+            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > _TANGLED:
+                notes.append(
+                    f"{pair[0]} and {pair[1]} can hardly be told apart: correlation {table[j, k]:.4f}. Hold one of them, give "
+                    "it a prior, or press deeper."
+                )
+    return notes

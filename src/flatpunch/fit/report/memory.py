@@ -1,0 +1,19 @@
+"""Residuals that are no independent noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_MEMORY = 0.3
+"""Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
+
+
+def correlated(memory: float, size: int) -> tuple[str, ...]:
+    """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
+    if memory <= _MEMORY or size <= 30:
+        return ()
+    factor = np.sqrt((1 + memory) / (1 - memory))
+    return (
+        f"Neighbouring residuals are correlated ({memory:.2f}): drift, or a model that does not fit. The intervals are too small "
+        f"by a factor of about {factor:.1f}.",
+    )

@@ -1,0 +1,163 @@
+"""The posterior of a fit: draws of all parameters, quantiles, and how many of the draws count as independent."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.readable import Table, readable
+from flatpunch._version import __version__
+from flatpunch.files.results import save, write
+from flatpunch.fit.parameters.priors import Prior
+from flatpunch.fit.report.quantities import label, quantity, unit_of
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws from the posterior of a fit.
+
+    Attributes
+    ----------
+    curve : str
+        Name of the curve.
+    names : tuple of str
+        Parameters: those of the fit, then those that have a prior only.
+    draws : ndarray, shape (n, parameters)
+        Draws [SI].
+    log_probability : ndarray, shape (n,)
+        ln of the posterior density over the internal parameters, up to a constant.
+    priors : mapping of str to Normal, LogNormal or Uniform
+        What was given. Parameters without are uniform in their internal form: logarithms of moduli, lengths, times and slopes;
+        Poisson ratios, contact and background as they are; all within the limits of the fit.
+    times : ndarray, shape (parameters,)
+        Autocorrelation times of the chains [steps].
+    effective : ndarray, shape (parameters,)
+        Number of independent draws that these are worth.
+    acceptance : float
+        Share of the proposals that were accepted.
+    level : float
+        Probability of the intervals in the summary.
+    notes : tuple of str
+        What to know before using the numbers.
+    """
+
+    curve: str
+    names: tuple[str, ...]
+    draws: Array
+    log_probability: Array
+    priors: Mapping[str, Prior]
+    times: Array
+    effective: Array
+    acceptance: float
+    level: float
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Array:
+        """Draws of one parameter [SI], shape (n,)."""
+        if name not in self.names:
+            raise ValueError(f"{shown(name)} was not drawn; drawn were {', '.join(self.names)}.")
+        return np.asarray(self.draws[:, self.names.index(name)])
+
+    def quantiles(self, name: str, probabilities: Any = (0.025, 0.5, 0.975)) -> Array:
+        """Values below which the parameter lies with the given probabilities [SI]."""
+        return np.asarray(np.quantile(self[name], probabilities))
+
+    def interval(self, name: str, level: float | None = None) -> tuple[float, float]:
+        """Central interval that holds the parameter with a probability; the level of the fit by default."""
+        tail = (1 - (self.level if level is None else level)) / 2
+        low, high = self.quantiles(name, (tail, 1 - tail)).tolist()
+        return low, high
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations of the draws, shape (parameters, parameters)."""
+        return np.atleast_2d(np.corrcoef(self.draws, rowvar=False))
+
+    def _line_(self) -> str:
+        """The medians."""
+        found = ", ".join(f"{name}={quantity(float(np.median(self[name])), unit_of(name))}" for name in self.names)
+        return f"Posterior({self.curve!r}: {found}, {len(self.draws)} draws)"
+
+    def _table_(self) -> Table:
+        """A row for each parameter."""
+        rows = []
+        for name, effective in zip(self.names, self.effective, strict=True):
+            unit = unit_of(name)
+            low, high = self.interval(name)
+            middle = quantity(float(np.median(self[name])), unit)
+            prior = _prior_text(self.priors[name], unit) if name in self.priors else ""
+            rows.append(
+                (label(name), middle, f"{quantity(low, unit)} .. {quantity(high, unit)}", f"{effective:.0f}", prior)
+            )
+        title = f"Posterior of {self.curve}: {len(self.draws)} draws"
+        header = ("", "median", f"{100 * self.level:g} % interval", "effective draws", "prior")
+        return Table(title, header, tuple(rows), self.notes)
+
+    def summary(self) -> str:
+        """The result in words."""
+        lines = [
+            f"{self.curve}: {len(self.draws)} draws, worth {self.effective.min():.0f} independent ones or more; autocorrelation "
+            f"{self.times.max():.0f} steps, {100 * self.acceptance:.0f} % accepted"
+        ]
+        for name in self.names:
+            unit = unit_of(name)
+            low, high = self.interval(name)
+            line = (
+                f"  {label(name):<24} {quantity(float(np.median(self[name])), unit):>12}   {100 * self.level:g} % in "
+            )
+            line += f"{quantity(low, unit)} .. {quantity(high, unit)}"
+            lines.append(line + (f"   prior {_prior_text(self.priors[name], unit)}" if name in self.priors else ""))
+        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+    def dataset(self) -> xr.Dataset:
+        """All draws, for a file."""
+        names = list(self.names)
+        data: dict[str, Any] = {
+            "draws": (("draw", "parameter"), self.draws, {"long_name": "draws from the posterior, SI"}),
+            "log_probability": (
+                "draw",
+                self.log_probability,
+                {"units": "1", "long_name": "ln of the posterior density"},
+            ),
+            "effective": ("parameter", self.effective, {"units": "1", "long_name": "effective number of draws"}),
+            "autocorrelation_time": ("parameter", self.times, {"units": "1", "long_name": "in steps of the chains"}),
+        }
+        attributes = {
+            "title": f"Posterior of the fit of {self.curve}",
+            "units": ", ".join(f"{name} [{unit_of(name) or '1'}]" for name in names),
+            "priors": "; ".join(f"{name}: {prior}" for name, prior in self.priors.items()),
+            "notes": "\n".join(self.notes),
+            "flatpunch_version": __version__,
+        }
+        return xr.Dataset(data, {"parameter": names, "draw": np.arange(len(self.draws))}, attributes)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the draws: .nc with everything, or .csv, a column for each parameter [SI]."""
+        target = Path(path)
+        if target.suffix.lower() != ".csv":
+            return save(self.dataset(), target)
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow([f"{name} [{unit_of(name) or '1'}]" for name in self.names])
+        table.writerows(self.draws.tolist())
+        write(target, text.getvalue().encode())
+        return target
+
+
+def _prior_text(prior: Prior, unit: str) -> str:
+    """A prior in words."""
+    low, high = prior.support
+    if np.isfinite(low) and np.isfinite(high):
+        return f"{quantity(low, unit)} .. {quantity(high, unit)}"
+    if np.isfinite(low):
+        return f"{quantity(prior.centre, unit)} ± {100 * prior.spread / prior.centre:.3g} %"
+    return f"{quantity(prior.centre, unit)} ± {quantity(prior.spread, unit)}"

@@ -1,0 +1,95 @@
+"""Series methods under tips that are not round: derivatives of their own curves.
+
+The second and fourth order have no pressure of their own on the true contact, but their force, radius and stiffness are analytic
+in all numbers of medium and tip and computed to rounding. Differences of order eight lose nothing then. Their distance to those
+of order six is the error estimate; it is large beside kinks of the tip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.contact.curve import Control, percent
+from flatpunch.contact.indent import indent
+from flatpunch.contact.methods import FourthOrder, SecondOrder
+from flatpunch.indenters.profile import Indenter
+from flatpunch.sensitivity.parameters import Parameter, difference, difference_and_error, with_values
+from flatpunch.sensitivity.round import Contact
+
+Series = SecondOrder | FourthOrder
+
+_STEP = 1e-2
+"""Step over the number itself: truncation and rounding are then below 1e-11 of an analytic curve of order one."""
+
+_WORTH_A_NOTE = 1e-6
+"""Estimated error, over the largest derivative, that is reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesContacts:
+    """Contacts of a curve and their derivatives.
+
+    Attributes
+    ----------
+    contacts : list of Contact
+    force, stiffness, radius : ndarray, shape (n, parameters)
+        Derivatives at fixed depth.
+    notes : str
+    """
+
+    contacts: list[Contact]
+    force: Array
+    stiffness: Array
+    radius: Array
+    notes: str
+
+
+def series_contacts(
+    medium: Any, indenter: Indenter, control: Control, method: Series, wanted: list[Parameter]
+) -> SeriesContacts:
+    """Solve a curve and differentiate it at fixed depths."""
+    given: dict[str, Any] = {control.name: control.values}
+    curve = indent(medium, indenter, method=method, angles=8, **given)
+    depth = curve["depth"].values
+
+    def at(medium_: Any, indenter_: Any, scale: float = 1.0) -> Array:
+        found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=8)
+        return np.array([found[name].values for name in ("force", "stiffness", "radius")])
+
+    force, stiffness, radius = (curve[name].values for name in ("force", "stiffness", "radius"))
+    _, bend, growing = difference(lambda s: at(medium, indenter, s), 1.0, _STEP) / depth
+    contacts = [
+        Contact(*map(float, row[:4]), *((1 / row[5], row[4] / row[5]) if row[5] else (np.inf, 0.0)))
+        for row in zip(radius, depth, force, stiffness, bend, growing, strict=True)
+    ]
+    slopes, errors = np.empty((2, len(wanted), 3, depth.size))
+    for j, each in enumerate(wanted):
+
+        def changed(value: float, name: str = each.name) -> Array:
+            return at(*with_values(medium, indenter, {name: value}))
+
+        slopes[j], errors[j] = difference_and_error(changed, each.value, _STEP * (abs(each.value) or 1.0))
+    columns = slopes.transpose(1, 2, 0)
+    notes = [*str(curve.attrs["notes"]).splitlines(), *_notes(curve, method, wanted, slopes[:, 0], errors[:, 0])]
+    return SeriesContacts(contacts, columns[0], columns[1], columns[2], "\n".join(notes))
+
+
+def _notes(curve: Any, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:
+    """How good the derivatives of the force are."""
+    own = percent(float(curve["force_error"].max()))
+    notes = [
+        f"Derivatives are those of the {method.name} curve, which expects its forces within {own}; those of the true contact "
+        "differ by about as much."
+    ]
+    if wanted:
+        unit = np.array([abs(each.value) or 1.0 for each in wanted])[:, None]
+        share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), 1e-300)
+        if share > _WORTH_A_NOTE:
+            notes.append(
+                f"By differences, derivatives are known to {share:.1g} of the largest: a kink of the tip is near."
+            )
+    return notes
