@@ -7,7 +7,8 @@ import threading
 import pytest
 from typer.testing import CliRunner
 
-from flatpunch.app.server import UPLOAD, AppServer
+from flatpunch.app.limits import LIMITS
+from flatpunch.app.server import AppServer
 from flatpunch.cli.app import app
 
 
@@ -65,7 +66,12 @@ def test_requests_from_another_page_are_refused(server):
 
 @pytest.mark.parametrize(
     ("path", "size"),
-    [("/api/case", 6_000_000), ("/api/curve", UPLOAD + 1), ("/api/solve?tab=press", 2_000_000), ("/api/case", "many")],
+    [
+        ("/api/case", 6_000_000),
+        ("/api/curve", LIMITS.upload + 1),
+        ("/api/solve?tab=press", 2_000_000),
+        ("/api/case", "many"),
+    ],
 )
 def test_bodies_that_are_too_large_are_not_read(server, path, size):
     status, text, _ = asked(server, "POST", path, {"Content-Length": str(size)})

@@ -14,6 +14,7 @@ import xarray as xr
 
 from flatpunch._support.messages import message
 from flatpunch.app.form import FormError, case_text
+from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import CALLED, case_of, explained, plain, short
 from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.fields import CriticalLoad, Strength
@@ -29,12 +30,6 @@ from flatpunch.sweeps.picture import figure
 
 QUANTITIES = ("von_mises", "principal", "max_shear", "hydrostatic", "xx", "zz", "xz", "utilisation")
 """What the section shows, in the order of the page's list: invariants, components, von Mises stress over yield stress."""
-
-_ACROSS, _DOWN = 121, 81
-"""Points of the section that are drawn at most; files have all of them."""
-
-_LISTED = 2
-"""Values that the map varies at most."""
 
 
 def coating(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
@@ -106,7 +101,7 @@ def section(case: Case, found: Stresses, quantity: str) -> dict[str, Any] | None
     x, z = _plane(result)
     if x is None or z is None:
         return None
-    across, down = _some(x.size, _ACROSS), _some(z.size, _DOWN)
+    across, down = (_some(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
     values = np.asarray(_values(found, quantity))[np.ix_(across, down)].T
     body = underlying(case.medium)
     faces = np.cumsum([layer.thickness for layer in body.layers]) if isinstance(body, Medium) else np.zeros(0)
@@ -177,7 +172,7 @@ def _study(fields: Mapping[str, str], case: Case, run: bool) -> dict[str, Any]:
     source = case_text(fields, "coating")
     data = parsed(source, CALLED)
     varied = data.pop("vary", {})
-    if not 1 <= len(varied) <= _LISTED:
+    if len(varied) not in (1, 2):
         raise FormError(
             "vary.layers.0.thickness is missing; the map takes one or two ranges such as '0.5 um:20 um:16:log'."
         )

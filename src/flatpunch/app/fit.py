@@ -14,6 +14,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
 from flatpunch._support.progress import reporting
 from flatpunch.app.form import case_data, case_text
+from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import CALLED, explained, plain, short
 from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.app.uploads import Upload
@@ -33,17 +34,8 @@ from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
-_POINTS = 1500
-"""Points of a curve that are drawn at most; all are fitted."""
-
-_ROWS = 5
-"""Rows of a table in the preview."""
-
 _OF_TABLES = ("columns", "units", "spring_constant", "skip_nan", "flip")
 """Settings of reading that `curve_of` takes."""
-
-_LISTED = 200
-"""Curves of a file that are listed by name, and rows of a table of many fits that are shown."""
 
 
 def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
@@ -86,10 +78,10 @@ def _columns(tables: list[Table], reading: Mapping[str, Any]) -> dict[str, Any]:
     except CurveError:
         roles = {}
     return {
-        "sources": [each.source for each in tables[:_LISTED]],
+        "sources": [each.source for each in tables[: DRAWN.listed]],
         "columns": [[name, unit or "no unit"] for name, unit in zip(table.names, table.units, strict=True)],
         "roles": roles,
-        "rows": [[str(cell)[:40] for cell in row] for row in table.rows[:_ROWS]],
+        "rows": [[str(cell)[:40] for cell in row] for row in table.rows[: DRAWN.rows]],
     }
 
 
@@ -188,7 +180,7 @@ def _all(case: FitCase, path: Path) -> dict[str, Any]:
             *(_number(row.get(name), name) for name in names),
             "yes" if row["ok"] else str(row["reason"]),
         ]
-        for row in rows[:_LISTED]
+        for row in rows[: DRAWN.listed]
     ]
     good = len(rows) - len(batch.failed)
     return {
@@ -196,7 +188,7 @@ def _all(case: FitCase, path: Path) -> dict[str, Any]:
             "columns": ["curve", *map(label, names), "fitted"],
             "rows": shown,
             "caption": f"{good} of {len(rows)} curves fitted"
-            + (f", the first {_LISTED} shown" if len(rows) > _LISTED else ""),
+            + (f", the first {DRAWN.listed} shown" if len(rows) > DRAWN.listed else ""),
         },
         "notes": [],
         "kept": pickle.dumps((None, batch)),
@@ -214,7 +206,7 @@ def _drawn(curve: Curve) -> dict[str, Any]:
 
 
 def _some(size: int) -> Array:
-    return np.unique(np.linspace(0, size - 1, min(_POINTS, size)).round().astype(int))
+    return np.unique(np.linspace(0, size - 1, min(DRAWN.points, size)).round().astype(int))
 
 
 def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:

@@ -38,7 +38,7 @@ _ADHESION = {"work_of_adhesion", "range_of_action"}
 
 _TAB_TABLES = {
     "press": {"control", "history", "relaxation", "design", *_ADHESION},
-    "fit": {"fit", "curve", "relaxation", *_ADHESION},
+    "fit": {"fit", "curve", "plan", "relaxation", *_ADHESION},
     "correct": {"correct"},
     "coating": {"control", "stress", "vary", *_ADHESION},
     "compare": {"control"},

@@ -25,6 +25,7 @@ from urllib.parse import parse_qsl
 from flatpunch._support.messages import message
 from flatpunch._version import __version__
 from flatpunch.app.form import FormError, address_of, case_text, fields_of, form_of
+from flatpunch.app.limits import LIMITS
 from flatpunch.app.store import Store
 from flatpunch.app.tables import page_tables
 from flatpunch.app.tabs import FILES, TABS, Tab, script
@@ -32,12 +33,6 @@ from flatpunch.app.uploads import Uploads, shipped_fits
 from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
 from flatpunch.files.cases import LARGEST, parsed
-
-_SOON = 0.25
-"""Seconds that a request waits for its job before it returns the job's key."""
-
-_MEMORY = 300_000_000
-"""Bytes of results that are kept."""
 
 _ALSO = {"correct": "correct", "coating": "stress", "compare": "afm_pyramid_on_gel"}
 """Tabs for which a shipped case is an example too, by a table that it has or by its name."""
@@ -95,7 +90,9 @@ class Page:
 
     def __post_init__(self) -> None:
         self._uploads = Uploads()
-        self._results: Store[dict[str, Any]] = Store(_MEMORY, lambda result: len(result.get("kept", b"")) + 10_000)
+        self._results: Store[dict[str, Any]] = Store(
+            LIMITS.results, lambda result: len(result.get("kept", b"")) + 10_000
+        )
 
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request; whatever goes wrong is one, too."""
@@ -145,7 +142,7 @@ class Page:
         known = self._results.get(name)
         if known is not None:
             return _json({"state": "done", "result": _without_kept(known)})
-        return self._state(self._started(tab, fields, run, name), _SOON)
+        return self._state(self._started(tab, fields, run, name), LIMITS.soon)
 
     def _started(self, tab: Tab, fields: dict[str, str], run: bool, name: str) -> Job:
         def keep(outcome: dict[str, Any]) -> None:
@@ -179,12 +176,12 @@ class Page:
         name = options.get("name", "")
         if name in tab.previews:
             job = self.workers.submit(tab.previews[name], fields, self._uploads.get(fields.get("upload", "")))
-            return self._state(job, _SOON)
+            return self._state(job, LIMITS.soon)
         function = tab.details.get(name)
         if function is None:
             raise NotHere("this tab has no such detail.")
         step = int(options["step"]) if options.get("step", "").isdecimal() else 0
-        return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step), _SOON)
+        return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step), LIMITS.soon)
 
     def _file(self, tab_name: str, kind: str, fields: dict[str, str]) -> Answer:
         if tab_name not in TABS or kind not in FILES:

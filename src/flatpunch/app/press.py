@@ -12,6 +12,7 @@ import xarray as xr
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices
 from flatpunch._support.messages import message
+from flatpunch.app.limits import DRAWN, LIMITS
 from flatpunch.app.plain import case_of, explained, plain, short
 from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.app.sketch import sketch
@@ -20,15 +21,6 @@ from flatpunch.contact.default import EXACT
 from flatpunch.files import Case, describe
 from flatpunch.files.results import to_csv
 from flatpunch.files.summary import curve_table, pull_off_lines
-
-_STEPS, _ANGLES = 400, 121
-"""Steps and polar angles that are drawn at most; files have all of them."""
-
-_QUICK = 5000
-"""Steps above which a case is not solved while the user types."""
-
-_MAP = 81
-"""Points along either side of a map of pressure."""
 
 
 def press(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
@@ -59,7 +51,7 @@ def press(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
 
 def is_long(case: Case) -> bool:
     """Whether solving takes boundary element solutions, or very many steps."""
-    if case.values.size > _QUICK:
+    if case.values.size > LIMITS.quick:
         return True
     if case.method is not None and method_of(case.method).name == "bem":
         return True
@@ -91,7 +83,7 @@ def shown(case: Case, result: xr.Dataset) -> dict[str, Any]:
     chosen = _drawn(result)
     names = ("time", "depth", "force", "radius", "area", "stiffness", "force_error", "contour_error", "valid")
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
-    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // _ANGLES))
+    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
     table = curve_table(result)
     last = int(np.argmax(np.nan_to_num(result["radius"].values)))
     return {
@@ -114,7 +106,7 @@ def shown(case: Case, result: xr.Dataset) -> dict[str, Any]:
 def _drawn(result: xr.Dataset) -> Indices:
     """Steps that the page draws."""
     steps = result.sizes["step"]
-    return np.unique(np.linspace(0, steps - 1, min(_STEPS, steps)).round().astype(int))
+    return np.unique(np.linspace(0, steps - 1, min(DRAWN.steps, steps)).round().astype(int))
 
 
 def pressure_map(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
@@ -144,7 +136,7 @@ def pressure_map(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str,
 
 
 def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> dict[str, Any]:
-    x = np.linspace(-half, half, _MAP)
+    x = np.linspace(-half, half, DRAWN.map)
     control: dict[str, Any] = {case.control: float(result[case.control].values[at])}
     field, error = pressure(
         case.medium,

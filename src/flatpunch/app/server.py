@@ -14,16 +14,8 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from flatpunch._support.checks import shown, whole
+from flatpunch.app.limits import LIMITS
 from flatpunch.app.page import Answer, Page, Request
-
-UPLOAD = 50_000_000
-"""Largest file that is taken [bytes]."""
-
-_FORM = 1_000_000
-"""Largest body of any other request [bytes]."""
-
-_SECONDS = 60
-"""Seconds after which a connection that sends nothing is closed."""
 
 PORT = 8517
 """Port by default, so that links work again tomorrow."""
@@ -101,7 +93,7 @@ class _Handler(BaseHTTPRequestHandler):
     """One connection."""
 
     protocol_version = "HTTP/1.1"
-    timeout = _SECONDS
+    timeout = LIMITS.silent
     server: AppServer
 
     def do_GET(self) -> None:
@@ -134,9 +126,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _body(self) -> bytes:
         given = self.headers.get("Content-Length", "")
-        most = (
-            UPLOAD if self.path.startswith("/api/curve") else 5 * _FORM if self.path.startswith("/api/case") else _FORM
-        )
+        larger = {"/api/curve": LIMITS.upload, "/api/case": 5 * LIMITS.form}
+        most = larger.get(urlsplit(self.path).path, LIMITS.form)
         if not given.isdecimal() or int(given) > most:
             raise _TooLarge(f"The file is larger than {most / 1e6:g} MB, the most that is read.")
         return self.rfile.read(int(given))
@@ -186,7 +177,8 @@ def serve(
     page = Page()
     with AppServer(page, host, port) as server:
         try:
-            page.workers.warm()
+            # the page is shown when the first answer takes milliseconds
+            page.workers.submit("press:warm_up").wait(LIMITS.start)
             ready(server)
             server.serve_forever(poll_interval=0.2)
         finally:

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import plain, short
 from flatpunch.files.units import text
 from flatpunch.media import GradedLayer, Medium, RigidBase, TwoBodies, underlying
-
-_POINTS = 121
-"""Points of the outline of a tip."""
 
 
 def sketch(medium: Any, indenter: Any, radius: float, depth: float) -> dict[str, Any] | None:
@@ -30,7 +28,7 @@ def sketch(medium: Any, indenter: Any, radius: float, depth: float) -> dict[str,
     layers = body.layers if isinstance(body, Medium) else ()
     base = body.base if isinstance(body, Medium) else body
     half = min(3 * radius, float(indenter.reach))
-    x = np.linspace(-half, half, _POINTS)
+    x = np.linspace(-half, half, DRAWN.tip)
     height = np.asarray(indenter.height(np.abs(x), np.where(x < 0, np.pi, 0.0)))
     return {
         "layers": [

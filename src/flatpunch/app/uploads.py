@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flatpunch.app.form import FormError
+from flatpunch.app.limits import LIMITS
 from flatpunch.app.store import Store
 from flatpunch.files import shipped_cases
-
-_MEMORY = 250_000_000
-"""Bytes of uploaded files that are kept, the oldest first to go."""
 
 _SHIPPED = "shipped/"
 _IN_MEMORY = Path("/dev/shm")
@@ -43,7 +41,7 @@ class Uploads:
     """Files by the text of the field `upload`: a digest of the content and the name, so that nobody can ask for another's."""
 
     def __init__(self) -> None:
-        self._kept: Store[Upload] = Store(_MEMORY, lambda upload: len(upload.content))
+        self._kept: Store[Upload] = Store(LIMITS.uploads, lambda upload: len(upload.content))
 
     def put(self, name: str, content: bytes) -> str:
         """Keep a file; return the text of the field."""

@@ -18,24 +18,13 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from flatpunch._support.threads import allowed_threads
+from flatpunch.app.limits import LIMITS
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.processes import fresh, no_main
 from flatpunch.parallel.threads import one_thread
 
-_KEPT = 200
-"""Jobs whose outcome is kept until it is fetched."""
-
-_FORGOTTEN = 60.0
-"""Seconds after which a job is stopped that nobody has asked about: the window was closed."""
-
-_FIRST, _LATER = (
-    ("flatpunch.app.press",),
-    tuple(f"flatpunch.app.{name}" for name in ("compare", "coating", "correct", "fit")),
-)
-"""What workers load before their first job, and once they have nothing to do."""
-
-_QUIET = 1.0
-"""Seconds without a job after which workers load the rest."""
+_JOBS = ("compare", "coating", "correct", "fit")
+"""Modules that workers load before their first job, besides `press`, which warms up the rest."""
 
 
 @dataclass
@@ -137,7 +126,7 @@ class Workers:
         job.stop = lambda: self._stop(job)
         with self._lock:
             self._jobs[job.key] = job
-            while len(self._jobs) > _KEPT:
+            while len(self._jobs) > LIMITS.jobs:
                 _, old = self._jobs.popitem(last=False)
                 if not old.ended.is_set():
                     self._jobs[old.key] = old
@@ -233,7 +222,7 @@ class _Worker:
             self._pipe.send(job.call)
             while not job.ended.is_set():
                 if not self._pipe.poll(1.0):
-                    if time.monotonic() - job.asked > _FORGOTTEN:
+                    if time.monotonic() - job.asked > LIMITS.forgotten:
                         break
                     continue
                 kind, what = self._pipe.recv()
@@ -261,8 +250,9 @@ def _work(pipe: Connection) -> None:
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening
 
-    for name in _FIRST:
-        import_module(name).warm_up()
+    import_module("flatpunch.app.press").warm_up()
+    for name in _JOBS:
+        import_module(f"flatpunch.app.{name}")
     last = [0.0]
 
     def report(done: int, total: int) -> None:
@@ -271,11 +261,8 @@ def _work(pipe: Connection) -> None:
             last[0] = time.monotonic()
             pipe.send(("progress", (done, total)))
 
-    later = list(_LATER)
     while True:
         try:
-            while later and not pipe.poll(_QUIET):
-                import_module(later.pop())
             function, arguments = pipe.recv()
         except (EOFError, OSError):
             return

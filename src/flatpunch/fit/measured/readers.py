@@ -308,14 +308,15 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     lines = text.splitlines()
     delimiter = _delimiter(lines, decimal)
     rows = [_cells(line, delimiter) for line in lines]
-    numeric = [i for i, row in enumerate(rows) if _is_data(row, decimal)]
+    numeric = [i for i, row in enumerate(rows) if _is_data(row)]
     if len(numeric) < 2:
         raise CurveError(
             f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
         )
     width = int(np.median([len(rows[i]) for i in numeric]))
     numeric = [i for i in numeric if len(rows[i]) >= width]
-    words = [i for i, row in enumerate(rows) if _only_words(row)]
+    points = set(numeric)
+    words = [i for i, row in enumerate(rows) if i not in points and _only_words(row)]
     runs, above = [[numeric[0]]], [0]
     for before, i in pairwise(numeric):
         if words[bisect(words, before) : bisect(words, i)]:
@@ -361,13 +362,15 @@ def _delimiter(lines: list[str], decimal: str) -> str | None:
 def _cells(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return line.split()
+    if '"' not in line:
+        # most of the lines of a large file
+        return [cell.strip() for cell in line.split(delimiter)] if line else []
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 
-def _is_data(row: list[str], decimal: str) -> bool:
-    filled = [cell for cell in row if cell.strip()]
-    looks = [bool(_NUMBER.fullmatch(cell.replace(",", "."))) for cell in filled]
-    return len(filled) >= 2 and all(looks)
+def _is_data(row: list[str]) -> bool:
+    filled = [cell for cell in row if cell]
+    return len(filled) >= 2 and all(_NUMBER.fullmatch(cell.replace(",", ".")) for cell in filled)
 
 
 def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str] | None]:
