@@ -18,6 +18,7 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.cycles import load_cycles, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
 from flatpunch.fit.measured.signal import (
     CLEAR,
@@ -42,6 +43,10 @@ _BOTH_ENDS = (
 )
 IMPRINT, HARD = 0.2, 1e8
 """Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
+_PLASTIC = (
+    "an imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` (fit_film) "
+    "takes the modulus from the unloading or from continuous stiffness."
+)
 _ROUGHLY = 0.1
 """Distance from the minimum, in standard errors, at which two directions of the tip can be compared."""
 _WAVING = 0.01
@@ -56,6 +61,15 @@ def elastic_setup(
     """The approach of a curve against a model without adhesion."""
     curve, notes = forwards(curve)
     turned, force_sign = -1.0 if notes else 1.0, 1.0
+    every = curve
+    if curve.segment is None and len(at := turns(curve.position)) > 1:
+        ends = [0, *at, curve.depth.size - 1]
+        advance = np.diff(curve.position[ends])[::2]
+        chosen = 2 * int(np.argmax(advance))
+        curve = curve.taken(slice(ends[chosen], ends[chosen + 2] + 1))
+        notes += (
+            f"The curve has {advance.size} loading cycles; the largest approach, of cycle {chosen // 2 + 1}, is fitted.",
+        )
     part = without_pause(approach(cut(curve, settings, turned)))
     problem = Approach(part, model, limits, settings, turned)
     scan = problem.scan()
@@ -77,7 +91,7 @@ def elastic_setup(
             "the approach, or the whole cycle."
         )
     scan, keep, more = problem.judged(scan)
-    problem.refuse_plastic(scan, curve.turned(force=force_sign))
+    problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
     return problem.setup(scan, keep, (*notes, *more))
 
 
@@ -218,13 +232,19 @@ class Approach:
             if self.misfit(scan) - apart > CLEAR**2 * max(short / keep.sum(), noise**2):
                 raise saturated(part, force[order], end)
 
-    def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
-        """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""
+    def refuse_plastic(self, scan: Scan, whole: Curve, every: Curve) -> None:
+        """Load cycles of a nanoindenter that leave an imprint in a stiff body were plastic on loading."""
         young = [np.exp(scan.x[j]) for j in self.moduli]
+        if self.part.spring_constant is not None or not young or max(young) < HARD:
+            return
+        if plastic_cycles(every):
+            raise CurveError(
+                f"{self.part.name}: the unloading of its load cycles is steeper than the loading: {_PLASTIC}"
+            )
         back = (
             whole.taken(slice(approach_end(whole), None)) if whole.depth.size - approach_end(whole) > FEWEST else None
         )
-        if back is None or self.part.spring_constant is not None or not young or max(young) < HARD:
+        if back is None:
             return
         objective = self.objective()
         rest = objective.split(scan.x)[1]
@@ -242,9 +262,7 @@ class Approach:
         if not left > IMPRINT * deepest:
             return
         raise CurveError(
-            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an "
-            "imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` "
-            "(fit_film) takes the modulus from the unloading or from continuous stiffness."
+            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: {_PLASTIC}"
         )
 
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
@@ -288,6 +306,22 @@ class Approach:
         place = rest["contact"] + (rest["baseline"] / objective.spring if objective.spring else 0.0)
         coarse = blocked(objective, place) if self.settings.loss == "linear" else objective
         return Setup(self.part, keep, objective, lower, upper, lambda: start, notes, coarse)
+
+
+def plastic_cycles(curve: Curve) -> bool:
+    """Whether a record of several load cycles does not go back the way it came.
+
+    Of the cycle with the largest load, depths at which half of what is taken back is reached: on the first loading up to it,
+    and on the unloading. For elastic bodies they are the same, whatever part of the load is taken back.
+    """
+    cycles = load_cycles(curve.force)
+    if len(cycles) < 2:
+        return False
+    _, peak, end = max(cycles, key=lambda cycle: float(curve.force[cycle[1]]))
+    level = (curve.force[peak] + curve.force[end]) / 2
+    loaded = float(curve.depth[int(np.argmax(curve.force[: peak + 1] >= level))])
+    unloaded = float(curve.depth[peak + int(np.flatnonzero(curve.force[peak : end + 1] >= level)[-1])])
+    return unloaded - loaded > IMPRINT * (float(curve.depth[peak]) - loaded)
 
 
 def depth_reached(depth: Array, over: Array, rise: float) -> float:
