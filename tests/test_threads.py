@@ -10,7 +10,7 @@ import flatpunch as fp
 from flatpunch._support.threads import given_blas_threads, in_threads, one_blas_thread, threads
 from flatpunch.bem.resources import fitting_threads
 from flatpunch.compliance import compliance
-from flatpunch.punch.matrix import kernel_matrix
+from support.punch_matrices import kernel_matrix
 
 
 def blas_threads():

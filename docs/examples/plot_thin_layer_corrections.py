@@ -35,19 +35,7 @@ def long_2011(x, ratio=1.0):
 # sample. The first coefficient is exact, 2 C N/pi with the moment N = int (1 - L) d(kh) of the layer (1.77022 bonded,
 # 1.16758 sliding); the others are fitted to `refined`.
 
-FORCE = {4: 0.737619, 3: 0.88241}
-PYRAMID = {
-    (4, True): (0.8313, 0.7317, 1.4221, -0.5489, 0.0986),
-    (4, False): (0.5483, 0.3529, 0.3131, -0.2379, 0.0459),
-    (3, True): (0.9944, 1.2876, 1.0070, -0.2928, 0.0613),
-    (3, False): (0.6559, 0.5940, 0.0634, -0.1437, 0.0346),
-}
-
-
-def new_factor(x, sides=4, bonded=True):
-    """Factor on the force of a pyramid on a thick sample."""
-    return np.polynomial.polynomial.polyval(x, (1.0, *PYRAMID[sides, bonded]))
-
+FORCE, PYRAMID, new_factor = published.PYRAMID_FORCE, published.PYRAMID, published.pyramid
 
 # %%
 # The exact factors. The unit of length is the thickness, that of pressure E*.
@@ -99,7 +87,7 @@ def comparisons(x):
         ("Long et al. 2011, R = h", "sphere", long_2011(x), rounded),
         ("Garcia & Garcia 2018", "cone", published.garcia(x, "cone"), conical),
         ("the cone's factor", "four-sided pyramid", published.garcia(x, "cone"), four),
-        ("new formula", "four-sided pyramid", new_factor(x), four),
+        ("new formula", "four-sided pyramid", new_factor(x, 4, True), four),
     ]
 
 
@@ -114,8 +102,8 @@ def others(x):
         ("Gavara & Chadwick 2012, as coded", "cone", gavara, cone(x)),
         ("Garcia & Garcia 2018", "flat end", published.garcia(x, "flat"), flat_end(x)),
         ("Dimitriadis et al. 2002", "sphere, sliding", published.dimitriadis(x, 0.5, False), slides[0]),
-        ("new formula", "four-sided pyramid, sliding", new_factor(x, bonded=False), slides[1]),
-        ("new formula", "three-sided pyramid", new_factor(x, 3), pyramid(x, 3)),
+        ("new formula", "four-sided pyramid, sliding", new_factor(x, 4, False), slides[1]),
+        ("new formula", "three-sided pyramid", new_factor(x, 3, True), pyramid(x, 3)),
         ("new formula", "three-sided pyramid, sliding", new_factor(x, 3, False), pyramid(x, 3, bonded=False)),
     ]
 

@@ -22,7 +22,19 @@ from .contact import (
 from .design import Design, LargestLoad, Limit, Target, design
 from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
 from .files import load, read_case, read_height_map, save
-from .fit import Curve, CurveError, Free, Measured, correct, fit, fit_batch, fit_together, plot_fit, read_curve
+from .fit import (
+    Curve,
+    CurveError,
+    Free,
+    Measured,
+    compare_formulas,
+    correct,
+    fit,
+    fit_batch,
+    fit_together,
+    plot_fit,
+    read_curve,
+)
 from .indenters import (
     AfmPyramid,
     AreaFunction,
@@ -137,6 +149,7 @@ __all__ = [
     "__version__",
     "adhesion_loop",
     "atlas",
+    "compare_formulas",
     "compliance",
     "correct",
     "critical_load",

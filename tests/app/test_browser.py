@@ -90,6 +90,21 @@ def solved(window):
     return window
 
 
+def example(window, label):
+    """Load a shipped example, by the beginning of its title, and wait for its result."""
+    titles = window.locator("#example option").all_inner_texts()
+    window.evaluate("document.querySelector('#shown').replaceChildren()")
+    window.select_option("#example", label=next(title for title in titles if title.startswith(label)))
+    return solved(window)
+
+
+def downloaded(window, kind):
+    """Save a file of the tab; return its content."""
+    with window.expect_download() as saved:
+        window.click(f"[data-save='{kind}']")
+    return Path(saved.value.path()).read_bytes()
+
+
 def photo(window, name):
     """Take a picture for the documentation."""
     if SCREENSHOTS:
@@ -159,6 +174,7 @@ def test_keyboard_changes_a_value_and_solves(visit):
 
 def test_long_job_shows_progress_and_is_stopped(visit):
     window = solved(visit())
+    window.fill("[name='title']", "mine")
     window.select_option("[name='method']", "bem")
     window.fill("[name='control.points']", "400")
     window.wait_for_selector("#long:not([hidden])")
@@ -167,6 +183,7 @@ def test_long_job_shows_progress_and_is_stopped(visit):
     # another window is used meanwhile, with its own state
     other = solved(visit("", width=800, scheme="dark"))
     assert other.input_value("[name='control.points']") == "60"
+    assert other.input_value("[name='title']") == ""
     assert other.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 22, 27)"
     assert other.evaluate("document.documentElement.scrollWidth <= 800")
     window.click("#stop")
@@ -183,6 +200,93 @@ def test_case_file_is_opened(visit, tmp_path):
     window.wait_for_function("() => document.querySelector('[name=\"layers.0.young\"]').value === '259 GPa'")
     solved(window)
     assert window.is_hidden("#problems")
+
+
+def test_correct_from_example_to_link(visit):
+    window = example(visit(), "Correct: Thin gel")
+    assert "layer 2.608 kPa" in window.inner_text("#shown .readout")
+    photo(window, "correct")
+    window.fill("[name='correct.depth']", "300 N")
+    window.wait_for_selector("[data-name='correct.depth'] .error:has-text('dimension of a force')")
+    window.fill("[name='correct.depth']", "300 nm")
+    window.wait_for_selector("#shown .readout:has-text('reported over layer 2.319')")
+    assert downloaded(window, "csv").startswith(b"formula,young [Pa]")
+    window.wait_for_url("**correct.depth=300+nm**")
+    other = solved(visit("?" + window.url.partition("?")[2]))
+    assert other.inner_text("#shown table") == window.inner_text("#shown table")
+
+
+def test_coating_section_map_and_stop(visit):
+    window = example(visit(), "Coating: Hard")
+    assert "First failure: yield in layer 2" in window.inner_text("#shown")
+    photo(window, "coating")
+    image = "document.querySelector('#shown image').getAttribute('href')"
+    before = window.evaluate(image)
+    window.select_option("[aria-label='What is drawn']", label="von Mises over yield stress")
+    window.wait_for_function(f"(before) => {image} !== before", arg=before)
+    # a strength is wrong beside its layer
+    window.fill("[name='layers.0.stress.tensile']", "2 N")
+    window.wait_for_selector("[data-name='layers.0.stress.tensile'] .error:has-text('dimension of a force')")
+    window.fill("[name='layers.0.stress.tensile']", "2 GPa")
+    window.check("[name='map']")
+    window.fill("[name='vary.layers.0.thickness']", "0.5 um:20 um:400:log")
+    window.wait_for_selector("#long:not([hidden])")
+    window.click("#solve")
+    window.wait_for_selector("#status-text:has-text('of 400')")
+    window.click("#stop")
+    window.wait_for_selector("#long:has-text('Stopped')")
+    window.fill("[name='vary.layers.0.thickness']", "1 um:16 um:4:log")
+    window.fill("[name='vary.stress.friction']", "0:0.4:3")
+    window.wait_for_selector("#long:not(:has-text('Stopped'))")
+    window.click("#solve")
+    window.wait_for_selector("#shown .in-cell >> nth=11")
+    photo(window, "map")
+    assert b"vary" in downloaded(window, "toml")
+
+
+def test_compare_and_every_tab_by_keyboard(visit):
+    window = example(visit(), "Compare: AFM pyramid")
+    # the formula for pyramids, +0.00 %, beside the cone's
+    row = window.locator("#shown tr", has_text="flatpunch").inner_text().split("\t")
+    assert row[2:5] == ["all depths"] * 3
+    photo(window, "compare")
+    window.set_viewport_size({"width": 800, "height": 900})
+    window.focus("#tab-compare")
+    for name in ("press", "fit", "correct", "coating", "compare"):
+        window.keyboard.press("ArrowRight")
+        assert window.evaluate("document.activeElement.id") == f"tab-{name}"
+        assert window.get_attribute(f"#tab-{name}", "aria-selected") == "true"
+        assert window.evaluate("document.documentElement.scrollWidth <= 800")
+        # every field that is shown has a name for those who do not see it
+        assert (
+            window.evaluate(
+                "[...document.querySelectorAll('#form input, #form select')].filter((each) => each.offsetParent && "
+                "!each.labels?.length && !each.ariaLabel).map((each) => each.outerHTML)"
+            )
+            == []
+        )
+
+
+def test_files_that_are_too_large_are_refused_before_they_are_sent(visit, tmp_path):
+    large = tmp_path / "large.csv"
+    with large.open("wb") as file:
+        file.truncate(51_000_000)
+    window = visit("?tab=fit")
+    window.set_input_files("#curve-file", large)
+    window.wait_for_selector("#upload-error:has-text('files of up to 50 MB')")
+
+
+@pytest.mark.slow
+def test_a_curve_of_20_megabytes_is_fitted(visit, tmp_path):
+    lines = (FILM.parent / "fit" / "thin_gel.csv").read_text(encoding="utf-8").splitlines()
+    many = "\n".join([lines[0], *(line for line in lines[1:] for _ in range(2000))])
+    (tmp_path / "large.csv").write_text(many, encoding="utf-8")
+    window = visit("?tab=fit")
+    example(window, "Fit: Thin gel")
+    window.set_input_files("#curve-file", tmp_path / "large.csv")
+    window.wait_for_selector("#shown .preview:has-text('1598000 points')")
+    window.click("#solve")
+    window.wait_for_selector("#shown pre:has-text('large: 1598000 points')")
 
 
 def test_curve_is_dropped_fitted_and_saved(visit):

@@ -1,6 +1,7 @@
 """The tab *Fit* without a browser: previews, fits as on the command line, all curves of a file, files that are no curves."""
 
 import json
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -74,13 +75,21 @@ def test_columns_are_chosen_in_the_form():
     assert "summary" in fit_curve(gel(**chosen), True, upload)
 
 
-def test_all_curves_of_a_file_are_fitted():
+def test_all_curves_of_a_file_are_fitted(ask, tmp_path, monkeypatch):
     lines = CURVE.decode().splitlines()
     two = "\n".join([*lines, "second curve,,", *lines]).encode()
     upload = Upload("map.csv", two)
     assert preview(gel(), upload)["count"] == 2
     assert "holds 2 curves" in fit_curve(gel(), True, upload)["problems"][0]["text"]
     found = fit_curve(gel(all="on"), True, upload)
+    monkeypatch.chdir(tmp_path)
+    form = gel(all="on", upload=json.loads(ask.post("/api/curve?name=map.csv", body=two).content)["upload"])
+    for kind in ("toml", "py"):
+        saved = ask.post(f"/file/fit.{kind}", form)
+        Path(saved.name).write_bytes(saved.content)
+    Path("map.csv").write_bytes(two)
+    runpy.run_path(saved.name)
+    assert Path(saved.name).with_suffix(".csv").read_bytes() == ask.post("/file/fit.csv", form).content
     assert found["all"]["caption"] == "2 of 2 curves fitted"
     assert len(found["all"]["rows"]) == 2
 
@@ -165,5 +174,6 @@ def test_drift_over_depth_tells_the_layer_from_a_half_space(ask):
 
 
 def test_tables_of_other_tabs_are_left_out():
+    assert "[correct]" not in case_text(gel(), "fit")
     assert "[control]" not in case_text(gel(**{"control.quantity": "depth", "control.values": "1 nm"}), "fit")
     assert "[curve]" not in case_text(gel(**{"curve.flip": "true"}), "press")

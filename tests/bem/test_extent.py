@@ -90,7 +90,7 @@ def test_contact_off_the_grid_says_how_large_it_must_be():
 
 
 @pytest.mark.parametrize("depth", [1e-7, 1e-6, 5e-6])
-def test_needle_of_a_contact_gets_a_grid(depth):
+def test_narrow_lobe_of_a_contact_gets_a_grid(depth):
     """A Knoop tip on a film 50 times stiffer than its base: at depth 1e-6 the contact is 21 um long and 0.1 um wide."""
     kernel = compliance(media.Medium([media.Layer(50e9, 0.3, 1e-6)], media.HalfSpace(1e9, 0.3)))
     step = solve(kernel, indenters.Knoop(), depths=depth, grid=96, tolerance=1e-5)[0]
@@ -121,7 +121,7 @@ def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
 @pytest.mark.parametrize(
     ("ratio", "depth", "force"), [(60.0, 1.430679, 17.0399), (100.0, 1.23353, 14.152), (100.0, 0.9, 8.464)]
 )
-def test_box_of_a_needle_one_cell_wide_is_found(ratio, depth, force):
+def test_box_of_a_lobe_one_cell_wide_is_found(ratio, depth, force):
     """Its width jumps between one and two cells, however close the grid comes; forces of 512 cells, extrapolated."""
     kernel = compliance(media.Medium([media.Layer(ratio, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))
     step = solve(kernel, indenters.Knoop(), depths=depth, grid=128, tolerance=1e-5)[0]
@@ -157,7 +157,7 @@ def test_a_known_box_is_taken_as_it_is(monkeypatch):
 
 @pytest.mark.parametrize("sides", [3, 4])
 def test_the_contact_that_told_the_box_takes_the_place_of_the_coarsest_level(sides):
-    """It has more cells than that level; the finest one still has its next coarser one, by which it tells its error."""
+    """It has more cells than that level; the finest one still has its next coarser one, from which its error is estimated."""
     tip, options = indenters.Pyramid(sides, 0.3), {"depths": 1e-7, "grid": 256, "tolerance": 1e-8}
     [searched] = solve(HALF_SPACE, tip, **options)
     extent = find_extent(HALF_SPACE, IndenterHeight(tip), Extent((1e-6, 1e-6), (0.0, 0.0)), depth=1e-7)

@@ -80,7 +80,6 @@ def test_even_transform() -> None:
     whole = np.pad(values, [(0, 3), (0, 7)], mode="reflect")
     transformed = transforms.even_transform(values.copy())
     close(transformed, np.fft.fft2(whole).real[:5, :9])
-    close(transforms.even_transform_back(transformed), values)
 
 
 def test_padded_is_always_another_array() -> None:
@@ -98,7 +97,7 @@ def test_both_libraries_convolve_alike(
 ) -> None:
     pytest.importorskip("ducc0", reason="the extra `fast` is not installed")
     # blocks side by side, however many cores there are
-    monkeypatch.setattr("flatpunch.bem.operator.convolution._MANY", 1)
+    monkeypatch.setattr("flatpunch.bem.operator.convolution.SHARED", 1)
     grid = Grid(70, 90, 0.05, mirrored=mirrored)
     pressure = lines(grid.shape)
     fast = replace(build_operator(SOFT, grid), threads=threads)

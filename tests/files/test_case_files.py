@@ -289,3 +289,17 @@ def test_description_of_a_case(read):
     assert "Body      Layer young 5 kPa, poisson 0.5, thickness 1.2 µm, bonded to the base" in lines
     assert "Indenter  Pyramid sides 4, inclination 55 deg" in lines
     assert "Control   depth, 41 steps from 1 nm to 400 nm" in lines
+
+
+def test_check_says_that_steep_gradings_take_longer(read):
+    # the power 0.1 is infinitely steep at the surface: 256 terms, 8 s for a first contact
+    law = '{ law = "power", top = "375 GPa", bottom = "279 GPa", exponent = EXPONENT }'
+    takes = {}
+    for exponent in ("2", "0.1"):
+        text = GOOD.replace('"5 kPa"', law.replace("EXPONENT", exponent)).replace(
+            "title", "method = 'second-order'\ntitle"
+        )
+        lines = list(describe(read(text)))
+        takes[exponent] = next(line for line in lines if line.startswith("Takes"))
+    assert takes["2"].endswith("about a second")
+    assert takes["0.1"].endswith("some seconds")

@@ -71,7 +71,7 @@ def test_the_packages_must_match(cluster, monkeypatch):
 
 def test_nobody_there(monkeypatch):
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(on_dask, "_PATIENCE", 0.5)
+    monkeypatch.setattr(on_dask, "PATIENCE", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         with pytest.raises(ConnectionError, match=r"does not answer.*dask scheduler"):
             solve_points(functions.square, [1], scheduler=address)

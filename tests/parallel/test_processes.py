@@ -43,7 +43,7 @@ def test_a_process_that_dies_costs_no_other_point(tmp_path):
 
 
 def test_processes_of_long_studies_are_replaced(monkeypatch):
-    monkeypatch.setattr("flatpunch.parallel.processes._RETIRED", 1)
+    monkeypatch.setattr("flatpunch.parallel.processes.RETIRED", 1)
     # long enough to be handed out one by one
     found = solve_points(functions.slowly_in_process, range(6), workers=2)
     assert len({outcome.numbers["pid"] for outcome in found.values()}) > 2

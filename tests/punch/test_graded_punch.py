@@ -22,7 +22,8 @@ from flatpunch.punch import flat_punch
 from flatpunch.punch.basis import edge_signs, half_space_diagonal, power_edge, power_moments
 from flatpunch.punch.graded import graded_harmonics, graded_matrices, graded_round, graded_terms
 from flatpunch.punch.harmonics import solve_edges
-from flatpunch.punch.matrix import kernel_matrix, solve_round, sufficient_terms
+from flatpunch.punch.matrix import solve_round, sufficient_terms
+from support.punch_matrices import kernel_matrix
 
 DATA = Path(__file__).parents[1] / "data"
 

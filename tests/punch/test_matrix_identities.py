@@ -20,8 +20,9 @@ from flatpunch.punch.basis import (
     projection,
     regular_part,
 )
-from flatpunch.punch.matrix import kernel_matrix, solve_round, sufficient_terms
+from flatpunch.punch.matrix import solve_round, sufficient_terms
 from flatpunch.reference import layers as closed
+from support.punch_matrices import kernel_matrix
 
 DATA = Path(__file__).parents[1] / "data"
 MEDIA = {

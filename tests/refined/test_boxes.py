@@ -1,4 +1,4 @@
-"""Where boundary elements look for a contact first, and what becomes of needles that outgrow the box that is found."""
+"""Expected boxes of contacts, and narrow lobes that outgrow them."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ def test_level_lines() -> None:
     assert (level_line(Rounded(fp.Pyramid(4, 0.3), 0.1, true_sphere=False), PHI) == 0).all()
 
 
-def test_a_needle_that_outgrows_its_box() -> None:
+def test_a_narrow_lobe_that_outgrows_its_box() -> None:
     """256 cells lose the last hundredths of it, so that the contact of the cells does not touch the edge."""
     tip, depth = fp.Pyramid(3, 0.4), 1.0
     case = Case(compliance(_film(50.0)), tip, 360, 256)
-    # the needle along negative x leaves the first of these by a hundredth
+    # the lobe along negative x leaves the first of these by a hundredth
     narrow = (depth, np.array([0.78, 0.95]), np.array([1.25 * 0.78 - 1.19, 0.0]), True)
     wide = (depth, np.array([1.0, 1.0]), np.array([-0.3, 0.0]), True)
     (cut,) = bem.solve(
@@ -82,7 +82,7 @@ def test_a_needle_that_outgrows_its_box() -> None:
 
 
 def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
-    """At this depth the needles of the first solution end 0.14 mean radii too early, at the edge of its grid."""
+    """At this depth the lobes of the first solution end 0.14 mean radii too early, at the edge of its grid."""
     tip, kernel = fp.Pyramid(3, 0.4), compliance(_film(50.0))
     (cut,) = bem.solve(kernel, tip, depths=1.4374, grid=128, tolerance=1e-6)
     contour = traced(kernel, tip, cut, 360).contour

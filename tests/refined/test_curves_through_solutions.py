@@ -48,7 +48,7 @@ def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     film, tip = fp.Medium([fp.Layer(20.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.37)
     depth, options = np.array([0.3, 2.7, 1.1, 0.3]), {"method": fp.Refined(cells=96)}
     few = fp.indent(film, tip, depth=depth, **options)
-    # needles on so few cells are solved anew on smaller ones
+    # narrow lobes on so few cells are solved again on smaller ones
     np.testing.assert_allclose(np.unique(solved), np.unique(depth))
     refinement.cache_clear()
     for step in range(3):
@@ -103,7 +103,7 @@ def test_where_the_round_base_turns_back() -> None:
     assert np.abs(np.diff(growth)).max() < 0.15
     for step in (8, 17):
         truth = fp.indent(film, tip, depth=depth[step], method=fp.BoundaryElements(grid=256))
-        # tongues are a few of 128 cells wide
+        # narrow lobes are a few of 128 cells wide
         assert abs(float(curve.force[step]) / float(truth.force[0]) - 1) < 2e-3
 
 
@@ -114,7 +114,7 @@ def test_pressure_of_a_star() -> None:
     r, phi = np.meshgrid(np.linspace(1e-3, 12.0, 1200), np.linspace(0, np.pi / 2, 721))
     p = fp.pressure(film, tip, r * np.cos(phi), r * np.sin(phi), depth=4.0, method=fp.Refined(cells=128))
     force = 4 * trapezoid(trapezoid(p * r, r[0], axis=1), phi[:, 0])
-    # tongues are a cell or two wide, between whose centres the pressure is linear
+    # narrow lobes are a cell or two wide, between whose centres the pressure is linear
     assert force == pytest.approx(float(curve.force[0]), rel=0.02)
 
 
@@ -197,7 +197,7 @@ def test_interpolation_has_values_and_slopes_of_its_samples() -> None:
 
 
 def test_an_error_that_all_slopes_share_shows_at_the_middle() -> None:
-    """Forces at the middle of a gap do not tell of it; the estimate of both halves covers it."""
+    """Forces at the middle of a gap do not show it; the estimate of both halves covers it."""
     film = fp.Medium([fp.Layer(3.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     reference = RoundReference(compliance(film), fp.Pyramid(4, 0.3))
     x, fine, bias = np.array([-1.2, -0.6, 0.0]), np.linspace(-1.2, 0.0, 101), 3e-3

@@ -22,11 +22,11 @@ def test_kinds_of_edges() -> None:
 @pytest.mark.parametrize(
     ("ratio", "sides", "depth", "apart"),
     [
-        # round contacts grow by half within this gap, and outlines that followed them were 53 % off, radii 8 %
+        # round contacts grow by half within this gap
         (50.0, 4, 2.25, False),
-        # needles of five mean radii grow to thirteen within a fifth more depth: 20 %
+        # narrow lobes of five mean radii grow to thirteen within a fifth more depth
         (100.0, 3, 1.72, False),
-        # islands have just come down: radius 7 and 5 %, area 16 and 13 %
+        # separate parts have just come into contact
         (100.0, 3, 7.3, True),
         (10.0, 4, 3.06, True),
     ],

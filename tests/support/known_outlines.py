@@ -1,4 +1,4 @@
-"""How far outlines lie apart, which rays do not tell where they meet the flanks of needles aslant."""
+"""Distance between outlines, which differences along rays exceed where rays meet the flanks of narrow lobes at an angle."""
 
 from __future__ import annotations
 

@@ -168,6 +168,7 @@ CALLS = {
         fp.correct,
         {"reported": 5e3, "medium": GEL, "indenter": BALL, "depth": 1e-8, "reported_poisson": 0.5, "over": "depth"},
     ),
+    "compare_formulas": (fp.compare_formulas, {"medium": GEL, "indenter": BALL, "depth": [1e-8, 2e-8]}),
     "Tip": (Tip, {"area": np.square, "beta": 1.03, "epsilon": 0.75, "material": DIAMOND}),
     "Tip.from_coefficients": (Tip.from_coefficients, {"coefficients": [24.5, 3.0], "unit": 1e-9}),
     "oliver_pharr": (oliver_pharr, {"curve": CYCLE, "tip": TIP, "frame": 1e-9}),

@@ -46,6 +46,17 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"})
 
 
+def test_ranges_may_be_in_the_case_file(case):
+    wanted = {THICKNESS: "0.5um:2um:3:log"}
+    case.write_text(f'{CASE}\n[vary]\n"{THICKNESS}" = "{wanted[THICKNESS]}"\n', encoding="utf-8")
+    inside = fp.sweep(case, workers=1)
+    case.write_text(CASE, encoding="utf-8")
+    xr.testing.assert_identical(inside.drop_attrs(), fp.sweep(case, wanted, workers=1).drop_attrs())
+    missing = run("sweep", case)
+    assert missing.exit_code == 2
+    assert "[vary]" in missing.output
+
+
 def test_each_point_is_the_case_with_its_values(case):
     result = fp.sweep(case, {THICKNESS: "0.5um:2um:3:log", RADIUS: "1um, 2000 nm"}, workers=1)
     assert dict(result.sizes) == {THICKNESS: 3, RADIUS: 2, "step": 2}

@@ -38,7 +38,7 @@ def test_elastic_at_fast_and_slow_rates(medium, duration, share):
 
 def springs(law, count, time, depth):
     """Force of all springs and of every other one, and contact depth, under BALL on LAYER."""
-    elastic = elastic_curve(first_order.solve, compliance(LAYER), BALL, float(depth.max()), np.zeros(1), {})
+    elastic = elastic_curve(first_order.solve, compliance(LAYER), BALL, float(depth.max()), np.zeros(1))
     series = exponential_series(law, float(np.diff(time).min()), float(np.ptp(time)))
     return followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
 

@@ -13,10 +13,7 @@ from pathlib import Path
 def shown_path(path: object) -> str:
     """Return a path as messages write it: on one line, and not endless."""
     text = "".join(c if c.isprintable() else "?" for c in str(path))
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-
-
-_SHOWN = 300
+    return text if len(text) <= 300 else f"{text[:300]}..."
 
 
 class Unreadable(ValueError):

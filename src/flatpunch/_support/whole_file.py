@@ -137,11 +137,8 @@ def _machine() -> str:
 
 def _temporary(target: Path) -> tuple[int, str]:
     """An empty file of this process beside the target."""
-    suffix = target.suffix if len(target.suffix) < _LONGEST_ENDING else ""
+    suffix = target.suffix if len(target.suffix) < 50 else ""
     return tempfile.mkstemp(prefix=f"{UNFINISHED}{_machine()}-{os.getpid()}-", suffix=suffix, dir=target.parent)
-
-
-_LONGEST_ENDING = 50
 
 
 def _real(path: Path) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +13,11 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
 from flatpunch._support.progress import reporting
-from flatpunch._support.sealed import sealed
 from flatpunch.app.form import case_data, case_text
 from flatpunch.app.plain import CALLED, explained, plain, short
+from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
-from flatpunch.files.results import netcdf
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows
 from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
@@ -28,6 +26,7 @@ from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -149,6 +148,7 @@ def _one(case: FitCase, curve: Curve) -> dict[str, Any]:
 
 
 def _fitted(case: FitCase, curve: Curve) -> FitResult:
+    forget_models()
     return fit(curve, case.medium, case.indenter, case.free, **case.arguments)
 
 
@@ -173,6 +173,7 @@ def _all(case: FitCase, path: Path) -> dict[str, Any]:
     """Fit every curve of a file, one after the other, with progress."""
     items = listed([path], case.reading)
     rows: list[dict[str, Any]] = []
+    forget_models()
     with reporting("Fitting", None) as report:
         for done in fit_rows(
             items, case.sample, case.free, replace(case.settings, engine="normal-equations"), case.reading, 1
@@ -264,13 +265,11 @@ def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
         table = batch if result is None else Batch((result.row(),))
         return str(table.to_csv()).encode("utf-8")
     if kind == "nc":
-        return sealed(netcdf((batch if result is None else result).dataset()))
+        return netcdf_bytes((batch if result is None else result).dataset())
     from flatpunch.fit.batch_pictures import map_figure
     from flatpunch.fit.pictures import fit_figure
-    from flatpunch.plots.result import save_figure
 
     if result is None and not case.free:
         raise ValueError("there is no picture of fits in which nothing of the case is looked for.")
     drawn = map_figure(batch, next(iter(case.free))) if result is None else fit_figure(result)
-    with tempfile.TemporaryDirectory() as folder:
-        return save_figure(drawn, Path(folder) / f"picture.{kind}").read_bytes()
+    return picture_bytes(drawn, kind)

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from flatpunch._support.ceilings import LAYERS
+from flatpunch.app.strengths import strengths_form, with_strengths
 from flatpunch.app.toml import toml_text, toml_value
 from flatpunch.files.nesting import check_nesting
 
@@ -28,21 +29,27 @@ _TWO_BODIES = "two bodies"
 _HISTORY = "history"
 """Choice of what is prescribed for cases with [history], which stands in the field `more`."""
 
-_TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
+TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
 _TEXTS = {"title", "method", "kind", "sheet", "decimal"}
 """Fields that are texts whatever they look like."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_ADHESION = {"work_of_adhesion", "range_of_action"}
+
 _TAB_TABLES = {
-    "press": {"control", "history", "stress", "relaxation"},
-    "fit": {"fit", "curve", "relaxation"},
+    "press": {"control", "history", "relaxation", "design", *_ADHESION},
+    "fit": {"fit", "curve", "relaxation", *_ADHESION},
+    "correct": {"correct"},
+    "coating": {"control", "stress", "vary", *_ADHESION},
+    "compare": {"control"},
 }
-"""Tables of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
+"""Parts of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
+_SINGLE = ("fit", "curve", "correct", "stress")
+"""Tables whose entries are fields."""
+
 _LIMITS = ("min", "max")
-_FIELD = re.compile(r"layers\.\d+\.[a-z_]+|(?:base|indenter|control|fit|curve)\.[A-Za-z_]+")
-"""Names of fields of the page; those that are empty are not in the form."""
 
 
 class FormError(ValueError):
@@ -68,7 +75,7 @@ def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
     ----------
     fields : mapping of str to str
         Texts by dotted names.
-    tab : {"press", "fit"}
+    tab : {"press", "fit", "correct", "coating", "compare"}
         Which tables belong to it; values to be fitted are marked for "fit" only.
 
     Raises
@@ -82,15 +89,19 @@ def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
 def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
     """Return the tables of the case file that a form means; as for `case_text`."""
     fitted, two = tab == "fit", fields.get("base.kind") == _TWO_BODIES
-    data: dict[str, Any] = {name: _marked(name, fields, fitted) for name in _TOP if fields.get(name)}
+    data: dict[str, Any] = {name: _marked(name, fields, fitted) for name in TOP if fields.get(name)}
     if not two:
         layers = [_table(fields, f"layers.{i}.", fitted) for i in _indices(fields, "layers")]
         data |= {"layers": layers} if layers else {}
         data |= {"base": base} if (base := _table(fields, "base.", fitted)) else {}
     data["indenter"] = _table(fields, "indenter.", fitted)
     data |= {"control": control} if (control := _control(fields)) else {}
-    for name in ("fit", "curve"):
+    for name in _SINGLE:
         data |= {name: table} if (table := _table(fields, f"{name}.", fitted)) else {}
+    count = 0 if two else len(_indices(fields, "layers"))
+    data |= {"stress": stress} if (stress := with_strengths(data.get("stress", {}), fields, count)) else {}
+    if fields.get("map") == "on":
+        data["vary"] = {name.removeprefix("vary."): fields[name] for name in fields if name.startswith("vary.")}
     for name, value in _more(fields.get("more", "")).items():
         if name in data:
             raise FormError(f"more: {name} has fields of its own above; leave it out here.")
@@ -114,12 +125,17 @@ def form_of(data: Mapping[str, Any]) -> dict[str, str]:
     found: dict[str, str] = {}
     rest: dict[str, Any] = {}
     for name, value in data.items():
-        if name in _TOP:
+        if name in TOP:
             found |= _flat(name, value)
         elif name == "layers" and _is_list_of_tables(value):
             for i, layer in enumerate(value):
                 found |= _flat_table(f"layers.{i}", layer)
-        elif name in ("base", "indenter", "fit", "curve") and isinstance(value, dict):
+        elif name == "vary" and isinstance(value, dict):
+            found |= {"map": "on", **{f"vary.{path}": _text(values) for path, values in value.items()}}
+        elif name == "stress" and isinstance(value, dict):
+            value, strengths = strengths_form(value, len(data.get("layers", ())))
+            found |= _flat_table(name, value) | strengths
+        elif name in ("base", "indenter", *_SINGLE) and isinstance(value, dict):
             found |= _flat_table(name, value)
         elif name == "control" and isinstance(value, dict) and (control := _control_form(value)):
             found |= control
@@ -143,30 +159,6 @@ def _flat_table(prefix: str, table: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def field_of(place: str, fields: Mapping[str, str]) -> str:
-    """Return the field of the form that a place in a case file is about: "layers.0.young" for "layers[0].young"; "" for none.
-
-    Parameters
-    ----------
-    place : str
-        As messages begin.
-    fields : mapping
-        The form.
-    """
-    name = re.sub(r"\[(\d+)\]", r".\1", place)
-    if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
-        part = f"control.{name.rpartition('.')[2]}"
-        name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
-    while name:
-        if name in fields or name in _TOP or _FIELD.fullmatch(name):
-            return name.rpartition(".")[0] if _is_mark(name, fields) else name
-        below = [field for field in fields if field.startswith(f"{name}.")]
-        if below:
-            return below[0]
-        name = name.rpartition(".")[0]
-    return ""
-
-
 def _indices(fields: Mapping[str, str], name: str) -> list[int]:
     """Numbers of the entries of a list, ascending; gaps do not count."""
     found = {int(match[1]) for field in fields if (match := re.match(rf"{name}\.(\d{{1,6}})\.", field))}
@@ -180,7 +172,7 @@ def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> dict[str, An
     found: dict[str, Any] = {}
     for field in fields:
         *above, name = field.removeprefix(prefix).split(".")
-        if not field.startswith(prefix) or _is_mark(field, fields):
+        if not field.startswith(prefix) or ".stress." in field or is_mark(field, fields):
             continue
         table = found
         for step in above:
@@ -189,7 +181,7 @@ def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> dict[str, An
     return {} if found.get("kind") == _TWO_BODIES else found
 
 
-def _is_mark(field: str, fields: Mapping[str, str]) -> bool:
+def is_mark(field: str, fields: Mapping[str, str]) -> bool:
     """Whether a field says of another one how it is fitted."""
     owner, _, part = field.rpartition(".")
     return owner in fields and part in ("fit", *_LIMITS)
@@ -269,23 +261,3 @@ def _text(value: Any) -> str:
 
 def _is_list_of_tables(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
-
-
-def problems(error: Exception, fields: Mapping[str, str], message: str) -> Iterator[tuple[str, str]]:
-    """Yield (field, message) for each line of a message; the field is empty where a line is about none.
-
-    Parameters
-    ----------
-    error : Exception
-        What was raised, for its kind.
-    fields : mapping
-        The form.
-    message : str
-        Its text.
-    """
-    for line in message.splitlines():
-        text = re.sub(r"^case\.toml: ", "", line)
-        place = re.match(
-            r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.[A-Za-z_]\w*(?:\[\d+\])?)*)(?= = | is | has |: | must )", text
-        )
-        yield (field_of(place[1], fields) if place else ""), text

@@ -15,7 +15,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -27,7 +27,7 @@ from flatpunch._version import __version__
 from flatpunch.app.form import FormError, address_of, case_text, fields_of, form_of
 from flatpunch.app.store import Store
 from flatpunch.app.tables import page_tables
-from flatpunch.app.tabs import TABS, Tab, script
+from flatpunch.app.tabs import FILES, TABS, Tab, script
 from flatpunch.app.uploads import Uploads, shipped_fits
 from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
@@ -38,6 +38,9 @@ _SOON = 0.25
 
 _MEMORY = 300_000_000
 """Bytes of results that are kept."""
+
+_ALSO = {"correct": "correct", "coating": "stress", "compare": "afm_pyramid_on_gel"}
+"""Tabs for which a shipped case is an example too, by a table that it has or by its name."""
 
 _TYPES = {
     "html": "text/html; charset=utf-8",
@@ -184,7 +187,7 @@ class Page:
         return self._state(self.workers.submit(function, fields, self._kept(tab, fields), step), _SOON)
 
     def _file(self, tab_name: str, kind: str, fields: dict[str, str]) -> Answer:
-        if tab_name not in TABS or kind not in TABS[tab_name].files:
+        if tab_name not in TABS or kind not in FILES:
             raise NotHere(f"there is no file {tab_name}.{kind}.")
         tab = TABS[tab_name]
         stem = _stem(fields.get("title", "")) or tab_name
@@ -203,15 +206,23 @@ class Page:
 
 def start() -> dict[str, Any]:
     """Return what the page needs to draw itself: the tables of the form, the shipped cases as forms, the version."""
-    examples = []
-    for path in shipped_cases():
-        fields = form_of(parsed(path.read_text(encoding="utf-8"), path))
-        examples.append({"title": fields.get("title", path.stem), "tab": "press", "form": address_of(fields)})
-    for path in shipped_fits():
-        fields = form_of(parsed(path.read_text(encoding="utf-8"), path))
-        fields["upload"] = f"shipped/{path.stem}.csv"
-        examples.append({"title": f"Fit: {fields.get('title', path.stem)}", "tab": "fit", "form": address_of(fields)})
+    examples = [example for path in shipped_cases() for example in _examples(path, "press")]
+    examples += [example for path in shipped_fits() for example in _examples(path, "fit")]
     return {"version": __version__, "tables": page_tables(), "examples": examples}
+
+
+def _examples(path: Path, tab: str) -> Iterator[dict[str, str]]:
+    """A shipped case as the form of a tab, and of others that it has a table for."""
+    data = parsed(path.read_text(encoding="utf-8"), path)
+    # the range of a map is there, but the section comes first
+    fields = {name: text for name, text in form_of(data).items() if name != "map"}
+    title = fields.get("title", path.stem)
+    if tab == "fit":
+        fields["upload"] = f"shipped/{path.stem}.csv"
+    tabs = [tab, *(other for other, wanted in _ALSO.items() if wanted in data or path.stem == wanted)]
+    for name in tabs:
+        words = "" if name == "press" else f"{name.capitalize()}: "
+        yield {"title": f"{words}{title}", "tab": name, "form": address_of(fields)}
 
 
 def read_case_text(body: bytes) -> dict[str, str]:

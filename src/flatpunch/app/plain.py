@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.app.form import case_text, problems
+from flatpunch.app.form import case_text
+from flatpunch.app.problems import problems
 from flatpunch.files import Case
 from flatpunch.files.cases import case_from, parsed
 

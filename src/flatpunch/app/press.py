@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pickle
-import tempfile
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +12,13 @@ import xarray as xr
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices
 from flatpunch._support.messages import message
-from flatpunch._support.sealed import sealed
 from flatpunch.app.plain import case_of, explained, plain, short
+from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.app.sketch import sketch
 from flatpunch.contact import default_choice, indent, method_of, pressure
 from flatpunch.contact.default import EXACT
 from flatpunch.files import Case, describe
-from flatpunch.files.results import netcdf, to_csv
+from flatpunch.files.results import to_csv
 from flatpunch.files.summary import curve_table, pull_off_lines
 
 _STEPS, _ANGLES = 400, 121
@@ -190,15 +188,14 @@ def press_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     """
     result = pickle.loads(kept)
     if kind == "nc":
-        return sealed(netcdf(result))
+        return netcdf_bytes(result)
     if kind == "csv":
         return to_csv(result, outlines=False).encode("utf-8")
     from flatpunch.plots import result as pictures
 
     case = case_of(fields)
     drawn = pictures.figure(result, case.medium, case.indenter, title=case.title)
-    with tempfile.TemporaryDirectory() as folder:
-        return pictures.save_figure(drawn, Path(folder) / f"picture.{kind}").read_bytes()
+    return picture_bytes(drawn, kind)
 
 
 def warm_up() -> None:

@@ -9,16 +9,16 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from flatpunch.contact import METHODS
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, LayerTable
+from flatpunch.files.tables.stress import StrengthTable
 
 _PROPOSED = {
     "young": "5 kPa",
@@ -63,6 +63,10 @@ _LABELS = {
     "bonded": "Lower face",
     "A": "Curvature A",
     "B": "Curvature B",
+    "tensile": "Tensile strength",
+    "shear": "Shear strength",
+    "interface_tension": "Interface, tension",
+    "interface_shear": "Interface, shear",
     "r": "Radii r",
     "f": "Heights f",
 }
@@ -100,7 +104,10 @@ def page_tables() -> dict[str, Any]:
         "layers": [asdict(field) for field in asked(LayerTable, "layers")],
         "base": _kinds(BaseTable, "base"),
         "indenter": _kinds(IndenterTable, "indenter"),
-        "methods": list(METHODS),
+        "strengths": [
+            *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable, "strengths")),
+            asdict(Asked("residual_stress", "Residual stress", "quantity", example="-1 GPa")),
+        ],
     }
 
 

@@ -18,12 +18,14 @@ class Tab:
         In addresses.
     solve, file : str
         Functions of workers, "module:name": (fields, run) -> result, and (fields, kept, kind) -> bytes.
-    files : tuple of str
-        Kinds of files.
     details : mapping of str to str
         Functions for more of a result: (fields, kept, step) -> plain data.
     script : str
         Python lines, with {stem} for the name of the files and {curve} for that of the measured file.
+    switched : mapping of str to str
+        Python lines where a switch of the form is on, by its name.
+    details : mapping of str to str
+        Functions for more of a result: (fields, kept, step) -> plain data.
     previews : mapping of str to str
         Functions that need no result: (fields, upload) -> plain data.
     uploads : bool
@@ -33,9 +35,9 @@ class Tab:
     name: str
     solve: str
     file: str
-    files: tuple[str, ...]
     script: str
     details: Mapping[str, str] = field(default_factory=dict)
+    switched: Mapping[str, str] = field(default_factory=dict)
     previews: Mapping[str, str] = field(default_factory=dict)
     uploads: bool = False
 
@@ -47,7 +49,6 @@ TABS = {
             "press",
             "press:press",
             "press:press_file",
-            ("toml", "nc", "csv", "png", "svg", "py"),
             """\
 import flatpunch as fp
 
@@ -61,7 +62,6 @@ fp.save(curve, "{stem}.csv")
             "fit",
             "fit:fit_curve",
             "fit:fit_file",
-            ("toml", "nc", "csv", "png", "svg", "py"),
             """\
 import flatpunch as fp
 from flatpunch.fit.case import read_fit_case
@@ -71,14 +71,77 @@ found = fp.fit(fp.read_curve("{curve}", **case.reading), case.medium, case.inden
 print(found.summary())
 """,
             {"drift": "fit:drift_over_depth"},
-            {"preview": "fit:preview"},
+            {
+                "all": """\
+import flatpunch as fp
+from flatpunch.fit.case import read_fit_case
+
+case = read_fit_case("{stem}.toml")
+how = {{**case.arguments, "engine": "normal-equations", "reading": case.reading}}
+fp.fit_batch(["{curve}"], case.medium, case.indenter, case.free, **how).save("{stem}.csv")
+"""
+            },
+            previews={"preview": "fit:preview"},
             uploads=True,
+        ),
+        Tab(
+            "correct",
+            "correct:correct_modulus",
+            "correct:correct_file",
+            """\
+import flatpunch as fp
+from flatpunch.fit.case import read_fit_case
+
+case = read_fit_case("{stem}.toml")
+found = fp.correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
+print(found.summary())
+""",
+        ),
+        Tab(
+            "coating",
+            "coating:coating",
+            "coating:coating_file",
+            """\
+import flatpunch as fp
+from flatpunch.files.stresses import stresses
+
+found = stresses(fp.read_case("{stem}.toml"))
+fp.save(found.fields, "{stem}.nc")
+print(found.first)
+""",
+            {"quantity": "coating:quantity_map"},
+            {
+                "map": """\
+import flatpunch as fp
+
+study = fp.sweep("{stem}.toml")
+fp.save(study, "{stem}.nc")
+print(study["critical_force"].isel(step=0))
+"""
+            },
+        ),
+        Tab(
+            "compare",
+            "compare:compare",
+            "compare:compare_file",
+            """\
+import flatpunch as fp
+from flatpunch.fit.half_space.comparison import compare_case
+
+found = compare_case(fp.read_case("{stem}.toml"))
+fp.save(found, "{stem}.nc")
+print(found["valid_to"].to_pandas())
+""",
         ),
     )
 }
+
+FILES = ("toml", "nc", "csv", "png", "svg", "py")
+"""Kinds of files that every tab saves."""
 
 
 def script(tab: Tab, fields: Mapping[str, str], stem: str) -> str:
     """Return Python lines that do the same as the page, with the case file of that name beside them."""
     case_data(fields, tab.name)
-    return tab.script.format(stem=stem, curve=fields.get("upload", "").rpartition("/")[2] or "curve.csv")
+    lines = next((lines for name, lines in tab.switched.items() if fields.get(name) == "on"), tab.script)
+    return lines.format(stem=stem, curve=fields.get("upload", "").rpartition("/")[2] or "curve.csv")

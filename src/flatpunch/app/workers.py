@@ -28,7 +28,10 @@ _KEPT = 200
 _FORGOTTEN = 60.0
 """Seconds after which a job is stopped that nobody has asked about: the window was closed."""
 
-_FIRST, _LATER = ("flatpunch.app.press",), ("flatpunch.app.fit",)
+_FIRST, _LATER = (
+    ("flatpunch.app.press",),
+    tuple(f"flatpunch.app.{name}" for name in ("compare", "coating", "correct", "fit")),
+)
 """What workers load before their first job, and once they have nothing to do."""
 
 _QUIET = 1.0

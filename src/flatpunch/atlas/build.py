@@ -27,18 +27,6 @@ from flatpunch.compliance import compliance
 from flatpunch.parallel import solve_points
 from flatpunch.punch.matrix import sufficient_terms
 
-_COARSEST, _FINEST = 6, 96
-"""Intervals of the first grid of a parameter, and of the last one that is tried."""
-
-_LAST = 2
-"""Coefficients at the end of a series that stand for what was left out."""
-
-_CUTOFF = 0.3
-"""Coefficients below this share of the tolerance are dropped: a hundred thousand of them add up to about the tolerance."""
-
-_RESPONSE_TOLERANCE = 1e-8
-"""Of the responses to outlines, which enter the force with the square of the asymmetry."""
-
 Grid = tuple[int, ...]
 Found = dict[tuple[float, ...], dict[str, Any]]
 
@@ -87,14 +75,14 @@ def build(
         If media could not be solved (with the first reason), or the finest grid does not meet the tolerance.
     """
     ways = Ways(None if store is None else Path(store), workers, scheduler, progress)
-    grid: Grid = tuple(_COARSEST for _ in family.parameters)
+    grid: Grid = tuple(6 for _ in family.parameters)
     while True:
         found = _solve_grid(family, grid, ways)
         tails = _tails(family, found, grid)
         coarse = [i for i, tail in enumerate(tails) if tail > family.tolerance]
         if not coarse:
             return _table(family, found, grid)
-        if any(2 * grid[i] > _FINEST for i in coarse):
+        if any(2 * grid[i] > 96 for i in coarse):
             names = ", ".join(family.parameters[i].name for i in coarse)
             raise RuntimeError(
                 f"The series of {family.name!r} over {names} still end at {max(tails):.1e} on {grid} intervals; "
@@ -171,14 +159,16 @@ def _tails(family: Family, found: Found, grid: Grid) -> list[float]:
         for name, tolerance in _kinds(family):
             dense = np.abs(_dense(family, found, grid, f"{i}/{name}"))
             for axis in range(len(grid)):
-                last = np.moveaxis(dense, 2 + axis, 0)[-_LAST:].max()
+                # the last two coefficients of a series estimate its remainder
+                last = np.moveaxis(dense, 2 + axis, 0)[-2:].max()
                 tails[axis] = max(tails[axis], float(last) * family.tolerance / tolerance)
     return tails
 
 
 def _kinds(family: Family) -> list[tuple[str, float]]:
     """Names of what is tabulated, each with its tolerance."""
-    loose = max(family.tolerance, _RESPONSE_TOLERANCE)
+    # of the responses to outlines, which enter the force with the square of the asymmetry
+    loose = max(family.tolerance, 1e-8)
     more = [("stiffening", loose), ("edge_1", loose), ("edge_2", loose)] if family.responses else []
     return [("flat", family.tolerance), *more]
 
@@ -187,8 +177,9 @@ def _table(family: Family, found: Found, grid: Grid) -> Table:
     panels = []
     numbers = next(iter(found.values()))
     for i, (low, high) in enumerate(panel_edges(*family.beta)):
+        # coefficients below this share of the tolerance are dropped: a hundred thousand of them add up to about the tolerance
         series = {
-            name: SparseSeries.from_dense(_dense(family, found, grid, f"{i}/{name}"), _CUTOFF * tolerance)
+            name: SparseSeries.from_dense(_dense(family, found, grid, f"{i}/{name}"), 0.3 * tolerance)
             for name, tolerance in _kinds(family)
         }
         orders = numbers[f"{i}/orders"] if family.responses else np.zeros(0, dtype=int)

@@ -12,8 +12,6 @@ from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import PowerLawHalfSpace
 from flatpunch.punch.power_law import power_law_punch
 
-_ROUNDING = 1e-13
-
 
 class PowerLawTable:
     """Flat punches on E(z) = E_l (z/l)^k; beta = a/l may have any value > 0."""
@@ -26,7 +24,7 @@ class PowerLawTable:
     )
     panels = ()
     beta_range = (0.0, float("inf"))
-    bound = _ROUNDING
+    bound = 1e-13
     attributes: Mapping[str, Any] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
 
     def stiffness_and_moments(

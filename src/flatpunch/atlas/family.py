@@ -45,9 +45,9 @@ class Family:
     make : callable
         Values of the parameters by name -> medium with own length 1 m. A function of a module.
     identify : callable or None
-        Medium -> values of the parameters, or None if it is of another kind; ranges are not looked at.
+        Medium -> values of the parameters, or None if it is of another kind; ranges are not checked.
     tolerance : float
-        What interpolation aims at, relative to Kbar.
+        Tolerance of the interpolation, relative to Kbar.
     responses : bool
         Whether the second-order responses to non-round outlines are part of the table.
     beta : tuple of float

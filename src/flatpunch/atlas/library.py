@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
@@ -63,7 +63,7 @@ def find_table(name: str | Path) -> Any:
 def tabulated(
     medium: Any, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
-    """A medium that takes its flat punches from the atlas, for use wherever a medium is asked for.
+    """A medium that takes its flat punches from the atlas, for use as any other medium.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class MediumSolution:
         return self.solution.round(beta)
 
     def responds_to(self, exponent: float) -> bool:
-        """Whether `edges` knows r^exponent psi(phi)."""
+        """Whether `edges` has r^exponent psi(phi)."""
         return self.solution.responds_to(exponent)
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
@@ -174,7 +174,7 @@ class MediumSolution:
         return self.solution.edges(beta, orders, exponent)
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def _read_once(path: Path, changed: float) -> Table:
     return read_table(path)
 

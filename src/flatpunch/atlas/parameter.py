@@ -12,9 +12,6 @@ from flatpunch._support.checks import Array, numbers, real, values
 
 Scale = Literal["linear", "log", "upper"]
 
-_SLACK = 1e-9
-"""What a value may lie outside its range, relative to it: rounding of what it was computed from."""
-
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
@@ -60,7 +57,8 @@ class Parameter:
     def check(self, given: Array | float) -> Array:
         """Values as an array, refused outside the range."""
         found = numbers(self.name, given, self.unit.replace("^", "**"))
-        slack = _SLACK * (self.high - self.low)
+        # a value may be outside the range by rounding
+        slack = 1e-9 * (self.high - self.low)
         bad = ~((found >= self.low - slack) & (found <= self.high + slack))
         if bad.any():
             raise ValueError(

@@ -15,23 +15,16 @@ from flatpunch.punch.family import check_resolution
 from flatpunch.punch.harmonics import harmonic_size, solve_edges
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
-EXPONENTS = (1, 2)
-"""Indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids."""
-
-_WIDTH = np.log(10) / 2
-_COARSE = 0.1
-_EVERY = 24
-"""All harmonics up to here, then eight to an octave: the responses are smooth functions of ln m."""
-
 
 def panel_edges(low: float, high: float) -> list[tuple[float, float]]:
     """Intervals of beta: half decades, whole ones below 0.1 where a contact is small against the layer."""
-    first, last = round(np.floor(np.log(low) / _WIDTH + 1e-9)), round(np.ceil(np.log(high) / _WIDTH - 1e-9))
+    width = np.log(10) / 2
+    first, last = round(np.floor(np.log(low) / width + 1e-9)), round(np.ceil(np.log(high) / width - 1e-9))
     edges = [first]
     while edges[-1] < last:
-        wide = edges[-1] % 2 == 0 and edges[-1] + 2 <= min(last, round(np.log(_COARSE) / _WIDTH))
+        wide = edges[-1] % 2 == 0 and edges[-1] + 2 <= min(last, round(np.log(0.1) / width))
         edges.append(edges[-1] + (2 if wide else 1))
-    ends = [float(np.exp(edge * _WIDTH)) for edge in edges]
+    ends = [float(np.exp(edge * width)) for edge in edges]
     return list(pairwise(ends))
 
 
@@ -70,7 +63,8 @@ def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> dic
     edges = solve_edges(kernel, beta, orders)
     transform = nodal_transform()
     found = {"orders": orders, "stiffening": transform @ (edges.stiffening(orders) - (orders - 1) / 2)}
-    for n in EXPONENTS:
+    # indenters r^n psi(phi) whose responses are tabulated: cones and pyramids, paraboloids
+    for n in (1, 2):
         half_space = np.array([power_edge(n, int(m)) for m in orders])
         found[f"edge_{n}"] = transform @ (edges.power_edge(n, orders) / (np.pi * strength[:, None] * half_space))
     return found
@@ -78,6 +72,8 @@ def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> dic
 
 def felt_orders(reach: int) -> Indices:
     """Harmonics m = 1, 2, ... 24 and on to `reach`, eight to an octave."""
-    steps = np.arange(1, int(np.ceil(8 * np.log2(max(reach, 2 * _EVERY) / _EVERY))) + 1)
-    more = np.unique(np.round(_EVERY * 2 ** (steps / 8)).astype(int))
-    return np.concatenate([np.arange(1, _EVERY + 1), more])
+    # the responses are smooth functions of ln m
+    every = 24
+    steps = np.arange(1, int(np.ceil(8 * np.log2(max(reach, 2 * every) / every))) + 1)
+    more = np.unique(np.round(every * 2 ** (steps / 8)).astype(int))
+    return np.concatenate([np.arange(1, every + 1), more])

@@ -16,8 +16,6 @@ from flatpunch.punch.basis import power_edge, power_moments, regular_part
 from flatpunch.punch.harmonics import half_space_power_edge
 from flatpunch.punch.krein import round_functionals
 
-_ORDER_SPLINE = 5
-
 
 @dataclass(frozen=True, eq=False)
 class Interval:
@@ -176,11 +174,11 @@ class Solution:
             ratio = ratio * strength[chosen, None]
             inside = np.minimum(orders, known[-1])
             added, scaled = (
-                scipy.interpolate.make_interp_spline(np.log(known), y, _ORDER_SPLINE, axis=1)(np.log(inside))
+                scipy.interpolate.make_interp_spline(np.log(known), y, 5, axis=1)(np.log(inside))
                 for y in (extra, ratio)
             )
             stiffening[chosen] = (orders - 1) / 2 + added
-            # harmonics beyond the last feel the surface's half-space only
+            # on harmonics beyond the last only the half-space of the surface acts
             edge[chosen] = closed * np.where(orders > known[-1], 1.0, scaled)
         return stiffening, edge
 

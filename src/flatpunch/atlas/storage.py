@@ -29,8 +29,6 @@ SCHEMA = 1
 
 LICENCE = "CC-BY-4.0"
 
-_STEP = 0.25
-"""Step of the stored coefficients over the smallest one kept."""
 
 _TEXTS = {
     "Conventions": "CF-1.8",
@@ -125,7 +123,8 @@ def _write_kind(group: Any, panels: list[SparseSeries], names: list[str]) -> Non
     """One kind of function on all panels."""
     values = np.concatenate([series.value for series in panels])
     group.dimensions = {"entry": values.size, "panel": len(panels)}
-    step = _STEP * float(np.abs(values).min(initial=np.inf)) if values.size else 1.0
+    # step of the stored coefficients over the smallest one kept
+    step = 0.25 * float(np.abs(values).min(initial=np.inf)) if values.size else 1.0
     index = np.repeat(np.arange(len(panels)), [series.value.size for series in panels])
     columns: list[tuple[str, Any, str]] = [
         ("value", np.round(values / step).astype(np.int64), "coefficient"),

@@ -196,7 +196,7 @@ class Table:
             Interval(
                 float(np.log(panel.low)),
                 float(np.log(panel.high)),
-                # a series is put together when it is first asked for
+                # a series is assembled on first use
                 lru_cache(maxsize=None)(lambda name, panel=panel: panel.series[name].at(x)),
                 panel.orders,
             )

@@ -19,10 +19,8 @@ from flatpunch.punch.basis import power_moments
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 POINTS = 2000
-"""Random points for the bound that stands in a file."""
+"""Random points for the bound that is written to a file."""
 
-_MARGIN = 2.0
-"""Bound over the largest error found, so that other random points keep to it."""
 
 QUANTITIES = ("Kbar", "kappa_1", "kappa_2", "edge")
 
@@ -53,7 +51,8 @@ class Verification:
     @property
     def bound(self) -> float:
         """What holds for Kbar and the moments: twice the largest error found, with one digit."""
-        worst = _MARGIN * max(self.largest[name] for name in QUANTITIES[:3])
+        # bound over the largest error found, so that other random points keep to it
+        worst = 2.0 * max(self.largest[name] for name in QUANTITIES[:3])
         size = 10.0 ** np.floor(np.log10(max(worst, 1e-15)))
         return float(f"{np.ceil(worst / size) * size:.0e}")
 

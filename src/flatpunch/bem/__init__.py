@@ -1,4 +1,4 @@
-"""Rigorous reference: boundary elements in free space for any medium and indenter."""
+"""The rigorous reference: boundary elements in free space for any medium and indenter."""
 
 from flatpunch.bem.bounding_box import ContactTouchesEdge
 from flatpunch.bem.curves import solve

@@ -1,4 +1,4 @@
-"""Where the contact will be: its bounding box, found on a coarse grid that is moved, grown and shrunk until it fits."""
+"""Bounding box of the contact, found on a coarse grid that is moved, grown and shrunk until it fits."""
 
 from __future__ import annotations
 
@@ -13,15 +13,6 @@ from flatpunch.bem.height import Height
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
-
-CELLS = 48
-"""Square root of the cells of the coarse grid; half or twice as many find boxes that change the force by 1e-4."""
-
-_ATTEMPTS = 60
-"""Most grids tried; half as many find no box from a first one that is 1e9 times too large."""
-
-_TOLERANCE = 1e-3
-"""Gap error of the coarse solutions over the depth; the rim is known to a cell anyway."""
 
 SETTLED = 0.1
 """Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""
@@ -87,8 +78,11 @@ def find_extent(
         One of them: what is prescribed [m], [N].
     """
     extent = first
-    for _ in range(_ATTEMPTS):
-        grid = extent.grid(CELLS)
+    # half as many attempts find no box from a first one that is 1e9 times too large
+    attempts = 60
+    for _ in range(attempts):
+        # half or twice as many cells find boxes that change the force by 1e-4
+        grid = extent.grid(48)
         pressure = _coarse_pressure(kernel, height, grid, depth, force)
         contact = pressure > 0
         if not contact.any():
@@ -104,7 +98,7 @@ def find_extent(
             return replace(extent, rough=Rough(grid, pressure))
     asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
     raise ContactTouchesEdge(
-        f"No bounded contact was found for {asked} in {_ATTEMPTS} attempts. Check the units, ask for less, or give a grid."
+        f"No bounded contact was found for {asked} in {attempts} attempts. Check the units, ask for less, or give a grid."
     )
 
 
@@ -117,7 +111,7 @@ def grown(grid: Grid, contact: Mask) -> Grid:
 
 
 def _filled(box: Extent, grid: Grid) -> bool:
-    """Whether the box takes nearly half of the grid both ways, so that it is known well enough."""
+    """Whether the box takes nearly half of the grid along both axes, so that it is resolved well enough."""
     return all(
         2 * width > 0.45 * cells * grid.spacing
         for width, cells in zip(box.half_widths, (grid.nx, grid.ny), strict=True)
@@ -138,15 +132,16 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
 
 
 def _coarse_pressure(kernel: Kernel, height: Height, grid: Grid, depth: float | None, force: float | None) -> Array:
-    levels = Levels(kernel, grid)
+    # gap error over the depth: the rim is known to a cell anyway
+    levels, tolerance = Levels(kernel, grid), 1e-3
     if depth is not None:
         if not (height(grid) < depth).any():
             return np.zeros(grid.shape)
-        state, _ = solve_depth(levels, height, depth, _TOLERANCE, 1000)
+        state, _ = solve_depth(levels, height, depth, tolerance, 1000)
     else:
         assert force is not None
         state, _ = solve_force(
-            levels, height, force, typical_depth(height, grid, force / kernel.modulus), _TOLERANCE, 1000
+            levels, height, force, typical_depth(height, grid, force / kernel.modulus), tolerance, 1000
         )
     return np.asarray(state.pressure)
 

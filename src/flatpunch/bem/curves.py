@@ -35,18 +35,11 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
+"""Cells per side of a grid that is chosen for a contact; half as many quadruple the errors of force and outline."""
 
-_CLOSE = 0.005
-"""Relative step of depth below which the solution before is as good a start as the next coarser grid."""
-
-_TOGETHER = 16
-"""Close steps that are solved in a row; then the next begin on coarse cells, so that long rows are shared and reported too."""
 
 SHARED_CELLS = 512
 """Most cells per side for which far steps are shared with worker processes, each of which holds as much as this one."""
-
-_GROWTHS = 8
-"""How often a grid that was chosen for the contact may grow when the contact turns out larger: by 1.5^8 along an axis."""
 
 
 def solve(
@@ -80,8 +73,8 @@ def solve(
     grid : Grid or int, optional
         The grid for all steps, or the square root of the number of cells (256) of one that is fitted to each contact.
     half_widths : sequence of (float, float), optional
-        Expected half-widths of each contact along x and y [m], for example from a fast method; else they are looked for
-        from the indenter's shape on. Only a start: the box is found on a coarse grid.
+        Expected half-widths of each contact along x and y [m], for example from a fast method; by default an
+        estimate from the indenter's shape. Only a start: the box is found on a coarse grid.
     centers : sequence of (float, float), optional
         Centres of these boxes [m]; the point of first touch by default.
     search : bool or sequence of bool
@@ -131,7 +124,7 @@ def solve(
 
 @dataclass(frozen=True, slots=True)
 class _Course:
-    """What all steps share: the arguments of `solve`."""
+    """Arguments of `solve`, common to all steps."""
 
     kernel: Kernel
     indenter: Indenter
@@ -146,7 +139,7 @@ class _Course:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """Depth [m] or force [N], the box that is expected of its contact, and whether to look for that."""
+    """Depth [m] or force [N], the expected box of its contact, and whether to search for the box first."""
 
     target: float
     hint: Extent | None
@@ -167,10 +160,11 @@ class _Counted:
 
 
 def _together(steps: list[_Step]) -> list[list[_Step]]:
-    """Steps in a row that are close, of which each starts from the one before, some at a time; all others stand alone."""
+    """Steps in a row that are close, each of which starts from the one before, in groups; all other steps by themselves."""
     groups: list[list[_Step]] = []
     for step in steps:
-        if groups and len(groups[-1]) < _TOGETHER and _near(step, groups[-1][-1]):
+        # most close steps in a row; the next begin on coarse cells, so that long rows are shared and reported too
+        if groups and len(groups[-1]) < 16 and _near(step, groups[-1][-1]):
             groups[-1].append(step)
         else:
             groups.append([step])
@@ -178,8 +172,9 @@ def _together(steps: list[_Step]) -> list[list[_Step]]:
 
 
 def _near(step: _Step, before: _Step) -> bool:
-    """Whether the solution before is a better start than a coarser grid."""
-    return abs(step.target - before.target) < _CLOSE * step.target
+    """Whether the previous solution is a better start than a coarser grid."""
+    # relative step of depth below which the solution before is as good a start as the next coarser grid
+    return abs(step.target - before.target) < 0.005 * step.target
 
 
 def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
@@ -187,7 +182,7 @@ def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
 
 
 def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted) -> list[Solution]:
-    """Solutions one after the other; grids that are chosen serve steps that are close."""
+    """Solutions one after the other; close steps share a chosen grid."""
     kernel, indenter, grid = course.kernel, course.indenter, course.grid
     height = IndenterHeight(indenter)
     solutions: list[Solution] = []
@@ -212,7 +207,8 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                     )
             start = state.pressure if state is not None and close and before is levels else None
             rough = None if isinstance(grid, Grid) else extent.rough
-            growths = 0 if isinstance(grid, Grid) else _GROWTHS
+            # times that a grid chosen for the contact may grow when the contact is larger: by 1.5^8 along an axis
+            growths = 0 if isinstance(grid, Grid) else 8
             levels, state, effort = _solve_inside(
                 levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, rough=rough, **prescribed
             )

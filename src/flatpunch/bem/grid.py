@@ -22,9 +22,6 @@ Mask = NDArray[np.bool_]
 SMALLEST = 8
 """Fewest cells along an axis."""
 
-_LONGEST = 16 * CELLS
-"""Most cells along one axis: grids along narrow contacts are long; their product is limited as that of square ones."""
-
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -53,7 +50,8 @@ class Grid:
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             least = -(-SMALLEST // (1 + mirrored))
             hint = "It is the number of cells along an axis."
-            object.__setattr__(self, name, whole(f"Grid.{name}", getattr(self, name), least, hint, most=_LONGEST))
+            # most cells along one axis: grids along narrow contacts are long; their product is limited as that of square ones
+            object.__setattr__(self, name, whole(f"Grid.{name}", getattr(self, name), least, hint, most=16 * CELLS))
         if self.nx * self.ny > CELLS**2:
             raise ValueError(
                 f"Grid.nx = {self.nx} times Grid.ny = {self.ny} is more than {CELLS} x {CELLS} cells, the most that are solved. "
@@ -162,7 +160,7 @@ class Grid:
         return np.concatenate([wide[::-1], wide]) if along_y else wide
 
     def part(self, rows: slice, columns: slice) -> Grid:
-        """Some of its cells; from the first on along mirrored axes."""
+        """Part of its cells, beginning with the first along mirrored axes."""
         x, y = self.x[columns], self.y[rows]
         center = (0.0 if half else float(v[0] + v[-1]) / 2 for v, half in zip((x, y), self.mirrored, strict=True))
         cx, cy = center

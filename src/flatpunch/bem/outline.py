@@ -31,15 +31,6 @@ _FEWEST = 6.0
 _SMOOTH = 1.5
 """Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
 
-_STEEPEST = 0.3
-"""Least cosine of the angle between a ray and the normal of the rim; half lets rays along a flank scatter twice as much."""
-
-_RAYS = 180
-"""Least number of rays; radius and area are means over them, and half would leave 0.1 % at the corners of pyramids."""
-
-_PER_CELL = 4
-"""Points per cell along a ray; half as many may step over a notch half a cell wide."""
-
 
 @dataclass(frozen=True, slots=True)
 class Outline:
@@ -124,7 +115,8 @@ def trace_outline(
 
 def enough_rays(angles: int) -> int:
     """Number of rays for an outline at `angles` polar angles, a multiple of it."""
-    return angles * -(-_RAYS // angles)
+    # least number of rays; radius and area are means over them, and half would leave 0.1 % at the corners of pyramids
+    return angles * -(-180 // angles)
 
 
 def rim_along(
@@ -157,7 +149,8 @@ def rim_along(
     way = _zero(grid, pressure ** (1 / rim), points, inwards)
     believed = (np.abs(way - EXCESS) < 1) & (not short)
     moved = h * np.where(believed, way, EXCESS)
-    slant = np.maximum(-(inwards * np.exp(-1j * phi)).real, _STEEPEST)
+    # least cosine of the angle between a ray and the normal of the rim; half lets rays along a flank scatter twice as much
+    slant = np.maximum(-(inwards * np.exp(-1j * phi)).real, 0.3)
     return contour - moved / slant, h * np.where(believed, np.abs(way - EXCESS), 1.0)
 
 
@@ -202,8 +195,9 @@ def _cell_rim(grid: Grid, contact: Array, phi: Array) -> Array:
     rows, columns = np.nonzero(contact)
     if not rows.size:
         return np.full(phi.size, np.nan)
-    h = grid.spacing / _PER_CELL
-    steps = np.arange(np.hypot(grid.x[columns], grid.y[rows]).max() // h + 3 * _PER_CELL)
+    # half as many points along a ray may step over a notch half a cell wide
+    h = grid.spacing / 4
+    steps = np.arange(np.hypot(grid.x[columns], grid.y[rows]).max() // h + 12)
     values = read(grid, contact, h * steps * np.exp(1j * phi)[:, None])
     met = values >= 0.5
     last = steps.size - 1 - np.argmax(met[:, ::-1], axis=1)

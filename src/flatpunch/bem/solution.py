@@ -1,4 +1,4 @@
-"""What a boundary element solution holds, how it is made from the state of a solver, and when it counts as converged."""
+"""A boundary element solution, made from the state of a solver, and the criterion of its convergence."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, solve_stiffness
-
-_STIFFNESS_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +99,7 @@ def solution_of(
     *,
     endless: bool,
 ) -> Solution:
-    """Make the solution from what the solver ended with; `endless` if the indenter has a surface everywhere."""
+    """Make the solution from the last state of the solver; `endless` if the indenter has a surface everywhere."""
     grid, modulus = levels.grid, levels.kernel.modulus
     h = grid.spacing
     pressure = to_numpy(state.pressure).astype(float)
@@ -111,7 +109,7 @@ def solution_of(
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.surface_length, sharp=sharp)
     k = float("nan")
     if stiffness:
-        wanted = _STIFFNESS_TOLERANCE if stiffness is True else float(stiffness)
+        wanted = 1e-5 if stiffness is True else float(stiffness)
         k = solve_stiffness(levels, state.contact, max(wanted, tolerance))
     converged = state.converged and effort.force_error <= tolerance
     notes = [outline.note] if outline.note else []

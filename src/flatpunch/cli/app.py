@@ -18,6 +18,7 @@ from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.design import add_commands as add_design
 from flatpunch.cli.examples import examples
 from flatpunch.cli.fit import add_commands
+from flatpunch.cli.formulas import add_commands as add_formulas
 from flatpunch.cli.page import add_commands as add_page
 from flatpunch.cli.paper import paper
 from flatpunch.cli.show import add_commands as add_show
@@ -218,6 +219,7 @@ def _check_targets(output: Path | None, csv: Path | None, plot: Path | None) -> 
 
 add_show(app)
 add_commands(app)
+add_formulas(app)
 add_sweep(app)
 add_stress(app)
 add_design(app)

@@ -41,6 +41,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f'flatpunch correct {_FIT}/thin_gel.toml --reported "8 kPa" --depth "300 nm"',
         f'flatpunch correct {_FIT}/thin_gel.toml --reported "8 kPa" --depth "300 nm" --model hertz --over depth',
     ),
+    "compare": (
+        "flatpunch compare demo-results/afm_pyramid_on_gel.toml --plot formulas.png",
+        "flatpunch compare demo-results/afm_pyramid_on_gel.toml -o formulas.csv",
+    ),
     "nanite-model": (
         f"flatpunch nanite-model {_FIT}/thin_gel.toml -o model_thin_gel.py",
         "flatpunch nanite-model demo-results/afm_pyramid_on_gel.toml -o model_pyramid.py",

@@ -6,7 +6,7 @@ The command line adds them with `add_commands`. Heavy imports happen inside the 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -96,26 +96,6 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--output", output, (".csv",))
             check_target("--plot", plot, PICTURES)
             _fit_film(curve, case, output, plot, style)
-
-    @app.command(epilog=examples("correct"))
-    def correct(
-        case: FitCaseFile,
-        reported: Annotated[str, typer.Option(help="Young's modulus that was reported, '8 kPa'.")],
-        depth: Annotated[str, typer.Option(help="Depth of that fit, '300 nm'.")],
-        model: Annotated[str | None, typer.Option(help="hertz, sneddon, flat, bilodeau or rico.")] = None,
-        poisson: Annotated[float | None, typer.Option(help="Poisson ratio that was assumed there.")] = None,
-        over: Annotated[
-            Literal["curve", "depth"],
-            typer.Option(help="'curve' if the curve was fitted, 'depth' if the force at the depth."),
-        ] = "curve",
-    ) -> None:
-        """From a reported half-space modulus to the true modulus of the layer.
-
-        The case file describes layers, base and indenter; the modulus of its top layer does not matter. Beside the answer stand
-        those of published corrections.
-        """
-        with friendly():
-            _correct(case, reported, depth, model, poisson, over)
 
     @app.command("nanite-model", epilog=examples("nanite-model"))
     def nanite_model(
@@ -339,24 +319,3 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
                 temporary.write_text(text.getvalue(), encoding="utf-8")
             written.append(target)
     say_written(written)
-
-
-def _correct(
-    case: Path, reported: str, depth: str, model: str | None, poisson: float | None, over: Literal["curve", "depth"]
-) -> None:
-    from flatpunch.files import units
-    from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.half_space.correction import correct
-
-    loaded = read_fit_case(case)
-    found = correct(
-        units.named_si("--reported", reported, units.PRESSURE),
-        loaded.medium,
-        loaded.indenter,
-        units.named_si("--depth", depth, units.LENGTH),
-        model=model,
-        reported_poisson=poisson,
-        over=over,
-        method=loaded.settings.method,
-    )
-    say(found.summary())

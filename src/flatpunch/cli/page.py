@@ -26,7 +26,7 @@ def add_commands(app: typer.Typer) -> None:
         ] = "127.0.0.1",
         browser: Annotated[bool, typer.Option(help="Whether to open the page in the browser.")] = True,
     ) -> None:
-        """Open a page in the browser: press a case, fit a measured curve.
+        """Open a page in the browser: press, fit, correct a reported modulus, coatings, compare formulas.
 
         The page runs on this machine, and no data leaves it; Ctrl-C ends it. Nothing is written but what you save.
         """

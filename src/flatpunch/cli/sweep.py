@@ -24,13 +24,13 @@ def add_commands(app: typer.Typer) -> None:
     def sweep(
         case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
         vary: Annotated[
-            list[str],
+            list[str] | None,
             typer.Option(
                 metavar="PATH=VALUES",
                 help="What to vary: layers.0.thickness=0.2um:5um:40:log, or values with commas in between. Repeat it for a grid.",
-                show_default=False,
+                show_default="the table [vary] of the case file",
             ),
-        ],
+        ] = None,
         output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
         csv: Annotated[
             Path | None, typer.Option(help="Table as CSV, a line for each point and step, besides the output.")
@@ -60,7 +60,7 @@ def add_commands(app: typer.Typer) -> None:
         """
         with friendly():
             _check_targets(output, csv, plot)
-            wanted = _wanted(vary)
+            wanted = _wanted(vary) if vary else None
             from flatpunch._support.progress import listening
             from flatpunch.sweeps.study import sweep as solve
 

@@ -21,21 +21,8 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.compliance.layered import SATURATION
+from flatpunch.compliance.layered import SATURATION, depth_functions, sagittal_system
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
-
-_STEP = 0.1
-"""Length of a step through a graded layer over its depth: order 8 leaves 1e-9 of what reaches that depth."""
-
-_FEWEST_STEPS = 24
-"""Steps through a graded layer at least, for laws of depth that vary over its thickness."""
-
-_LONGEST = 1.5
-"""k times the step above which the wave no longer reaches that depth (k z > 30): the layer's own half-space takes its place."""
-
-
-_SERIES = 2 * (np.arange(10) + 1) / scipy.special.factorial(2 * np.arange(10) + 3)
-"""Coefficients of (x cosh x - sinh x)/x^3 in powers of x^2: ten terms leave 1e-18 at x = 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +117,7 @@ class _Part:
 
 
 def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
-    """Layers from the surface down, graded ones in steps that begin and end at all depths that are asked for."""
+    """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
     for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):
@@ -149,7 +136,9 @@ def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, min
     ends = [top]
     first = 0.5 / float(k.max())
     while ends[-1] < bottom:
-        step = min(max(_STEP * ends[-1], first), body.thickness / _FEWEST_STEPS)
+        # steps of a tenth of the depth: order 8 leaves 1e-9 of what reaches that depth; 24 at least, as the law varies over the
+        # thickness
+        step = min(max(0.1 * ends[-1], first), body.thickness / 24)
         ends.append(min(ends[-1] + step, bottom))
     wanted = np.clip(z[mine], top, bottom)
     cuts = np.unique(np.concatenate([ends, wanted, top + np.asarray(body.breaks)]))
@@ -194,7 +183,8 @@ def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float
 
 def _hidden(part: _Part, k: Array) -> Flags:
     """Where the part hides what lies below it."""
-    return np.asarray(k * part.thickness > (SATURATION if part.graded is None else _LONGEST))
+    # k times the step above which the wave no longer reaches that depth (k z > 30): the layer's own half-space takes its place
+    return np.asarray(k * part.thickness > (SATURATION if part.graded is None else 1.5))
 
 
 def _own_flexibility(mu: float, nu: float, count: int) -> tuple[Array, Array]:
@@ -231,37 +221,11 @@ def _raised(part: _Part, k: Array, height: float | Array, hidden: Flags, scale: 
     turned = [states, *(_times(a, states) for a in (system, nilpotent, system @ nilpotent))]
     if x.ndim == 2:
         turned, sideways = [each[..., None] for each in turned], sideways[..., None]
-    decay = np.exp(-2 * x)
-    cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
+    cosh, half, sinh, difference = depth_functions(x)
     # (A^2 - 1)^2 = 0: exp(-Ax) = cosh x + (x/2) sinh x P - A [sinh x + (x cosh x - sinh x) P/2], P = A^2 - 1
-    raised = cosh * turned[0] + (x * sinh / 2) * turned[2] - sinh * turned[1]
-    raised -= (_x_cosh_minus_sinh(x) / 2) * turned[3]
+    raised = cosh * turned[0] + half * turned[2] - sinh * turned[1] - difference * turned[3]
     u, s = sideways
     return raised, np.stack([cosh * u - sinh * s / mu, cosh * s - sinh * mu * u])
-
-
-def sagittal_system(mu: float, nu: float) -> Array:
-    """Matrix A of dy/d(kz) = A y; mu in the unit of the stresses."""
-    ratio = nu / (1 - nu)
-    return np.array(
-        [
-            [0, 1, 1 / mu, 0],
-            [-ratio, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
-            [2 * mu / (1 - nu), 0, 0, ratio],
-            [0, 0, -1, 0],
-        ]
-    )
-
-
-def _x_cosh_minus_sinh(x: Array) -> Array:
-    """(x cosh x - sinh x) exp(-x), for small x by its series x^3 sum 2(j + 1)/(2j + 3)! x^(2j)."""
-    decay = np.exp(-2 * x)
-    result = (x * (1 + decay) + np.expm1(-2 * x)) / 2
-    small = x < 1
-    if small.any():
-        y = x[small]
-        result[small] = y**3 * np.polynomial.polynomial.polyval(y * y, _SERIES) * np.exp(-y)
-    return np.asarray(result)
 
 
 def _stepped(part: _Part, x: Array, scale: float) -> tuple[Array, Array]:

@@ -20,15 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import sagittal_system, waves_at
+from flatpunch.compliance.depth import waves_at
+from flatpunch.compliance.layered import sagittal_system
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 from flatpunch.numerics.gauss import gauss
-
-_NODES = 12
-"""Gauss points on an octave of depth in a graded layer."""
-
-_PANELS = 8
-"""Panels over the thickness of a graded layer at least, for laws that vary over it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +102,12 @@ def _depth_rule(layer: Layer | GradedLayer, largest: float) -> tuple[Array, Arra
         return np.array([0.0, layer.thickness]), np.zeros(2)
     h = layer.thickness
     octaves = h / 2.0 ** np.arange(max(1, int(np.ceil(np.log2(4 * largest * h))) + 1))
-    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, _PANELS + 1), layer.breaks]))
+    # eight panels at least, as the law varies over the thickness
+    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), layer.breaks]))
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * h])]
     edges[-1] = h
-    x, w = gauss(_NODES)
+    # Gauss points on an octave of depth in a graded layer
+    x, w = gauss(12)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     # the last depth is the lower face, where the thickness counts
     return np.append(middle + half * x, h), np.append(half * w, 0.0)

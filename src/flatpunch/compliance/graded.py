@@ -27,9 +27,6 @@ from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
 
-_MOST_STEPS = 5000
-_SOFT = 3.0
-_STAGES = 12
 
 Rates = Callable[[Array, "Constants"], Array]
 
@@ -128,7 +125,7 @@ def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: floa
     if hidden.any():
         start[:, :, hidden] = _local_flexibility(layer, depth[hidden], scale)
     bottom = _constants(layer, np.array([layer.thickness]), scale)
-    mixed = ~hidden & (np.abs(below[0, 0]) > _SOFT * bottom.compliance)
+    mixed = ~hidden & (np.abs(below[0, 0]) > 3.0 * bottom.compliance)
     if not layer.bonded:
         mixed = ~hidden
     above = np.empty_like(below)
@@ -149,7 +146,7 @@ def _integrate(layer: GradedLayer, rates: Rates, state: Array, k: Array, depth: 
     step = np.minimum(depth, 0.25 / k)
     active = np.flatnonzero(depth > 0)
     depth = depth.copy()
-    for _ in range(_MOST_STEPS):
+    for _ in range(5000):
         if active.size == 0:
             return result
         z, q, wanted = depth[active], k[active], step[active]
@@ -184,20 +181,20 @@ def _runge_kutta(
     layer: GradedLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
 ) -> tuple[Array, Array]:
     """One step of order 8 from z to z - d, and its relative error."""
-    rule = scipy.integrate.DOP853
-    constants = _constants(layer, z - rule.C[:_STAGES, None] * d, scale)
+    rule, stages = scipy.integrate.DOP853, 12
+    constants = _constants(layer, z - rule.C[:stages, None] * d, scale)
     t = k * d
-    slopes = np.empty((_STAGES + 1, *y.shape))
-    flat = slopes.reshape(_STAGES + 1, -1)
+    slopes = np.empty((stages + 1, *y.shape))
+    flat = slopes.reshape(stages + 1, -1)
     # a step that is far too long overflows and is refused by its error
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         slopes[0] = rates(y, constants[0])
-        for stage in range(1, _STAGES):
+        for stage in range(1, stages):
             increment = (rule.A[stage, :stage] @ flat[:stage]).reshape(y.shape)
             slopes[stage] = rates(y + t * increment, constants[stage])
-        new = y + t * (rule.B @ flat[:_STAGES]).reshape(y.shape)
+        new = y + t * (rule.B @ flat[:stages]).reshape(y.shape)
         # the thirteenth slope is taken at the end of the step, like the twelfth
-        slopes[_STAGES] = rates(new, constants[_STAGES - 1])
+        slopes[stages] = rates(new, constants[stages - 1])
         fifth, third = (rule.E5 @ flat).reshape(y.shape), (rule.E3 @ flat).reshape(y.shape)
         blend = fifth**2 / np.sqrt(fifth**2 + 0.01 * third**2)
         error = t * np.where(fifth == 0, 0.0, np.abs(blend))

@@ -1,4 +1,4 @@
-"""A response L(kappa) that is costly to evaluate, replaced by pieces of Chebyshev series.
+"""A response L(kappa) that is expensive to evaluate, replaced by pieces of Chebyshev series.
 
 L is smooth in the logarithm of kappa, so there log L is interpolated piece by piece; below all pieces L/kappa^p is smooth
 in kappa itself (p = 0 on an elastic base), above them kappa (L - 1) is smooth in 1/kappa. Pieces are halved and both
@@ -29,11 +29,6 @@ DEGREE = 23
 TOLERANCE = 2e-12
 """Size of the last coefficients, relative to L: what the response itself is good for."""
 
-_WIDTH = np.log(4.0)
-_SHORT_TERMS = 12
-_SHORTEST_WAVES = 1e9
-_NARROWEST = _WIDTH / 64
-
 
 class SmoothResponse(Protocol):
     """A response as series: what the punch matrices of a graded surface need."""
@@ -52,7 +47,7 @@ class SmoothResponse(Protocol):
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
 
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
         """L - 1 and its derivatives by log kappa; shape (order + 1, *kappa.shape)."""
@@ -86,7 +81,7 @@ class Combined:
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
         return max(1.0, *(series.sharpness / stretch for _, stretch, series in self.parts))
 
     def derivatives(self, kappa: Numbers, order: int = 2) -> Numbers:
@@ -151,7 +146,7 @@ class Interpolant:
 
     @property
     def sharpness(self) -> float:
-        """The medium's length over the shortest one that its surface feels, at least 1."""
+        """The medium's length over the shortest one at its surface, at least 1."""
         return max(1.0, abs(self.tail))
 
     def __call__(self, kappa: Array) -> Array:
@@ -247,7 +242,7 @@ def interpolate(response: Callable[[Array], Array], start: float, power: int, *,
         for (a, b), part in zip(wanted, parts, strict=False):
             series = _fit(np.log(part))
             tail = float(np.abs(series[-2:]).max() * min(part.max(), 1.0))
-            if tail > TOLERANCE and b - a > _NARROWEST:
+            if tail > TOLERANCE and b - a > np.log(4.0) / 64:
                 next_round += [(a, (a + b) / 2), ((a + b) / 2, b)]
             else:
                 pieces[a, b] = series
@@ -263,7 +258,7 @@ def interpolate(response: Callable[[Array], Array], start: float, power: int, *,
                 ends[0] /= 16
         if short_waves is None:
             series, misfit = _fit_short(parts[index] - 1, ends[1])
-            if misfit < TOLERANCE or ends[1] > _SHORTEST_WAVES:
+            if misfit < TOLERANCE or ends[1] > 1e9:
                 short_waves = series
                 error = max(error, misfit)
             else:
@@ -277,7 +272,7 @@ def interpolate(response: Callable[[Array], Array], start: float, power: int, *,
 
 
 def _split(low: float, high: float) -> list[tuple[float, float]]:
-    count = max(1, round((high - low) / _WIDTH))
+    count = max(1, round((high - low) / np.log(4.0)))
     edges = np.linspace(low, high, count + 1)
     edges[0], edges[-1] = low, high
     return [(a, b) for a, b in pairwise(edges.tolist())]
@@ -302,14 +297,13 @@ def _fit(values: Array) -> Array:
 
 def _short_nodes() -> Array:
     """kappa_1/kappa of the fit, denser towards kappa_1; far below it L - 1 drowns in rounding."""
-    count = 2 * _SHORT_TERMS
-    return np.asarray(0.01 + 0.99 * (1 + np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2)
+    return np.asarray(0.01 + 0.99 * (1 + np.cos(np.pi * (np.arange(24) + 0.5) / 24)) / 2)
 
 
 def _fit_short(remainder: Array, end: float) -> tuple[Array, float]:
     """Chebyshev coefficients of kappa (L - 1) over kappa_1/kappa, and the largest misfit of L."""
     v = _short_nodes()
-    basis = chebyshev.chebvander(2 * v - 1, _SHORT_TERMS - 1)
+    basis = chebyshev.chebvander(2 * v - 1, v.size // 2 - 1)
     # weighted so that the misfit is that of L - 1 = f(v) v/kappa_1
     weights = v / end
     series, *_ = np.linalg.lstsq(basis * weights[:, None], remainder, rcond=1e-15)

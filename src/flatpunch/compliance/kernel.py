@@ -11,11 +11,11 @@ both carry the same pressure, so the compliances add, C = C_1 + C_2, and nothing
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, shown, values
 from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
@@ -68,11 +68,6 @@ class Kernel:
     exponent: float = 0.0
     series: SmoothResponse | None = None
     solution: PunchSolution | None = None
-    cache: dict[object, object] = field(default_factory=dict, repr=False)
-
-    def __getstate__(self) -> dict[str, object]:
-        """All but what was computed already, which stays in this process."""
-        return self.__dict__ | {"cache": {}}
 
     @property
     def surface_length(self) -> float:
@@ -136,12 +131,12 @@ def compliance(medium: Body) -> Kernel:
     return _kernel(medium)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _tabulated(medium: TabulatedMedium) -> Kernel:
-    return replace(_kernel(medium.medium), solution=medium.solution, cache={})
+    return replace(_kernel(medium.medium), solution=medium.solution)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _kernel(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
     if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and not medium.layers):
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
@@ -191,12 +186,9 @@ class _Pair:
         return np.asarray(self.constant + varying)
 
 
-_DIRECT_LAYERS = 4
-"""Largest number of layers for which the recursion is evaluated: beyond, interpolating a table of it is faster."""
-
-
 def _stack(medium: Medium) -> Kernel:
-    if len(medium.layers) > _DIRECT_LAYERS:
+    # with more layers interpolating a table of the recursion is faster
+    if len(medium.layers) > 4:
         return _tabulated_stack(medium)
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]

@@ -28,8 +28,6 @@ SATURATION = 25.0
 _DEEP = 2.0
 """k h above which a layer is solved by reflection: carried states lose (k h)^2 of their digits, small at any smaller k h."""
 
-_THICKNESSES = 8
-"""Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
 
 _SERIES = [2 * (j + 1) / factorial(2 * j + 3) for j in range(9, -1, -1)]
 """x cosh x - sinh x = x^3 sum_j 2(j+1)/(2j+3)! x^(2j), highest power first: ten terms leave 1e-18 at x = 1."""
@@ -88,7 +86,8 @@ def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
     known: dict[float, _Depths] = {}
     for layer in reversed(homogeneous_layers(medium)):
         if layer.thickness not in known:
-            if len(known) == _THICKNESSES:
+            # thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory
+            if len(known) == 8:
                 known.pop(next(iter(known)))
             known[layer.thickness] = _Depths.of(k * layer.thickness)
         _carry(layer, flexibility, known[layer.thickness], scale)
@@ -134,7 +133,7 @@ class _Depths:
     @classmethod
     def of(cls, x: Array) -> _Depths:
         shallow, deep = np.searchsorted(x, [_DEEP, SATURATION]).tolist()
-        return cls(shallow, deep, x[shallow:deep], _depth_functions(x[:shallow]))
+        return cls(shallow, deep, x[shallow:deep], depth_functions(x[:shallow]))
 
 
 def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> None:
@@ -149,7 +148,7 @@ def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> N
 
 def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
     """The same at small x = k h, from the `functions` of the depth, shape (4, n): two states are carried through."""
-    system = _system(layer, scale)
+    system = sagittal_system(_shear_modulus(layer) / scale, layer.poisson)
     nilpotent = system @ system - np.eye(4)
     states = _states_below(layer, below)
     parts = np.concatenate([nilpotent, system, system @ nilpotent]) @ states.reshape(4, -1)
@@ -207,7 +206,7 @@ def _states_below(layer: Layer, below: Array) -> Array:
     return states
 
 
-def _depth_functions(x: Array) -> Array:
+def depth_functions(x: Array) -> Array:
     """cosh x, (x/2) sinh x, sinh x and (x cosh x - sinh x)/2, each times exp(-x); shape (4, n)."""
     decay = np.exp(-2 * x)
     cosh, sinh = (1 + decay) / 2, -np.expm1(-2 * x) / 2
@@ -218,15 +217,14 @@ def _shear_modulus(body: HalfSpace | Layer) -> float:
     return body.young / (2 * (1 + body.poisson))
 
 
-def _system(layer: Layer, scale: float) -> Array:
-    """Matrix A of the fields of a layer over k z, stresses in units of `scale`."""
-    nu, mu = layer.poisson, _shear_modulus(layer) / scale
-    lam = nu / (1 - nu)
+def sagittal_system(mu: float, nu: float) -> Array:
+    """Matrix A of dy/d(kz) = A y; mu in the unit of the stresses."""
+    ratio = nu / (1 - nu)
     return np.array(
         [
             [0, 1, 1 / mu, 0],
-            [-lam, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
-            [2 * mu / (1 - nu), 0, 0, lam],
+            [-ratio, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
+            [2 * mu / (1 - nu), 0, 0, ratio],
             [0, 0, -1, 0],
         ]
     )

@@ -1,4 +1,4 @@
-"""Which method solves a contact: the one that was asked for, or the default, chosen by estimated error and cost."""
+"""Which method solves a contact: the one that was named, or the default, chosen by estimated error and cost."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
 
 
 def asked_for(method: Method, indenter: Indenter) -> Choice:
-    """A method that was asked for."""
+    """The choice of a named method."""
     exact = indenter.round and not isinstance(method, BoundaryElements)
     return Choice(method, EXACT if exact else "asked for", quick=not isinstance(method, (Refined, BoundaryElements)))
 

@@ -322,7 +322,7 @@ def _history(
     else:
         choice = asked_for(method, indenter)
     solve = solver_of(choice.method, indenter).solve
-    curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solve, {})
+    curve = viscoelastic.solve(medium, indenter, control, times, relaxation, phi, solve)
     result = _dataset(curve, phi, medium, indenter, control, choice)
     return result.assign_attrs(relaxation=json.dumps(record(relaxation)))
 

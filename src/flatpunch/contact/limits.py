@@ -20,35 +20,20 @@ from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters.profile import Indenter, reach_along
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, RigidBase, TwoBodies, underlying
 
-LARGE_STRAIN = 1 / 3
-"""Compression of a layer over its thickness above which a note says that strains are no longer small."""
-
-YIELDS = 0.1
-"""Mean pressure over the contact modulus S/(2a) above which solids that can yield have done so (the ideal strength)."""
-
-
-_STEEP = 30.0
-"""Mean inclination at the rim from which on shapes no longer enter by their heights alone [degrees]."""
-
-
-_AT_END = 0.98
-"""Share of the reach above which a contact counts as ending there: outlines are off by a hundredth."""
-
-
-_DIRECTIONS = 2 * np.pi * (np.arange(36) + 0.382) / 36
-
 
 def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...]:
     """Whether faces are too steep for a theory of small slopes, at contact radii of shape (n,)."""
     r = np.minimum(np.where(np.isfinite(radius), radius, 0.0), indenter.reach)
     live = r > 0
+    # 30 degrees of mean inclination at the rim; 36 directions off the multiples of common corners
+    steepest, directions = np.tan(np.radians(30.0)), 2 * np.pi * (np.arange(36) + 0.382) / 36
     # slopes of power laws grow with the radius
-    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), _DIRECTIONS)) <= np.tan(np.radians(_STEEP)):
+    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), directions)) <= steepest:
         return ()
     slope = np.zeros_like(r)
     if live.any():
-        slope[live] = np.mean(indenter.slope(r[live][:, None], _DIRECTIONS), axis=1)
-    steep = slope > np.tan(np.radians(_STEEP))
+        slope[live] = np.mean(indenter.slope(r[live][:, None], directions), axis=1)
+    steep = slope > steepest
     if not steep.any():
         return ()
     angle = np.degrees(np.arctan(slope[steep].max()))
@@ -66,7 +51,8 @@ def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tup
     if indenter.reach == np.inf or isinstance(indenter, Cylinder):
         return ()
     with np.errstate(invalid="ignore"):
-        at_end = np.any(contour > _AT_END * reach_along(indenter, phi), axis=1)
+        # share of the reach above which a contact counts as ending there: outlines are off by a hundredth
+        at_end = np.any(contour > 0.98 * reach_along(indenter, phi), axis=1)
     return first_failure(
         np.asarray(at_end),
         depth,
@@ -107,8 +93,9 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
         "the tip would be pressed through a layer into what lies below, which does not give way. It cannot get there: ask for "
         "less depth, or check the thickness.",
     )
+    # compression of a layer over its thickness above which a note says that strains are no longer small
     notes += first_failure(
-        (through >= LARGE_STRAIN) & (through < 1),
+        (through >= 1 / 3) & (through < 1),
         curve.depth,
         "a layer is compressed by more than a third of its thickness. Strains are no longer small there: real materials "
         "respond more stiffly than linear elasticity says.",
@@ -182,7 +169,8 @@ def _yield(curve: Curve) -> tuple[str, ...]:
     """Whether the mean pressure is more than solids bear."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         share = curve.force / curve.area * 2 * curve.radius / curve.stiffness
-    high = curve.valid & np.isfinite(share) & (share > YIELDS)
+    # mean pressure over the contact modulus S/(2a) above which solids that can yield have done so (the ideal strength)
+    high = curve.valid & np.isfinite(share) & (share > 0.1)
     if not high.any():
         return ()
     return first_failure(

@@ -11,12 +11,6 @@ from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_QUADRATURE, _KINKED = 1e-6, 1e-4
-"""Relative error of exact pressures from their quadrature, and the same under profiles with kinks or on graded surfaces."""
-
-_NOTABLE = 0.02
-"""Median error over the mean pressure above which a superposed pressure is returned with a warning."""
-
 
 @dataclass(frozen=True, slots=True)
 class PressureField:
@@ -29,7 +23,7 @@ class PressureField:
 def exact(field: Array, kernel: Kernel, indenter: Indenter) -> PressureField:
     """A pressure that is exact up to the quadrature over the history."""
     kinked = kernel.graded or len(indenter.rings) > 0
-    return PressureField(field, (_KINKED if kinked else _QUADRATURE) * np.abs(field))
+    return PressureField(field, (1e-4 if kinked else 1e-6) * np.abs(field))
 
 
 def superposed(field: Array, cells: PressureField) -> PressureField:
@@ -38,7 +32,8 @@ def superposed(field: Array, cells: PressureField) -> PressureField:
     touched = cells.pressure > 0
     if touched.any():
         share = difference[touched] / cells.pressure[touched].mean()
-        if np.median(share) > _NOTABLE:
+        # median error over the mean pressure above which a superposed pressure is returned with a warning
+        if np.median(share) > 0.02:
             warn(
                 "First-order pressures under a tip that is not round are those of stretched flat punches: at these points they "
                 f"differ from boundary elements by {np.median(share):.0%} of the mean pressure (median; 95 % of the points by "

@@ -108,6 +108,7 @@ class CaseTable(Table):
     relaxation: RelaxationTable | None = None
     stress: StressTable | None = None
     design: DesignTable | None = None
+    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     def build(self, folder: Path) -> Case:
         """Return the case."""

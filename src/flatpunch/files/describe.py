@@ -13,6 +13,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
+from flatpunch.compliance import compliance
 from flatpunch.contact import BoundaryElements, Choice, Refined, SecondOrder, default_choice, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
@@ -20,6 +21,7 @@ from flatpunch.fields import Strength
 from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies, underlying
+from flatpunch.punch.matrix import sufficient_terms
 
 _UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
@@ -34,6 +36,12 @@ _PROGRAM = 200e6
 
 _CELLS_LEAVE = "0.1 %"
 """Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
+
+_MOST_TERMS, _ROUND = 256, 8.0
+"""Most terms of a graded surface, and seconds that the first round contact takes with these; harmonics take as long again."""
+
+_PATIENCE = 2.0
+"""Longest time that `check` may take for the expected error [s]; beyond, it is left to the result."""
 
 _TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
 """Words for durations below limits [s]."""
@@ -105,6 +113,8 @@ def _expected(case: Case, choice: Choice) -> str:
         return f"force to about {_CELLS_LEAVE}; the result has the estimate of every step"
     if case.work_of_adhesion is not None:
         return "force and outline to second order of the asymmetry"
+    if _graded_seconds(case) > _PATIENCE:
+        return "the result has the estimate of every step (here it takes as long as solving)"
     largest = case.values[np.argmax(case.values)]
     solved = indent(case.medium, case.indenter, method=method, angles=24, **{case.control: largest})
     force, outline = (float(solved[name].values[0]) for name in ("force_error", "contour_error"))
@@ -117,11 +127,20 @@ def _cost(case: Case, choice: Choice) -> str:
     layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
     # some arrays over the steps, and the outlines while they are made
     memory = _PROGRAM + 8 * steps * (40 + 4 * case.angles)
-    seconds = 0.1 + 0.03 * layers + 1e-4 * steps
+    seconds = 0.1 + 0.03 * layers + 1e-4 * steps + _graded_seconds(case)
     if not choice.quick:
         memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
         seconds += 2.0 * steps if isinstance(choice.method, BoundaryElements) else 15.0
     return takes(memory, seconds)
+
+
+def _graded_seconds(case: Case) -> float:
+    """Time for a graded surface, which grows with the square of the number of terms: steep gradings need many."""
+    kernel = compliance(case.medium)
+    if not kernel.graded:
+        return 0.0
+    terms = sufficient_terms(kernel, 1.0) / _MOST_TERMS
+    return (_ROUND if case.indenter.round else 2 * _ROUND) * terms**2
 
 
 def takes(memory: float, seconds: float) -> str:

@@ -6,6 +6,7 @@ from .films.oliver_pharr import Tip, oliver_pharr
 from .films.unloading import Unloading, unloading, unloadings
 from .films.workbook import read_nanoindentation, tip_in_workbook
 from .fitting import fit, fit_ranges
+from .half_space.comparison import compare_formulas
 from .half_space.correction import Correction, correct
 from .measured.curve import Curve, CurveError
 from .measured.readers import read_curve
@@ -37,6 +38,7 @@ __all__ = [
     "Settings",
     "Tip",
     "Unloading",
+    "compare_formulas",
     "correct",
     "fit",
     "fit_batch",

@@ -22,7 +22,7 @@ from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
 from flatpunch.files.tables.relaxation import RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.fit.adhesion.model import adhesive_method
-from flatpunch.fit.case_tables import CurveTable, FilmTable, FitTable, OneCurveTable
+from flatpunch.fit.case_tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
 from flatpunch.fit.case_values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
@@ -72,6 +72,8 @@ class FitCase:
         Curves of a joint fit, from [[curves]]: "path", "indenter", "values" and "reading" of each.
     own : tuple of str
         Free parameters that each of these curves has for itself.
+    correct : mapping
+        What `correct` takes besides medium and indenter, from [correct]: reported modulus, depth, model.
     """
 
     title: str
@@ -86,6 +88,7 @@ class FitCase:
     film: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[Mapping[str, Any], ...] = ()
     own: tuple[str, ...] = ()
+    correct: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sample(self) -> Sample:
@@ -122,6 +125,7 @@ class FitCaseTable(Table):
     fit: FitTable | None = None
     curve: CurveTable | None = None
     film: FilmTable | None = None
+    correct: CorrectTable | None = None
     curves: list[OneCurveTable] = Field(default=[])
 
     def build(self, folder: Path) -> FitCase:
@@ -141,6 +145,7 @@ class FitCaseTable(Table):
             self.relaxation.built if self.relaxation else None,
             self.film.built if self.film else {},
             tuple(curve.built for curve in self.curves),
+            correct=self.correct.built if self.correct else {},
         )
         # whether its parts go together
         sample = case.sample

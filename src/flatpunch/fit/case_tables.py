@@ -10,8 +10,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from flatpunch._support.checks import poisson_ratio, positive
 from flatpunch.files import units as si
-from flatpunch.files.tables.fields import Count, Force, Length, Number, Switch, Table
+from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.fit.case_values import value_in_si
 from flatpunch.fit.measured.columns import STIFFNESS
@@ -145,6 +146,26 @@ class OneCurveTable(CurveTable):
             "indenter": self.indenter.built if self.indenter else None,
             "values": {name: value_in_si(name, value) for name, value in self.values.items()},
             "reading": {name: reading[name] for name in reading if name in given or name == "calibration"},
+        }
+
+
+class CorrectTable(Table):
+    """[correct]: the half-space modulus that a program reported, for `flatpunch correct`."""
+
+    reported: Pressure
+    depth: Length
+    model: Literal["hertz", "sneddon", "flat", "bilodeau", "rico"] | None = None
+    poisson: Number | None = None
+    over: Literal["curve", "depth"] = "curve"
+
+    def build(self, folder: Path) -> dict[str, Any]:
+        """Return keyword arguments of `correct`."""
+        return {
+            "reported": positive("reported", self.reported, unit="Pa"),
+            "depth": positive("depth", self.depth, unit="m"),
+            "model": self.model,
+            "reported_poisson": None if self.poisson is None else poisson_ratio("poisson", self.poisson),
+            "over": self.over,
         }
 
 

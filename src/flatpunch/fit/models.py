@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, real
+from flatpunch.fit.adhesion import tables as adhesive_tables
 from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.elastic import model as elastic_model
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import internal, plain_limits
@@ -44,9 +46,19 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Mod
         return _made(started, tuple(free), method)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     return _made(sample, free, method)
+
+
+def forget_models() -> None:
+    """Forget all models and their tables, which grow with the curves that they have seen.
+
+    Interpolation moves results by up to the tables' 1e-9; after this call they are those of a new process, to the last digit.
+    """
+    _kept.cache_clear()
+    elastic_model.forget_tables()
+    adhesive_tables.forget_tables()
 
 
 def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:

@@ -1,25 +1,23 @@
 """Protocol of an indenter in the contact theory: the gap f(r, phi) at first touch and its slope.
 
-f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0.
-Concrete indenters are frozen dataclasses, one per file. What most of them answer alike they inherit from `Shape` or `RoundShape`
+f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete indenters are
+frozen dataclasses, one per file, which inherit the members that most shapes have in common from `Shape` or `RoundShape`
 (`shape`); an indenter of your own needs no base class.
 
-Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. A shape that is made of
-pieces joined without an edge may name the joints in `seams`, polar angles like `corners`; quadrature over the
-angle is then split there as well. A shape laid through the points of a table says so by `tabulated = True`, for
-quadrature along the radius then needs more points.
+Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. All other members are optional:
 
-A shape with kinks that lie neither along rays nor on circles about the apex (the border of a square flat, the rounding
-of an edge) may name two things more: `angular_tolerance`, the relative change of means over the angle below which more angles
-are no use, and `scales`, radii [m] at which such lines begin and end and at which the means are to be watched. In `rings` it
-gives the smallest and the largest distance of such a line from the axis, and others at which it turns. Where it knows the polar
-angles at which circles of radii r, shape (n,), cross such lines it may give them, `crossings(r)`, shape (n, k) with NaN for
-those that are not there: then means over the angle are at rounding.
-
-A shape whose surface goes farther in some directions than its `reach` may give `reach_along(phi)` [m]; boundary elements
-take it up to there, the theories, whose contacts are round first of all, up to the reach.
-
-A shape whose height and slope come from one calculation may offer both at once, `height_and_slope(r, phi)`.
+- `seams` (): polar angles like `corners`, at which pieces are joined without an edge; quadrature over the angle is split there.
+- `tabulated` (False): whether the shape goes through the points of a table; quadrature along the radius takes more points then.
+- `angular_tolerance` (None): relative change of means over the angle below which more angles do not help, for kinks that are
+  neither along rays nor on circles about the apex (the border of a square flat, the rounding of an edge).
+- `scales` (): radii [m] at which such lines begin and end, at which these means are checked. `rings` then has the smallest and
+  the largest distance of such a line from the axis, and others at which it turns.
+- `crossings(r)` (None): polar angles at which circles of radii r, shape (n,), cross such lines, shape (n, k), NaN where
+  they do not. Means over the angle are then exact to rounding.
+- `rounded_edges` (): polar angles of rounded edges, along which the contact is drawn out as along `corners`.
+- `reach_along(phi)` (`reach`): largest radius in each direction [m], where it exceeds `reach`. Only boundary elements use it;
+  the other methods, whose contacts are round to first order, end at `reach`.
+- `height_and_slope(r, phi)`: both from one calculation.
 """
 
 from __future__ import annotations

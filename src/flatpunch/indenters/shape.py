@@ -1,17 +1,17 @@
-"""What most shapes answer alike: no power law, no end, no edges, no kinks.
+"""Members that most shapes have in common: no power law, no end, no edges, no kinks.
 
-Concrete indenters derive from `Shape` or `RoundShape` and define only what is different about them, and their height and slope.
-Neither has a field or a place to keep one, so the frozen dataclasses made of them hold what they name themselves.
+Concrete indenters derive from `Shape` or `RoundShape` and define only what differs, and their height and slope. Neither has a
+field or a place to keep one, so frozen dataclasses derived from them hold only their own fields.
 
-A member that is a field in a concrete class needs `field()` or a value of its own there: `dataclass` would take the property
-inherited under that name for the default of the field.
+A member that is a field in a concrete class needs `field()` or a value of its own there: `dataclass` would take the inherited
+property of that name as the default of the field.
 """
 
 from __future__ import annotations
 
 
 class Shape:
-    """Idealised smooth shape: the members of `Indenter` that describe it, with the answers that most shapes give."""
+    """Idealised smooth shape: the members of `Indenter` that describe it, with the values that most shapes have."""
 
     __slots__ = ()
 

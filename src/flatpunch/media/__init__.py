@@ -1,4 +1,4 @@
-"""Elastic bodies as data: layers, bases, media. Nothing here knows of wavenumbers or contact."""
+"""Elastic bodies as data: layers, bases, media. No wavenumbers and no contact here."""
 
 from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.media.formula import Formula

@@ -20,7 +20,6 @@ BONDED = "True sticks to what lies below, False slides on it without friction."
 CONTRAST = 1e25
 """Ratio of moduli, or of lengths, beyond which solutions overflow or do not end; fits try media of 1e18 on their way."""
 
-_SAMPLES = 2049
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
 
 
@@ -65,7 +64,7 @@ class GradedLayer:
         object.__setattr__(self, "young", _as_law("GradedLayer.young", self.young, self.thickness, "Pa"))
         object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness, "1"))
         object.__setattr__(self, "bonded", switch("GradedLayer.bonded", self.bonded, BONDED))
-        z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, _SAMPLES), self.breaks]))
+        z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks]))
         _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
         _check_profile("GradedLayer.poisson", z, self.poisson_at, _poisson_fault)
         moduli = self.young_at(z)

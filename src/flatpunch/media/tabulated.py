@@ -37,7 +37,7 @@ class PunchSolution(Protocol):
         ...
 
     def responds_to(self, exponent: float) -> bool:
-        """Whether `edges` knows indenters r^exponent psi(phi)."""
+        """Whether `edges` has indenters r^exponent psi(phi)."""
         ...
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
@@ -48,7 +48,7 @@ class PunchSolution(Protocol):
 @readable
 @dataclass(frozen=True, slots=True)
 class TabulatedMedium:
-    """A medium and the table that knows its flat punches; made by `flatpunch.atlas.tabulated`.
+    """A medium and the table of its flat punches; made by `flatpunch.atlas.tabulated`.
 
     Attributes
     ----------

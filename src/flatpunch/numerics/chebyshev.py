@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 
 NODES = 24
@@ -52,7 +51,7 @@ def polynomials(x: Array, degree: int = NODES - 1) -> Array:
     return values
 
 
-@lru_cache
+@byte_cached
 def derivative(count: int) -> Array:
     """Matrix from Chebyshev coefficients to those of the derivative, shape (count - 1, count)."""
     return np.asarray(chebyshev.chebder(np.eye(count)))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 
 
-@lru_cache(maxsize=128)
+@byte_cached
 def gauss(nodes: int) -> tuple[Array, Array]:
     """Points on [-1, 1] and weights of Gauss-Legendre quadrature, shape (nodes,); read-only, as they are kept."""
     points, weights = np.polynomial.legendre.leggauss(nodes)

@@ -9,17 +9,6 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, Plain, Root, Variable
 
-SPANS = 4
-"""Spans per decade; half as many leave 1e-7 of smooth functions in the place of 1e-10."""
-
-NODES = 11
-"""Nodes per span; five more cost half as many evaluations again, for digits that are not needed."""
-
-STEEPEST = 0.1
-"""Root of the distance from a kink, in ln a, below which slopes rise no further; half of it doubles the slope at a kink."""
-
-_NARROWEST = 1e-6
-
 
 def log_table(
     sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = ()
@@ -42,23 +31,25 @@ def log_table(
 
     def variable(low: float, high: float) -> Variable:
         before = cuts[cuts <= low]
-        return Root(float(before.max()), STEEPEST) if before.size else Plain()
+        # root of the distance from a kink, in ln a, below which slopes rise no further; half of it doubles the slope at a kink
+        return Root(float(before.max()), 0.1) if before.size else Plain()
 
     return PiecewiseChebyshev(
-        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: NODES, variable, together=True
+        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: 11, variable, together=True
     )
 
 
 def _edges(low: float, high: float, end: float, kinks: Array) -> Array:
     """Ends of the spans that hold ln a from `low` to `high`."""
-    step = np.log(10) / SPANS
+    # spans per decade; half as many leave 1e-7 of smooth functions in the place of 1e-10
+    step, narrowest = np.log(10) / 4, 1e-6
     # one of the even ends may be next to the reach, and make way for it below
-    first = min(np.floor(low / step), np.ceil((end - 2 * _NARROWEST) / step) - 1)
+    first = min(np.floor(low / step), np.ceil((end - 2 * narrowest) / step) - 1)
     even = np.arange(first, np.floor(high / step) + 2) * step
     kinks = kinks[(kinks > even[0]) & (kinks < min(even[-1], end))]
     # what is next to a kink or to the reach makes way for it
     fixed = np.append(kinks, end) if end <= even[-1] else kinks
     even = even[even < end]
     if fixed.size:
-        even = even[np.abs(even[:, None] - fixed).min(axis=1) > _NARROWEST]
+        even = even[np.abs(even[:, None] - fixed).min(axis=1) > narrowest]
     return np.unique(np.concatenate([even, fixed]))

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS
 from flatpunch._support.checks import Array, Indices
 from flatpunch.numerics.chebyshev import derivative, nodal_transform, polynomials, unit_nodes
 
@@ -47,7 +48,7 @@ class Plain:
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """Root of the distance from a kink below the piece: contacts go on so when they reach a ring of the indenter.
+    """Root of the distance from a kink below the piece, the behaviour of contacts that pass a ring of the indenter.
 
     Parameters
     ----------
@@ -224,17 +225,25 @@ class PiecewiseChebyshev:
             count = self.nodes(*ends)
             known = values[i] if self.together and len(spans) > 1 else None
             self._pieces[ends] = self._built(*ends, count, known)
+            PROCESS.grown(sum(piece.series.nbytes for piece in self._pieces[ends]))
 
-    def _built(self, low: float, high: float, count: int, values: Array | None = None) -> list[Piece]:
-        """Pieces of a span: one, or those of both halves."""
+    def _built(
+        self, low: float, high: float, count: int, values: Array | None = None, before: float = np.inf
+    ) -> list[Piece]:
+        """Pieces of a span: one, or those of both halves.
+
+        `before` is the error of the piece it is half of: a tail that halving has not halved is noise of the samples, and stays.
+        """
         if values is None:
             values = self.sample(self._places(low, high, count))
         series = nodal_transform(count) @ values
         piece = Piece(low, high, series, self.judge(series), self.variable(low, high))
-        if not self.rough(piece):
+        if not self.rough(piece) or piece.error > before / 2:
             return [piece]
         middle = (low + high) / 2
-        return self._built(low, middle, count) + self._built(middle, high, count)
+        return self._built(low, middle, count, before=piece.error) + self._built(
+            middle, high, count, before=piece.error
+        )
 
     def _places(self, low: float, high: float, count: int) -> Array:
         """Nodes of a piece."""

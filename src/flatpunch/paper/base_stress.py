@@ -27,14 +27,11 @@ from flatpunch.indenters import Paraboloid
 from flatpunch.numerics.gauss import gauss
 from flatpunch.paper.cases import medium
 
-_END = 45.0
-"""Wavenumber beyond which T is below 1e-17."""
-
 _BLOCK = 0.06
 """Side of the blocks of cells: averaging over it changes T at kh = 3 by (kh)^2 _BLOCK^2/24 = 1e-3."""
 
 _REACH = 8.0
-"""Distance over which the stress is looked at around a contact; it falls off exponentially."""
+"""Distance around a contact over which the stress is evaluated; it decays exponentially."""
 
 
 def transfer(x: Array) -> Array:
@@ -79,7 +76,8 @@ def under_round(radius: float) -> BaseStress:
     p = pressure(medium("unbonded"), Paraboloid(1.0), r, np.zeros_like(r), radius=radius)
     peak = float(pressure(medium("unbonded"), Paraboloid(1.0), 0.0, 0.0, radius=radius))
     # the integrands oscillate with k (a + r): two nodes and more for each radian
-    k, dk = _gauss(0.0, _END, int(3 * _END * (2 * radius + _REACH)))
+    # wavenumber beyond which T is below 1e-17
+    k, dk = _gauss(0.0, 45.0, int(135.0 * (2 * radius + _REACH)))
     transformed = j0(np.outer(k, r)) @ (p * r * radius * np.cos(theta) * weight)
     out, dr = _gauss(0.0, radius + _REACH, 600)
     stress = j0(np.outer(out, k)) @ (transformed * transfer(k) * k * dk)

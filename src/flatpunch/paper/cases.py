@@ -22,14 +22,14 @@ LAYERS: tuple[Body, Body] = ("unbonded", "bonded")
 TITLES = {"unbonded": "unbonded layer", "bonded": "bonded incompressible layer", "half-space": "half-space"}
 
 _POISSON = 0.5
-_YOUNG = 1 - _POISSON**2
+"""All bodies of the paper are incompressible."""
 
 
 def medium(body: Body) -> Medium | HalfSpace:
     """One of the paper's bodies, E* = 1, thickness 1."""
     if body == "half-space":
-        return HalfSpace(_YOUNG, _POISSON)
-    return Medium([Layer(_YOUNG, _POISSON, 1.0, bonded=body == "bonded")], base=RigidBase())
+        return HalfSpace(1 - _POISSON**2, _POISSON)
+    return Medium([Layer(1 - _POISSON**2, _POISSON, 1.0, bonded=body == "bonded")], base=RigidBase())
 
 
 def kernel(body: Body) -> Kernel:

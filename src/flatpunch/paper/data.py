@@ -19,11 +19,8 @@ FAST: tuple[MethodName, ...] = ("first-order", "second-order")
 METHODS = ("bem", *FAST)
 NAMES = {"bem": "boundary elements", "first-order": "first order (the paper)", "second-order": "second order"}
 
-_FINE = 61
 _FINE_ROWS = np.arange(1, 39) / 38
 """Rows of a drawn map, over the largest e_g."""
-
-_LINE = 61
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +59,13 @@ def eccentricity_map(plan: Plan, body: Body, store: Store) -> Map:
     for method in FAST:
         excess[method] = np.array([_eccentricity(body, e, a, method) - e for e, a in zip(e_g[1:], radius, strict=True)])
     excess = {method: np.vstack([np.zeros(place.shape[1]), values]) for method, values in excess.items()}
-    log_h = np.linspace(float(np.min(plan.log_thickness)), float(np.max(plan.log_thickness)), _FINE)
+    log_h = np.linspace(float(np.min(plan.log_thickness)), float(np.max(plan.log_thickness)), 61)
     rows_at = [_along(x, y, log_h) for x, y in zip(place, excess["bem"], strict=True)]
     fine = {"bem": _smooth(e_g, log_h, np.array(rows_at))}
     for method, count in (("first-order", _FINE_ROWS.size), ("second-order", 2 * e_g.size - 1)):
         some = np.linspace(0.0, float(e_g[-1]), count + 1)[1:]
         curves = [_eccentricity(body, float(e), 10.0**-log_h, method) - e for e in some]
-        fine[method] = _smooth(np.append(0.0, some), log_h, np.vstack([np.zeros(_FINE), curves]))
+        fine[method] = _smooth(np.append(0.0, some), log_h, np.vstack([np.zeros(log_h.size), curves]))
     return Map(body, e_g, place, excess, fine)
 
 
@@ -143,7 +140,7 @@ def curves(plan: Plan, body: Body, shape: Shape, eccentricity: float, store: Sto
         deepest = half_space_depth(shape, eccentricity, 1 / thickness)
         solved = [store.load(point) for point in plan.curve(body, shape, eccentricity, thickness)]
         markers = {name: np.array([float(n[name]) for n in solved]) for name in ("depth", "radius", "force")}
-        along = np.linspace(deepest / _LINE, deepest, _LINE)
+        along = np.linspace(deepest / 61, deepest, 61)
         solve: Any = {m: lambda d, b, m=m: indent(medium(b), tip, depth=d, method=m, angles=8) for m in FAST}
         found.append(
             Curves(

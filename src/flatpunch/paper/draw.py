@@ -17,14 +17,13 @@ from flatpunch.paper.style import BEM, FIRST, SECOND, THICKNESS_COLOURS, sheet
 
 _COLOURS = {"first-order": FIRST, "second-order": SECOND, "bem": BEM}
 _DASHES = {"first-order": "-", "second-order": (0, (4, 2))}
-_LEVELS = np.round(np.arange(-0.08, 0.0801, 0.01), 3)
 
 
 def eccentricity(found: Map, method: str) -> Figure:
     """e - e_g over e_g and log10(h/a0); the half-space is on the left, as in the paper."""
     figure, ((axes,),) = sheet(1, 1, width=4.6, height=3.7)
     e_g, log_h, excess = found.fine[method]
-    _contours(figure, axes, log_h, e_g, excess, _LEVELS, extra=0.002)
+    _contours(figure, axes, log_h, e_g, excess, np.round(np.arange(-0.08, 0.0801, 0.01), 3), extra=0.002)
     if method == "bem":
         _dots(axes, found)
     axes.set_title(f"$e - e_g$, {TITLES[found.body]}\n{NAMES[method]}")

@@ -7,21 +7,15 @@ plotted at the radius they find.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.contact import indent
 from flatpunch.paper.cases import LAYERS, Body, Shape, indenter, medium
 from flatpunch.paper.points import Point
 from flatpunch.reference import elliptic
-
-PYRAMID_FORCE = 0.73762
-"""F/(E* d^2 cot(alpha)) of a square pyramid on a half-space, by boundary elements (1024 x 1024, extrapolated; 1e-5)."""
-
-PYRAMID_RADIUS = 0.6754
-"""a0 tan(alpha)/d of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +88,7 @@ class Plan:
         ]
 
     def outline_point(self, body: Body) -> Point:
-        """Figure 10: h = a0; the boundary elements look for the depth from that of second order on."""
+        """Figure 10: h = a0; boundary elements search for the depth, beginning with that of second order."""
         (depth,) = _depths(body, "pyramid", 0.0, (1.0,))
         return Point(body, "pyramid", 0.0, float(depth), self.outline_cells, fields=True)
 
@@ -127,7 +121,7 @@ def quick() -> Plan:
     )
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _depths(body: Body, shape: Shape, eccentricity: float, radii: tuple[float, ...]) -> Array:
     """Depths at which second order finds the mean radii, to the six figures that make a point's name."""
     result = indent(medium(body), indenter(shape, eccentricity), radius=np.array(radii), method="second-order")
@@ -142,7 +136,8 @@ def round_figures(value: float) -> float:
 def half_space_depth(shape: Shape, eccentricity: float, radius: float) -> float:
     """Depth at which the exact half-space contact has the mean radius."""
     if shape == "pyramid":
-        return radius / PYRAMID_RADIUS
+        # a0 tan(alpha)/d of it
+        return radius / 0.6754
     unit = elliptic.elliptic_paraboloid(1 - eccentricity**2, 1.0, 1.0, depth=1.0)
     phi = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     return float((radius / unit.outline(phi).mean()) ** 2)
@@ -151,5 +146,6 @@ def half_space_depth(shape: Shape, eccentricity: float, radius: float) -> float:
 def half_space_force(shape: Shape, eccentricity: float, depth: float) -> float:
     """Exact force of the half-space, E* = 1."""
     if shape == "pyramid":
-        return PYRAMID_FORCE * depth**2
+        # F/(E* d^2 cot(alpha)) of a square pyramid on a half-space, by boundary elements (1024 x 1024, extrapolated; 1e-5)
+        return 0.73762 * depth**2
     return elliptic.elliptic_paraboloid(1 - eccentricity**2, 1.0, 1.0, depth=depth).force

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flatpunch import bem
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.progress import Report
 from flatpunch.paper import base_stress
@@ -24,8 +24,9 @@ _FORMAT = 2
 """Raised whenever a change in the boundary elements or here moves the numbers: points of older formats are computed anew."""
 
 _TOLERANCE = 1e-6
+"""Tolerance of the boundary elements; ten times as much leaves 1e-5 of the force."""
+
 _VERSION = (_FORMAT, _TOLERANCE)
-_ANGLES = 360
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,12 +90,12 @@ def solve(point: Point) -> Numbers:
         depths=[_depth_of_unit_radius(point) if point.fields else point.depth],
         grid=point.cells,
         tolerance=_TOLERANCE,
-        angles=_ANGLES,
+        angles=360,
     )
     return _numbers(point, solution)
 
 
-@lru_cache(maxsize=4)
+@byte_cached
 def _indenter(shape: Shape, eccentricity: float) -> Any:
     return indenter(shape, eccentricity)
 

@@ -22,8 +22,6 @@ from flatpunch.paper.plan import Plan
 from flatpunch.paper.points import Store
 from flatpunch.paper.statements import Statement
 
-_STRESS_RADII = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
-
 
 @dataclass
 class Report:
@@ -53,7 +51,7 @@ class Report:
 
 
 def make(plan: Plan, figures: tuple[int, ...], store: Store, folder: Path, step: Callable[[str], None]) -> Report:
-    """Draw what was asked for from a store that holds all its points, and write the page."""
+    """Draw the chosen figures from a store that holds all its points, and write the page."""
     report = Report(folder)
     asked = set(figures)
     with style.look():
@@ -212,9 +210,10 @@ def _outlines(report: Report, plan: Plan, store: Store) -> None:
 
 def _base(report: Report, plan: Plan, store: Store, asked: set[int]) -> None:
     """Stress at the base: round contacts always, others as far as their points are there."""
-    solved = {a: base_stress.under_round(a) for a in _STRESS_RADII}
-    radius = np.array(_STRESS_RADII)
-    largest, pull = (np.array([getattr(solved[a], name) for a in _STRESS_RADII]) for name in ("tension", "pull"))
+    radii = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
+    solved = {a: base_stress.under_round(a) for a in radii}
+    radius = np.array(radii)
+    largest, pull = (np.array([getattr(solved[a], name) for a in radii]) for name in ("tension", "pull"))
     points = [p for p in plan.points(tuple(asked)) if p.base]
     others: dict[str, tuple[Array, Array]] = {}
     for name, wanted in (
@@ -228,7 +227,7 @@ def _base(report: Report, plan: Plan, store: Store, asked: set[int]) -> None:
                 np.array([float(n["base_tension"]) for n in numbers]),
             )
     rows: list[list[object]] = [
-        ["round paraboloid", a, s.tension, s.where, s.pull] for a, s in zip(_STRESS_RADII, solved.values(), strict=True)
+        ["round paraboloid", a, s.tension, s.where, s.pull] for a, s in zip(radii, solved.values(), strict=True)
     ]
     rows += [
         [name.replace("$", ""), x, y, "", ""] for name, (xs, ys) in others.items() for x, y in zip(xs, ys, strict=True)

@@ -12,9 +12,6 @@ from flatpunch.paper import base_stress
 from flatpunch.paper.cases import TITLES, Body, Shape, indenter, medium
 from flatpunch.paper.data import FAST, NAMES, Curves, Map, Outlines
 
-_ALMOST_PERFECT = 0.03
-"""Largest deviation that still passes for it: a line's width on the paper's linear axes."""
-
 
 @dataclass(frozen=True, slots=True)
 class Statement:
@@ -182,11 +179,13 @@ def force_curves(sets: list[list[Curves]]) -> Statement:
         )
     pyramids = {k: v for k, v in numbers.items() if "pyramid" in k and "first-order" in k} or numbers
     same_worst, exact_worst = (max(v for k, v in pyramids.items() if ending in k) for ending in ("same", "exact"))
+    # a line's width on the paper's linear axes
+    almost_perfect = 0.03
     verdict = "contradicted"
-    if same_worst < _ALMOST_PERFECT:
+    if same_worst < almost_perfect:
         verdict = (
             "confirmed"
-            if exact_worst < _ALMOST_PERFECT
+            if exact_worst < almost_perfect
             else "confirmed only if each method is scaled by its own half-space"
         )
     return Statement(
@@ -197,7 +196,7 @@ def force_curves(sets: list[list[Curves]]) -> Statement:
         "and both over the exact one: "
         + "; ".join(parts)
         + ". Scaled alike, a constant share of first order's error at given depth cancels. Almost perfect is taken as "
-        f"within {_ALMOST_PERFECT:.0%} for the pyramid.",
+        f"within {almost_perfect:.0%} for the pyramid.",
         numbers,
     )
 

@@ -21,9 +21,8 @@ from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packe
 if TYPE_CHECKING:
     from distributed import Client
 
-_PATIENCE = 15.0
-_AHEAD = 2
-"""Chunks on the way for each worker: one it works at and one that waits there."""
+PATIENCE = 15.0
+"""Seconds to wait for a scheduler, and for its first worker; clusters that start slowly take a few."""
 
 
 def on_cluster(
@@ -55,7 +54,8 @@ def _outcomes(client: Client, function: Function, waiting: Waiting) -> Iterator[
     def fill() -> None:
         """Keep all workers busy, those too that have joined meanwhile; suspects come when nothing else is on its way."""
         busy = {slot for slot, _ in running.values()}
-        for slot in sorted(set(range(_AHEAD * _workers(client))) - busy):
+        # two chunks for each worker: one in progress and one that waits there
+        for slot in sorted(set(range(2 * _workers(client))) - busy):
             if items := waiting.take(slot, suspects=not running):
                 packed = [cloudpickle.dumps(item.point) for item in items]
                 future = client.submit(solve_chunk, called, packed, pure=False)
@@ -115,7 +115,7 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
         yield scheduler
         return
     try:
-        client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ConnectionError(
             f"scheduler = {scheduler!r} does not answer ({error}). Start one with `dask scheduler`, which says its address, and "
@@ -129,7 +129,7 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
 def _check(client: Client) -> None:
     address = client.scheduler_info()["address"]
     try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
+        client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
         raise ConnectionError(
             f"The scheduler at {address} has no workers. Start some: `dask worker {address} --nthreads 1 --nworkers 8`."
@@ -159,7 +159,7 @@ def _answers(client: Client, function: Any, *arguments: Any) -> Iterator[tuple[s
         for worker in client.nthreads()
     }
     with suppress(TimeoutError):
-        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=_PATIENCE):
+        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=PATIENCE):
             pass
     for worker, future in asked.items():
         if future.status == "finished":

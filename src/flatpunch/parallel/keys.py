@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-_LENGTH = 32
-
 
 def content_key(*things: Any) -> str:
     """Return the same text for the same content, in every process and on every machine.
@@ -39,7 +37,7 @@ def content_key(*things: Any) -> str:
     for piece in _pieces(things):
         # the length in front keeps ("ab", "c") apart from ("a", "bc")
         digest.update(b"%d:" % len(piece) + piece)
-    return digest.hexdigest()[:_LENGTH]
+    return digest.hexdigest()[:32]
 
 
 def _pieces(thing: Any) -> Iterator[bytes]:

@@ -28,8 +28,6 @@ FEWEST = 4
 MOST = 3
 """Worker processes at most: twice as many hold another 300 MB, for rounds of some eight calls."""
 
-IDLE = 120
-"""Seconds after which an idle worker process ends; then the next round has to start it again."""
 
 _PROCESS = os.getpid()
 
@@ -113,7 +111,8 @@ def _share(work: bytes, items: Sequence[Any], waiting: deque[int], futures: dict
     from loky import get_reusable_executor
 
     workers = min(allowed_threads() - 1, MOST)
-    executor = get_reusable_executor(max_workers=workers, timeout=IDLE, initializer=left_to_parent)
+    # seconds after which an idle worker process ends; then the next round has to start it again
+    executor = get_reusable_executor(max_workers=workers, timeout=120, initializer=left_to_parent)
 
     def give(_: Future[Any] | None = None) -> None:
         index = _popped(waiting.pop)

@@ -22,10 +22,10 @@ from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
-_RETIRED = 5000
-"""Points after which a worker makes room for a new one: whatever it has gathered goes with it."""
-
 fresh = multiprocessing.get_context("spawn")  # forked threads of a numerical library may hang
+
+RETIRED = 5000
+"""Points after which a new worker takes the place of one, which frees what it has gathered; half as many start workers often."""
 
 
 def in_processes(
@@ -67,7 +67,7 @@ def in_processes(
                     waiting.learn(outcomes)
                     yield done
                     worker.solved += len(done)
-                    if worker.solved >= _RETIRED:
+                    if worker.solved >= RETIRED:
                         worker.end()
                         team[worker.name] = worker = _Worker(worker.name, function, with_main)
                 worker.give(waiting.take(worker.name))

@@ -22,7 +22,8 @@ from flatpunch.parallel.threads import one_thread
 Function = Callable[[Any], Mapping[str, Any]]
 
 _BUDGET = 0.1
-_LARGEST = 64
+"""Seconds of work handed to a worker at once; half as many make it wait more often."""
+
 _one_at_a_time = threading.Lock()
 
 
@@ -131,7 +132,7 @@ class Waiting:
             return [self._suspects.popleft()] if suspects and self._suspects else []
         self._group_of[worker] = group[0]
         name, queue = group
-        size = min(_LARGEST, int(_BUDGET / self._seconds), len(queue) // self._workers)
+        size = min(64, int(_BUDGET / self._seconds), len(queue) // self._workers)
         taken = [queue.popleft() for _ in range(max(size, 1))]
         if not queue:
             del self._groups[name]

@@ -11,11 +11,10 @@ the leading block alone.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from scipy.special import beta as beta_function
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
 
@@ -69,14 +68,14 @@ def power_edge(exponent: float, m: int) -> float:
     return float(1 / beta_function((m + exponent + 1) / 2, 0.5))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def quarter_nodes(nodes: int) -> tuple[Array, Array]:
     """Radii r = cos(theta) at Gauss-Legendre nodes of theta on (0, pi/2), and the weights in theta; shape (nodes,)."""
     t, v = gauss(nodes)
     return np.cos(np.pi / 4 * (t + 1)), v * np.pi / 4
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def projection(m: int, terms: int, nodes: int) -> tuple[Array, Array]:
     """Radii r, shape (nodes,), and matrix M, shape (terms, nodes), with b_l[f] = M f(r).
 

@@ -6,10 +6,9 @@ dozen small linear systems.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
@@ -28,8 +27,6 @@ from flatpunch.punch.matrix import (
 from flatpunch.punch.panels import panels, polynomials_on
 from flatpunch.punch.power_law import power_law_punch
 
-_POWER_LAW_NODES = 64
-
 SMALLEST = 1e-16
 """beta below which every medium is its own surface's half-space: Kbar differs from 1 by 6e-14 on a base 1e4 times softer."""
 
@@ -39,9 +36,6 @@ r^(1/2) on a surface 1e4 times stiffer than its base; 1e-9 under cones, 1e-10 un
 
 _RHO = np.append(np.sin(np.linspace(0, np.pi / 2, 24)[:-1]), 1.0)
 """Radii of the unit disc at which punch pressures are judged."""
-
-_SURELY_RESOLVED = 100.0
-"""Largest radius, in units of the surface's own length E/E', for which the terms are known to suffice."""
 
 
 class PunchFamily:
@@ -118,7 +112,7 @@ class PunchFamily:
         flat = self.flat(beta)
         if self.kernel.exponent:
             punch = power_law_punch(self.kernel)
-            rho, weight = punch.rule(_POWER_LAW_NODES)
+            rho, weight = punch.rule(64)
             return rho, flat * (2 * (1 + punch.alpha) * weight)
         rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
         return rho, flat @ matrix
@@ -161,7 +155,8 @@ class PunchFamily:
     def _truncation(self, beta: float) -> float:
         """Change of flat punch and edge strength when a quarter of the terms is left out; it grows with the radius."""
         assert self.kernel.series is not None
-        if beta * self.kernel.series.sharpness < _SURELY_RESOLVED:
+        # largest radius, in units of the surface's own length E/E', for which the terms are known to suffice
+        if beta * self.kernel.series.sharpness < 100.0:
             return _KINKS
         terms = sufficient_terms(self.kernel, beta)
         many, few = solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4)
@@ -261,7 +256,7 @@ def _rounding(series: Array) -> float:
     return float(20 * np.finfo(float).eps * np.pi * np.abs(series[0, 0]))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def punch_family(kernel: Kernel) -> PunchFamily:
     """The family of a kernel; solutions already computed are shared."""
     return PunchFamily(kernel)

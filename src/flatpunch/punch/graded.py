@@ -33,7 +33,7 @@ The edge strengths S_m of the displacements r^m cos(m phi) also hold what k_m of
 
 and while each s.v_m grows without bound under a graded surface, the left side converges like the stiffness.
 
-d'(a) does not feel multiples of S, and the one added here, pi z (v + s/D) with z the sum of all s_i v_i, makes u_l small at
+multiples of S do not change d'(a), and the one added here, pi z (v + s/D) with z the sum of all s_i v_i, makes u_l small at
 the end of the series, so that profiles with slow moments (cones) converge.
 """
 
@@ -41,12 +41,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
@@ -56,22 +56,6 @@ from flatpunch.punch.krein import excess, round_functionals
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, far_edges, panel_edges
 
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
-
-_FARTHEST = 1e7
-"""End of the panels above X in units of X: the integrand falls like 1/x^3, what is left out is 1e-14 of the tail."""
-
-_TURNED = np.array([0.0, 2.0, 6.0, 14.0, 30.0])
-"""Panel edges over t: at the lowest X the highest order still decays like exp(-1.5 t)."""
-
-_TRUST = np.array([1.0, 1e-2, 1e-4])
-"""Weights of L - 1 and its derivatives by ln kappa: series of 24 terms lose as many digits with each derivative."""
-
-_NOISE = 1e-14
-"""Singular values, over the largest, that are nothing but rounding: those of the functions themselves end at 25 of them."""
-
-_HIGHEST = 128
-"""Harmonics above feel the half-space of the surface material but for tail beta/m of their (small) share. Small contacts need
-fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta."""
 
 
 def graded_terms(kernel: Kernel, beta: float) -> int:
@@ -104,19 +88,21 @@ class Table:
     h: ComplexArray
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def split_point(parity: int, terms: int) -> float:
     """X: a panel edge 1.5 times above the highest order, where the Hankel functions have left their turning point."""
     return float(panel_edges(0, 1.5 * (parity + 2 * terms) + 20.0)[-1])
 
 
-@lru_cache(maxsize=24)
+@byte_cached
 def wave_table(parity: int, terms: int, first: int) -> Table:
     """Nodes and functions; the lowest panel ends at 4^first, see `wavenumbers`."""
     start = split_point(parity, terms)
     near = bessel_table(parity, terms, first, start)
-    x, w = composite_gauss(far_edges(start, parity + 2 * terms, _FARTHEST * start, 3.0))
-    t, v = composite_gauss(_TURNED)
+    # end of the panels above X in units of X: the integrand falls like 1/x^3, what is left out is 1e-14 of the tail
+    x, w = composite_gauss(far_edges(start, parity + 2 * terms, 1e7 * start, 3.0))
+    # at the lowest X the highest order still decays like exp(-1.5 t)
+    t, v = composite_gauss(np.array([0.0, 2.0, 6.0, 14.0, 30.0]))
     z = start + 1j * t
     far = _hankel(parity + 2 * terms, x + 0j)[parity::2][:terms]
     turned = _hankel(parity + 2 * terms, z)[parity::2][:terms]
@@ -193,9 +179,11 @@ def _independent(values: Array) -> tuple[Array, Array]:
     instead of three for each radius. Rounding is relative to the largest value at each x.
     """
     count = np.maximum(np.abs(values).max(axis=(0, 1)), np.finfo(float).tiny)
-    trust = _TRUST[: values.shape[0], None, None]
+    # series of 24 terms lose two digits with each derivative
+    trust = np.array([1.0, 1e-2, 1e-4])[: values.shape[0], None, None]
     left, strength, shapes = np.linalg.svd((values * trust / count).reshape(-1, count.size), full_matrices=False)
-    kept = max(1, int(np.count_nonzero(strength > _NOISE * strength[0])))
+    # smaller singular values are rounding: those of the functions themselves end at 25 of them
+    kept = max(1, int(np.count_nonzero(strength > 1e-14 * strength[0])))
     return left[:, :kept] * strength[:kept] / np.repeat(trust.ravel(), values.shape[1])[:, None], shapes[:kept] * count
 
 
@@ -222,7 +210,9 @@ def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[di
     assert kernel.series is not None
     terms = graded_terms(kernel, float(beta.max()))
     felt = float(beta.max()) * kernel.series.sharpness
-    largest = min(max(orders, default=1), int(_HIGHEST * np.clip(felt, 1e-3, 1.0) ** 0.25))
+    # on higher harmonics the half-space of the surface material acts, but for tail beta/m of their (small) share. Small contacts
+    # need fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta
+    largest = min(max(orders, default=1), int(128 * np.clip(felt, 1e-3, 1.0) ** 0.25))
     size = terms + largest // 2 + 1
     systems = [_All(parity, graded_matrices(kernel, beta, size, parity, order=2)) for parity in (0, 1)]
     vectors, sums = {}, {1: np.zeros(beta.size)}

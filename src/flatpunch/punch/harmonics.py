@@ -27,13 +27,8 @@ from flatpunch.punch.basis import edge_signs, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms
 
-_MOST_HARMONICS = 600
-"""Beyond the terms of a round contact: what kinked outlines have above twice that is m^-3 = 1e-9 of their asymmetry, and
-matrices of contacts a few hundred layers wide stay below a few hundred megabytes."""
-_FELT = 6.0
-"""Half the highest harmonic that feels the medium, over beta: v_m is 1e-8 of what it is added to at m = 12 beta, and smaller
-still in what it does to an outline, whose harmonics fall like m^-2 or faster."""
-_SPARE = 8
+SPARE = 8
+"""Terms besides those of a round contact; with half as many the last harmonics lose digits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +69,7 @@ class Edges:
         return result
 
     def felt(self, orders: Indices) -> list[tuple[int, Array]]:
-        """Columns of `orders` in which the medium is felt, with their vectors."""
+        """Columns of `orders` on which the layers act, with their vectors."""
         column = {int(m): i for i, m in enumerate(orders)}
         return [(column[m], vector) for m, vector in self.vectors.items() if m in column]
 
@@ -86,9 +81,12 @@ def half_space_power_edge(exponent: float, orders: Indices) -> Array:
 
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
-    """Terms of the common matrix: beyond order twice this, harmonics feel the half-space of the surface material only."""
-    terms = sufficient_terms(kernel, beta) + _SPARE
-    return max(terms, min(int(np.ceil(_FELT * effective_beta(kernel, beta))), terms + _MOST_HARMONICS // 2))
+    """Terms of the common matrix: on harmonics beyond twice this order only the half-space of the surface material acts."""
+    terms = sufficient_terms(kernel, beta) + SPARE
+    # the medium acts on harmonics up to m = 12 beta: v_m is 1e-8 of what it is added to there, and less in an outline, whose
+    # harmonics fall like m^-2 or faster. No more than 600 beyond the terms of a round contact: those of kinked outlines are
+    # 1e-9 of the asymmetry there, and matrices of contacts a few hundred layers wide stay below a few hundred megabytes
+    return max(terms, min(int(np.ceil(6.0 * effective_beta(kernel, beta))), terms + 300))
 
 
 def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
@@ -121,7 +119,7 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
         chosen = sorted(m for m in wanted if m % 2 == parity)
         if chosen:
             # no more than the highest order asks for: few where the outline is smooth
-            parts = _solve_parity(kernel, beta, min(most, terms + chosen[-1] // 2 + _SPARE), parity, chosen)
+            parts = _solve_parity(kernel, beta, min(most, terms + chosen[-1] // 2 + SPARE), parity, chosen)
             vectors |= parts[0]
             own |= parts[1]
     return Edges(vectors, {m: np.pi * (value - own[1]) for m, value in own.items()}, -np.pi * own[1])

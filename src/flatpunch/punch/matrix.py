@@ -17,14 +17,12 @@ from flatpunch.compliance import Kernel
 from flatpunch.punch.basis import (
     half_space_diagonal,
 )
-from flatpunch.punch.graded import graded_matrices, graded_round, graded_terms
+from flatpunch.punch.graded import graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
 RESOLVED = 300.0
 """Largest effective beta, cutoff beta/25, for which the terms suffice for edge and pressure at 1e-10."""
 
-_MOST_TERMS = 300
-"""Terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved."""
 
 LARGEST = 2e5
 """Largest effective beta that is solved. Beyond it the shortest length of the medium is below 5e-6 of the contact radius."""
@@ -51,35 +49,8 @@ def sufficient_terms(kernel: Kernel, beta: float) -> int:
     if kernel.graded:
         return graded_terms(kernel, beta)
     level = np.log10(max(effective_beta(kernel, beta), 1e-12))
-    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, _MOST_TERMS])))
-
-
-def kernel_matrix(kernel: Kernel, beta: Array, terms: int, parity: int = 0) -> Array:
-    """B_pq for p, q = parity, parity + 2, ...
-
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium, with a finite length of its own.
-    beta : ndarray, shape (nb,)
-        Punch radii in units of that length, > 0.
-    terms : int
-        Size of the matrix.
-    parity : int
-        0 or 1.
-
-    Returns
-    -------
-    ndarray, shape (nb, terms, terms)
-    """
-    if kernel.exponent != 0.0:
-        raise TypeError(
-            "A power-law half-space has no punch matrix: its punch and round contacts are closed forms, see "
-            "flatpunch.punch.power_law."
-        )
-    if kernel.graded:
-        return np.asarray(graded_matrices(kernel, beta, terms, parity)[0])
-    return remainder_rule(kernel, beta, terms, parity).matrix() - np.diag(half_space_diagonal(parity, terms))
+    # terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved
+    return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,27 +101,21 @@ class RemainderRule:
         return np.asarray((self.weights * values) @ self.table.j.T)
 
 
-_BLOCK, _FEW = 256, 64
-"""Nodes that are summed at once, and the highest order for which all are summed at once."""
-
-_FADED = 1e-18
-"""Size of j_p below its turning point from which it is left out."""
-
-
 def _fill(matrix: Array, j: Array, weights: Array) -> None:
     """Sum of weights times j_p j_q over the first nodes.
 
     Matrices times their own transpose cost half, so the nodes are sorted by the sign of their weight; and at small x the
     functions of high order have not begun.
     """
-    if len(j) <= _FEW:
+    if len(j) <= 64:
         np.matmul(j[:, : weights.size] * weights, j[:, : weights.size].T, out=matrix)
         return
     matrix[:] = 0.0
     roots, start = np.sqrt(np.abs(weights)), 0
     while start < weights.size:
-        end = min(start + _BLOCK, weights.size)
-        orders = int(np.flatnonzero(np.abs(j[:, end - 1]) > _FADED)[-1]) + 1
+        end = min(start + 256, weights.size)
+        # size of j_p below its turning point from which it is left out
+        orders = int(np.flatnonzero(np.abs(j[:, end - 1]) > 1e-18)[-1]) + 1
         if orders == len(j):
             end = weights.size
         scaled, negative = j[:orders, start:end] * roots[start:end], weights[start:end] < 0

@@ -20,21 +20,16 @@ from flatpunch.punch.matrix import RESOLVED, effective_beta
 TOLERANCE = 1e-10
 """Tail above which a panel is halved; a tenth of it is below rounding, ten times as much shows in slopes."""
 
-GRADED_TOLERANCE = 1e-9
-"""The same on graded media: their responses are interpolated to 2e-12, and edges need derivatives of these."""
-
-SKIN_TOLERANCE = 1e-5
-"""The same beyond the resolved lengths, where truncation leaves as much of radii; forces at given depth feel its square."""
 
 _UNIT = np.log(10) / 8
+"""Unit of the widths in ln beta: an eighth of a decade."""
+
 _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
 _NODES = {8: NODES, 4: NODES, 2: 16, 1: 12}
 """Nodes by width: 16 and 12 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge answers."""
 
-SKIN_NODES = 10
-"""Nodes beyond the resolved lengths, where functions are nearly powers of beta and 1e-8 is enough."""
 
 _ENDS = np.array([0.1, 4.0, 12.0, 1.06 * RESOLVED])
 """Effective beta at the end of a half decade above which panels have the next of the widths."""
@@ -67,14 +62,17 @@ def panels(
         return np.asarray(np.append(np.unique(unit // width * width), unit[-1] + 1) * _UNIT)
 
     def beyond(low: float) -> bool:
-        """Whether a panel from here on is wider than the shortest length is resolved for."""
+        """Whether the contacts of a panel that begins here are too wide to resolve the shortest length."""
         return bool(low > (4 * bounds[-1] - 0.5) * _UNIT)
 
     def nodes(low: float, high: float) -> int:
-        return SKIN_NODES if beyond(low) else _NODES[round((high - low) / _UNIT)]
+        # nodes beyond the resolved lengths, where functions are nearly powers of beta and 1e-8 is enough
+        return 10 if beyond(low) else _NODES[round((high - low) / _UNIT)]
 
     def rough(piece: Piece) -> bool:
-        tolerance = GRADED_TOLERANCE if kernel.graded else SKIN_TOLERANCE if beyond(piece.low) else TOLERANCE
+        # more on graded media, whose responses are interpolated to 2e-12 and differentiated for edges, and beyond the resolved
+        # lengths, where truncation leaves as much of radii; forces at given depth have its square
+        tolerance = 1e-9 if kernel.graded else 1e-5 if beyond(piece.low) else TOLERANCE
         return piece.error > max(tolerance, floor(piece.series)) and piece.high - piece.low > _UNIT / 2
 
     return PiecewiseChebyshev(lambda x: sample(np.exp(x)), edges, nodes, judge=judge, rough=rough)

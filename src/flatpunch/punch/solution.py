@@ -19,9 +19,6 @@ from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_with_fewer, sufficient_terms
 
-_QUADRATURE = 2e-12
-"""What the quadrature over wavenumbers leaves at most, over random stacks with modulus ratios up to 1e4 (tests measure it)."""
-
 
 @dataclass(frozen=True)
 class FlatPunch:
@@ -41,7 +38,7 @@ class FlatPunch:
         Estimated relative error of stiffness and moments: change when the last quarter of the terms is left out, plus
         rounding and the quadrature over wavenumbers.
     edge_error : float
-        The same of the edge coefficient, which feels the shortest length of the medium most. At radii above about 3000 such
+        The same of the edge coefficient, which depends most on the shortest length of the medium. At radii above about 3000 such
         lengths the pressure within one length of the rim is not resolved.
     alpha : float
         Exponent of (1 - rho^2) at the edge: -1/2, and (k - 1)/2 on a power-law half-space, whose one term is
@@ -186,13 +183,6 @@ def _checked(punch: FlatPunch) -> FlatPunch:
     return punch
 
 
-_STEP = 0.05
-"""Half the interval of ln(radius) over which stiffness is differentiated where the rim is not resolved."""
-
-_STEP_ERROR = 1e-9
-"""What seven nodes on that interval leave of the edge coefficient; five leave 4e-9 (tests, 300 stacks)."""
-
-
 def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Answers, Answers]:
     """Answers at one radius, with all terms and with fewer.
 
@@ -202,7 +192,8 @@ def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Answers
     if kernel.graded or effective_beta(kernel, beta) <= RESOLVED:
         many, few = solve_with_fewer(kernel, values("beta", beta), terms, fewer)
         return many, few
-    radii = nodes(np.log(beta) - _STEP, np.log(beta) + _STEP, 7)
+    # half the interval of ln(radius) over which stiffness is differentiated where the rim is not resolved
+    radii = nodes(np.log(beta) - 0.05, np.log(beta) + 0.05, 7)
     derivative = log_derivative(radii)
     many, few = (_with_rim(around, derivative) for around in solve_with_fewer(kernel, radii, terms, fewer))
     return many, few
@@ -223,10 +214,12 @@ def _errors(kernel: Kernel, beta: float, answers: Answers, fewer: Answers) -> tu
     first, second = (solution.flat[0] @ power_moments(1.0, 0, solution.flat.shape[1]) for solution in (fewer, answers))
     stiffness = max(stiffness, abs(first / second - 1))
     edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * answers.edge[0, 0]) - 1)
-    floor = float(answers.rounding[0]) + _QUADRATURE
+    # largest error of the quadrature over wavenumbers, over random stacks with modulus ratios up to 1e4 (tests measure it)
+    floor = float(answers.rounding[0]) + 2e-12
     if not kernel.graded and effective_beta(kernel, beta) > RESOLVED:
         # terms converge slowly there, so that those left out may add as much again
         stiffness *= 2
         # the strength of the rim follows from the stiffness, and is no better
-        edge = max(edge, stiffness) + _STEP_ERROR
+        # error of the edge coefficient from seven nodes on that interval; five leave 4e-9 (tests, 300 stacks)
+        edge = max(edge, stiffness) + 1e-9
     return float(stiffness) + floor, float(edge) + floor

@@ -4,7 +4,7 @@ Everything is integrated over x = k a on panels that do not depend on the medium
 (the products j_p j_q oscillate with period pi). Only the kernel changes with the punch radius, so the table of Bessel
 functions is computed once and one matrix product assembles each punch matrix (T3.2).
 
-Where the medium is felt far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
+Where the layers act far beyond all orders, the oscillation need not be resolved. With y the spherical Bessel functions
 of the second kind,
 
     j_p j_q = (j_p j_q + y_p y_q)/2 + (j_p j_q - y_p y_q)/2:
@@ -17,11 +17,11 @@ companions sin x and -cos x in the place of y_p.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import erfc
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.numerics.gauss import gauss
 
@@ -30,15 +30,11 @@ NODES = 20
 peaks in L and leave 1e-12 (16 nodes: 1.5e-10). On (x, x + 8) the product j_p j_q leaves 1e-15,
 and so does twice the number on (x, x + 32)."""
 
-_FIRST_UNIFORM = 4.0
-_FINE_UNTIL, _SHORT_UNTIL = 64.0, 128.0
-"""Upper ends, in x, of the panels of length 4 and 8; above, panels are 32 long."""
+_SHORT_UNTIL = 128.0
+"""Upper end, in x, of the panels of length 4 and 8; above, panels are 32 long."""
 
 WINDOW = 128.0
 """Length in x of the window that switches the oscillating half off: some of the longest panels."""
-
-_WINDOW_WIDTH = 11.0
-"""Width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +68,14 @@ class BesselTable:
 def panel_edges(first: int, x_high: float) -> Array:
     """Edges 0, 4^first, ..., 1, 4, 8, ..., 64, 72, ..., 128, 160, ... up to the first one at or above x_high."""
     geometric = 4.0 ** np.arange(first, 2)
-    fine = np.arange(_FIRST_UNIFORM + 4, _FINE_UNTIL + 1, 4.0)
-    coarse, long = np.arange(_FINE_UNTIL + 8, _SHORT_UNTIL + 1, 8.0), np.arange(_SHORT_UNTIL + 32, x_high + 32, 32.0)
+    fine = np.arange(8.0, 65.0, 4.0)
+    coarse, long = np.arange(72.0, _SHORT_UNTIL + 1, 8.0), np.arange(_SHORT_UNTIL + 32, x_high + 32, 32.0)
     edges = np.concatenate([[0.0], geometric, fine, coarse, long])
     stop = int(np.searchsorted(edges, x_high)) + 1
     return edges[: max(stop, 2)]
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTable:
     """Quadrature on (0, x_high) with the spherical Bessel functions of one parity.
 
@@ -98,7 +94,7 @@ def bessel_table(parity: int, terms: int, first: int, x_high: float) -> BesselTa
     short, long = edges[edges <= _SHORT_UNTIL], edges[edges >= _SHORT_UNTIL]
     parts = zip(_exact_gauss(short, NODES), _exact_gauss(long, 2 * NODES), strict=True)
     x, w, rest = (np.concatenate(part) for part in parts)
-    # sine and cosine of the nodes before rounding: 1e-13 of x = 1000 would be felt in sums over thousands of nodes
+    # sine and cosine of the nodes before rounding: 1e-13 of x = 1000 would count in sums over thousands of nodes
     cos, sin = np.cos(x), np.sin(x)
     waves = np.stack([cos - rest * sin, sin + rest * cos])
     return BesselTable(x, w, spherical_bessel(parity + 2 * terms, x, waves)[parity::2][:terms].copy(), waves, x.size)
@@ -109,7 +105,7 @@ def window_start(parity: int, terms: int) -> float:
     return float(panel_edges(0, max(1.5 * (parity + 2 * terms) + 20.0, _SHORT_UNTIL))[-1])
 
 
-@lru_cache(maxsize=8)
+@byte_cached
 def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
     """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows.
 
@@ -124,12 +120,13 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
     end = start + WINDOW
     highest = parity + 2 * terms
     near = bessel_table(parity, terms, first, end)
-    # from highest^2/12 on the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
+    # beyond highest^2/12 the phases of all orders are nearly those of order 0, and one panel in 1/x does the rest
     edges = far_edges(end, highest, max(end * 2.0**doublings, highest**2 / 12), 1.0)
     far, far_weight = composite_gauss(edges)
     inverse, rest = composite_gauss(np.array([0.0, 1 / edges[-1]]))
     far, far_weight = np.concatenate([far, 1 / inverse[::-1]]), np.concatenate([far_weight, (rest / inverse**2)[::-1]])
-    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / _WINDOW_WIDTH) / 2, 1.0)
+    # width of the window's erfc: 1e-14 is left at its ends, and less of what oscillates at x = 1.5 times the highest order
+    whole = np.where(near.x > start, erfc((near.x - start - WINDOW / 2) / 11.0) / 2, 1.0)
     # nodes of the window and beyond: there both kinds are stable upwards
     inside = near.x > start
     beyond = np.concatenate([near.x[inside], far])
@@ -150,7 +147,7 @@ def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTa
 
 
 def far_edges(start: float, highest: int, end: float, growth: float) -> Array:
-    """Panels from `start` on that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
+    """Panels beginning at `start` that grow by (1 + growth), shorter where the phases of orders p and 0 still part.
 
     Those part by p^2/(2 x^2) per x.
     """

@@ -87,7 +87,8 @@ def axes_of(data: Mapping[str, Any], vary: Mapping[str, Any]) -> list[Axis]:
     """
     if not isinstance(vary, Mapping) or not vary:
         raise ValueError(
-            f"vary = {shown(vary)} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}."
+            f"vary = {shown(vary)} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}, here "
+            "or in a table [vary] of the case file."
         )
     there = dict(scalars(data))
     axes = [_axis(path, spec, there) for path, spec in vary.items()]

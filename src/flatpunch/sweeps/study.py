@@ -36,7 +36,7 @@ _WORTH_A_PROCESS = 32
 
 def sweep(
     case: str | Path | Case,
-    vary: Mapping[str, Any],
+    vary: Mapping[str, Any] | None = None,
     *,
     contours: bool = False,
     store: str | Path | None = None,
@@ -52,9 +52,10 @@ def sweep(
     ----------
     case : path or Case
         Case file, or what `read_case` returned.
-    vary : mapping
+    vary : mapping, optional
         Path into the case file -> its values: "0.2um:5um:40:log" (start, stop, count, and "log" or "lin"), "15deg, 20deg", or a
-        sequence of texts with units or of numbers in SI units. Paths name tables and list entries, "layers.0.thickness".
+        sequence of texts with units or of numbers in SI units. Paths name tables and list entries, "layers.0.thickness". If
+        left out, the table [vary] of the case file, with its paths in quotation marks.
     contours : bool
         Keep the outlines a(phi) too, which are large.
     store : path, optional
@@ -83,7 +84,8 @@ def sweep(
     """
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)
-    axes = axes_of(data, vary)
+    in_file = data.pop("vary", None)
+    axes = axes_of(data, in_file if vary is None else vary)
     cases = _cases(data, axes, path, contours=contours)
     # the last of the points tells for all what would be chosen
     slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))

@@ -2,7 +2,6 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 const PREFIXES = { "-18": "a", "-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
-const VIRIDIS = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6dcd59", "#b4de2c", "#fde725"];
 
 /** Factor and unit that bring `largest` between 1 and 1000: 3.2e-7 m reads 320 nm. */
 export function readable(largest, unit) {
@@ -20,7 +19,7 @@ export function quantity(value, unit, digits = 4) {
   return `${Number((value * factor).toPrecision(digits))} ${prefixed}`.trim();
 }
 
-function node(name, attributes, parent, text) {
+export function node(name, attributes, parent, text) {
   const made = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   if (text !== undefined) made.textContent = text;
@@ -57,9 +56,9 @@ function logTicks(low, high) {
   return found;
 }
 
-const word = (value) => String(Number(value.toPrecision(3)));
+export const word = (value) => String(Number(value.toPrecision(3)));
 
-class Axis {
+export class Axis {
   constructor(spec, lists, pixels) {
     const [factor, unit] = readable(largestOf(lists), spec.unit ?? "");
     Object.assign(this, { factor, unit, log: Boolean(spec.log), label: spec.label });
@@ -79,7 +78,10 @@ class Axis {
       const pad = 0.04 * (high - low);
       low = low === 0 || spec.tight ? low : low - pad;
       high = high === 0 || spec.tight ? high : high + pad;
-    } else if (low === high) high = low * 10;
+    } else {
+      const pad = low === high ? 2 : (high / low) ** 0.03;
+      [low, high] = [low / pad, high * pad];
+    }
     Object.assign(this, { low, high, pixels });
   }
 
@@ -99,7 +101,7 @@ class Axis {
   }
 }
 
-function path(xs, ys, x, y) {
+export function path(xs, ys, x, y) {
   let d = "";
   let pen = "M";
   for (let i = 0; i < xs.length; i++) {
@@ -164,15 +166,15 @@ export function lines(box, spec) {
   legend(box, spec.series);
 }
 
-function frame(svg, area, x, y, second, spec) {
+export function frame(svg, area, x, y, second, spec) {
   for (const value of x.ticks) {
     const px = x.at(value / x.factor);
-    node("line", { class: "rule", x1: px, x2: px, y1: area.top, y2: area.bottom }, svg);
+    if (!spec.plain) node("line", { class: "rule", x1: px, x2: px, y1: area.top, y2: area.bottom }, svg);
     node("text", { x: px, y: area.bottom + 16, "text-anchor": "middle" }, svg, word(value));
   }
   for (const value of y.ticks) {
     const py = y.at(value / y.factor);
-    node("line", { class: "rule", x1: area.left, x2: area.right, y1: py, y2: py }, svg);
+    if (!spec.plain) node("line", { class: "rule", x1: area.left, x2: area.right, y1: py, y2: py }, svg);
     node("text", { x: area.left - 7, y: py + 4, "text-anchor": "end" }, svg, word(value));
   }
   const middle = (area.top + area.bottom) / 2;
@@ -183,75 +185,6 @@ function frame(svg, area, x, y, second, spec) {
   node("path", { class: "axis", d: `M${area.left} ${area.top}V${area.bottom}H${area.right}${second ? `V${area.top}` : ""}` }, svg);
   node("text", { x: (area.left + area.right) / 2, y: area.bottom + 35, "text-anchor": "middle" }, svg, x.title);
   node("text", { transform: `translate(14 ${middle}) rotate(-90)`, "text-anchor": "middle" }, svg, y.title).style.fill = spec.y.colour ?? "";
-}
-
-/** Outlines in the plane, with a map of values below them if there is one. outlines: [{phi, r, faint}] */
-export function plane(box, spec) {
-  draw(box, (svg, width) => {
-    const bar = spec.map ? 92 : 14;
-    const side = Math.max(120, Math.min(width - 58 - bar, 320));
-    const height = side + 56;
-    const area = { left: 58, right: 58 + side, top: 10, bottom: 10 + side };
-    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    svg.setAttribute("height", height);
-    const ends = [[-spec.half, spec.half]];
-    const x = new Axis({ label: "x", unit: "m", tight: true }, ends, [area.left, area.right]);
-    const y = new Axis({ label: "y", unit: "m", tight: true }, ends, [area.bottom, area.top]);
-    frame(svg, area, x, y, null, { y: {} });
-    if (spec.map) {
-      const image = node("image", { x: area.left, y: area.top, width: side, height: side, preserveAspectRatio: "none" }, svg);
-      image.setAttribute("href", picture(spec.map));
-      colourBar(svg, area, spec.map);
-    }
-    for (const outline of spec.outlines) {
-      const xs = outline.r.map((r, i) => (r === null ? null : r * Math.cos(outline.phi[i])));
-      const ys = outline.r.map((r, i) => (r === null ? null : r * Math.sin(outline.phi[i])));
-      xs.push(xs[0]);
-      ys.push(ys[0]);
-      node("path", { d: path(xs, ys, x, y), fill: "none", stroke: "var(--three)", "stroke-width": outline.faint ? 1 : 2.2, opacity: outline.faint ? 0.45 : 1 }, svg);
-    }
-  }, spec.title);
-}
-
-function picture({ values, top, bottom }) {
-  const size = values.length;
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = size;
-  const context = canvas.getContext("2d");
-  const pixels = context.createImageData(size, size);
-  const low = Math.min(0, bottom);
-  for (let row = 0; row < size; row++) {
-    for (let column = 0; column < size; column++) {
-      const value = values[size - 1 - row][column];
-      const [r, g, b] = value === null ? [0, 0, 0] : colour((value - low) / (top - low));
-      pixels.data.set([r, g, b, value === null ? 0 : 255], 4 * (row * size + column));
-    }
-  }
-  context.putImageData(pixels, 0, 0);
-  return canvas.toDataURL();
-}
-
-function colour(share) {
-  const place = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
-  const i = Math.min(Math.floor(place), VIRIDIS.length - 2);
-  const parts = [VIRIDIS[i], VIRIDIS[i + 1]].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
-  return parts[0].map((value, k) => Math.round(value + (place - i) * (parts[1][k] - value)));
-}
-
-function colourBar(svg, area, { top, bottom, label, unit }) {
-  const low = Math.min(0, bottom);
-  const [factor, prefixed] = readable(Math.max(Math.abs(top), Math.abs(low)), unit);
-  const left = area.right + 14;
-  const tall = area.bottom - area.top;
-  for (let i = 0; i < 60; i++) {
-    const [r, g, b] = colour(i / 59);
-    node("rect", { x: left, y: area.bottom - ((i + 1) * tall) / 60, width: 14, height: tall / 60 + 0.5, fill: `rgb(${r},${g},${b})` }, svg);
-  }
-  for (const value of ticks(low * factor, top * factor)) {
-    const py = area.bottom - ((value / factor - low) / (top - low)) * tall;
-    node("text", { x: left + 19, y: py + 4 }, svg, word(value));
-  }
-  node("text", { transform: `translate(${left + 70} ${(area.top + area.bottom) / 2}) rotate(90)`, "text-anchor": "middle" }, svg, `${label} (${prefixed})`);
 }
 
 /** Layers, base and tip to one scale. */
@@ -300,7 +233,7 @@ export function section(box, spec) {
   }, spec.title);
 }
 
-function draw(box, paint, title) {
+export function draw(box, paint, title) {
   box.classList.add("chart");
   const again = () => {
     const svg = node("svg", { role: "img", "aria-label": title ?? "" });
@@ -319,7 +252,7 @@ function draw(box, paint, title) {
   box.observer.observe(box);
 }
 
-function legend(box, series) {
+export function legend(box, series) {
   box.querySelector(":scope > .legend")?.remove();
   const named = series.filter((each) => each.label);
   if (!named.length) return;
@@ -327,9 +260,11 @@ function legend(box, series) {
   list.className = "legend";
   for (const each of named) {
     const entry = document.createElement("span");
-    entry.textContent = each.label;
-    entry.style.setProperty("--colour", each.colour);
-    entry.style.setProperty("--dash", each.points && !each.joined ? "dotted" : each.dash ? "dashed" : "solid");
+    const sample = node("svg", { viewBox: "0 0 26 10", "aria-hidden": "true" }, entry);
+    if (each.square) node("rect", { x: 6, y: 0, width: 14, height: 10, fill: each.colour }, sample);
+    else if (each.points && !each.joined) node("circle", { cx: 13, cy: 5, r: Math.max(each.points, 2.5), fill: each.colour }, sample);
+    else node("line", { x1: 0, x2: 26, y1: 5, y2: 5, stroke: each.colour, "stroke-width": each.width ?? 2, "stroke-dasharray": each.dash ?? "none" }, sample);
+    entry.append(each.label);
     list.append(entry);
   }
   box.append(list);

@@ -1,8 +1,8 @@
 // The tab *Fit*: a measured file, its preview, the fit.
 
+import { card, notes, saves, table } from "./cards.js";
 import { lines, quantity } from "./charts.js";
-import { element, field } from "./form.js";
-import { card, notes, saves, table } from "./press.js";
+import { element, field } from "./fields.js";
 
 const MOST = 50e6; // bytes of a file
 const ROLES = ["depth", "force", "piezo", "deflection", "time"];
@@ -132,7 +132,7 @@ function showPreview(found) {
 
 function show(place, result, tools) {
   const keep = box && place.contains(box) ? box : null;
-  const save = saves({ toml: "Case file", nc: "NetCDF", csv: "CSV", png: "PNG", svg: "SVG", py: "Python" }, tools);
+  const save = saves(tools);
   if (result.all) {
     const grid = element("div", { class: "grid" }, card("Every curve of the file", true, table(result.all.columns, result.all.rows, result.all.caption, "words")), save);
     place.replaceChildren(grid, ...(keep ? [keep] : []));

@@ -1,11 +1,13 @@
 // The page: tabs, requests to the server, jobs with progress, and what each tab shows.
 
-import { build, defaults, element, read, showProblems, write } from "./form.js";
+import { element } from "./fields.js";
+import { build, defaults, read, sharedFields, showProblems, write } from "./form.js";
 import { TABS } from "./tabs.js";
 
 const at = (id) => document.getElementById(id);
 const WAIT = 150; // milliseconds between questions about a job
 const TYPING = 250; // milliseconds without a key before the form is sent
+const ADDRESS = 200; // milliseconds without a change before the address follows
 const LONGEST = 16000; // characters of an address
 
 let tab = "press";
@@ -14,6 +16,7 @@ let drawn = null; // form that is shown
 let job = null; // key of the job that runs
 let dirty = false; // whether the form has changed meanwhile
 let timer = null;
+let address = null;
 
 async function ask(path, options) {
   const response = await fetch(path, options);
@@ -22,10 +25,16 @@ async function ask(path, options) {
 }
 
 function formText() {
-  return read().toString();
+  return read(tab).toString();
 }
 
-function keepAddress() {
+/** Write the form into the address, not more often than browsers allow. */
+function keepAddress(at_once = false) {
+  clearTimeout(address);
+  if (!at_once) {
+    address = setTimeout(() => keepAddress(true), ADDRESS);
+    return;
+  }
   const query = `tab=${tab}&${formText()}`;
   history.replaceState(null, "", query.length < LONGEST ? `?${query}` : `?tab=${tab}`);
 }
@@ -183,13 +192,14 @@ function choose(name) {
     button.setAttribute("aria-selected", button.dataset.tab === tab);
     button.tabIndex = button.dataset.tab === tab ? 0 : -1;
   }
-  for (const box of at("job").children) box.hidden = box.dataset.tab !== tab;
   at("shown").replaceChildren();
   drawn = null;
   problems([]);
 }
 
 function tabs() {
+  const [before, after] = sharedFields();
+  const own = [];
   for (const [name, { title, fields }] of Object.entries(TABS)) {
     const button = element("button", { type: "button", role: "tab", "data-tab": name, id: `tab-${name}` }, title);
     button.addEventListener("click", () => {
@@ -197,8 +207,10 @@ function tabs() {
       go(true);
     });
     at("tabs").append(button);
-    at("job").append(element("div", { "data-tab": name }, element("h2", {}, title), ...fields(tools)));
+    at("job").append(element("h2", { "data-tabs": name }, title));
+    own.push(element("div", { "data-tabs": name }, ...fields(tools)));
   }
+  at("job").append(...before, ...own, ...after);
   at("tabs").addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;

@@ -1,53 +1,9 @@
 // The tab *Press*: curve, outline, pressure, table.
 
-import { lines, plane, quantity, section } from "./charts.js";
-import { controlFields, element, field } from "./form.js";
-
-/** A card with a title. */
-export function card(title, wide, ...children) {
-  return element("section", { class: wide ? "card wide" : "card" }, element("h3", {}, title), ...children);
-}
-
-/** Buttons that save files of a tab: {kind: label}. */
-export function saves(kinds, tools) {
-  const bar = element("div", { class: "saves" }, element("h3", {}, "Save"));
-  for (const [kind, label] of Object.entries(kinds)) {
-    const button = element("button", { type: "button", "data-save": kind }, label);
-    button.addEventListener("click", () => tools.save(kind, button));
-    bar.append(button);
-  }
-  return element("section", { class: "card wide" }, bar);
-}
-
-/** A table of texts. */
-export function table(columns, rows, caption, kind = "") {
-  const head = element("tr", {}, ...columns.map((column) => element("th", { scope: "col" }, Array.isArray(column) ? `${column[0]} (${column[1]})` : column)));
-  const body = rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))));
-  const made = element("table", { class: kind }, element("thead", {}, head), element("tbody", {}, ...body));
-  if (caption) made.prepend(element("caption", {}, caption));
-  return element("div", { class: "scroll" }, made);
-}
-
-export function notes(list) {
-  return element("ul", { class: "notes wide", hidden: !list.length }, ...list.map((line) => element("li", {}, line)));
-}
-
-function fields() {
-  const methods = ["", "first-order", "second-order", "fourth-order", "refined", "bem"];
-  const words = { "": "chosen by itself", bem: "boundary elements" };
-  return [
-    controlFields(),
-    field("method", { label: "Method", kind: "choice", value: "", choices: methods, words }),
-    element(
-      "details",
-      {},
-      element("summary", {}, "Adhesion, outline"),
-      field("work_of_adhesion", { label: "Work of adhesion", kind: "quantity", value: "", example: "50 mJ/m^2", fits: true }),
-      field("range_of_action", { label: "Range of action", kind: "quantity", value: "", example: "1 nm" }),
-      field("angles", { label: "Polar angles", kind: "number", value: "", example: "360" }),
-    ),
-  ];
-}
+import { card, notes, saves, table } from "./cards.js";
+import { lines, quantity, section } from "./charts.js";
+import { element } from "./fields.js";
+import { plane } from "./maps.js";
 
 function show(box, result, tools) {
   const { curve } = result;
@@ -68,7 +24,7 @@ function show(box, result, tools) {
     card("Contact outline", false, outline),
     pressureCard,
     card(result.title || "Result", true, table(result.table.columns, result.table.rows, result.table.caption)),
-    saves({ toml: "Case file", nc: "NetCDF", csv: "CSV", png: "PNG", svg: "SVG", py: "Python" }, tools),
+    saves(tools),
   );
   box.replaceChildren(grid);
   if (result.sketch) section(drawing, { ...result.sketch, title: "Section through layers and tip" });
@@ -174,4 +130,4 @@ function curvePicture(box, result, i) {
   });
 }
 
-export const PRESS = { title: "Press", fields, show };
+export const PRESS = { title: "Press", fields: () => [], show };

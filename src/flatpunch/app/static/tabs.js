@@ -1,6 +1,9 @@
 // What each tab asks for besides the sample, and how it shows its result.
 
+import { COATING } from "./coating.js";
+import { COMPARE } from "./compare.js";
+import { CORRECT } from "./correct.js";
 import { FIT } from "./fit.js";
 import { PRESS } from "./press.js";
 
-export const TABS = { press: PRESS, fit: FIT };
+export const TABS = { press: PRESS, fit: FIT, correct: CORRECT, coating: COATING, compare: COMPARE };

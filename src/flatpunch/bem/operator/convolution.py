@@ -1,7 +1,7 @@
 """Displacement of the surface from the pressure on a grid, u = G * p in free space, and an approximate inverse.
 
 The convolution is done by FFT on the doubled grid, so that nothing is periodic. Only half of that grid's rows carry
-pressure and only half of them are asked for: rows are transformed first (real to complex), then the columns in narrow
+pressure and only half of them are needed: rows are transformed first (real to complex), then the columns in narrow
 blocks, so that the doubled spectrum never exists as a whole. The coefficients are even in x and y, hence their
 transform is real and a quarter of it is kept (a cosine transform). On a folded grid the pressure is even as well, and cosine
 transforms of half the length take the place of Fourier transforms along the axes that are folded: then columns, while they are
@@ -19,13 +19,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import repeat
 from typing import Any
 
 import numpy as np
 import scipy.fft
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import allowed_threads
 from flatpunch.bem.grid import Grid
@@ -47,17 +47,15 @@ from flatpunch.compliance import Kernel
 BYTES_PER_CELL = 200
 """Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""
 
-_BLOCK, _SMALLEST_BLOCK = 64, 2**15
-"""Columns transformed at a time, or as many as make this many numbers: calls cost as much as small transforms."""
 
 SINGLE_FLOOR = 1e-5
-"""Smallest relative error that single precision is asked for."""
+"""Smallest tolerance in single precision; a tenth of it is below its rounding."""
+
+SHARED = 400**2
+"""Numbers in the transformed rows above which each thread takes whole blocks of columns; half as many gain nothing."""
 
 THREADED = 500**2
-"""Cells from which on threads gain more than they cost to start; below, two of them take up to four times as long as one."""
-
-_MANY = 400**2
-"""Numbers in the transformed rows from which on threads take whole blocks of columns each."""
+"""Number of cells above which threads are used; below, two of them take up to four times as long as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +96,7 @@ class Operator:
         return self._apply_standard(pressure)
 
     def precondition(self, gap: Any) -> Any:
-        """Pressure [E*] that about removes a gap error [cells], shape (ny, nx)."""
+        """Pressure [E*] that approximately removes a gap error [cells], shape (ny, nx)."""
         return self._periodic(gap, self.inverse)
 
     def spread(self, values: Any) -> Any:
@@ -123,7 +121,7 @@ class Operator:
         (my, mx), (ny, nx), threads = self.padded, self.grid.shape, self.threads
         even = self.grid.mirrored[0]
         columns = cosine(padded(pressure, (my // 2, nx)), (-2,), threads)
-        count = max(_BLOCK, _SMALLEST_BLOCK // mx)
+        count = _block(mx)
 
         def convolve(first: int, inside: int) -> None:
             rows = slice(first, min(first + count, my // 2))
@@ -139,7 +137,7 @@ class Operator:
         even = self.grid.mirrored[0]
         wide = padded(pressure, (ny, mx // (1 + even)))
         rows = cosine(wide, (-1,), threads) if even else fourier(wide, (-1,), threads)
-        count = max(_BLOCK, _SMALLEST_BLOCK // my)
+        count = _block(my)
 
         def convolve(first: int, inside: int) -> None:
             columns = slice(first, min(first + count, rows.shape[-1]))
@@ -162,7 +160,7 @@ class Operator:
 
         Then also what is not a transform has several threads.
         """
-        if self.threads > 1 and size > _MANY:
+        if self.threads > 1 and size > SHARED:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:
@@ -201,6 +199,11 @@ def _convolved(block: Any, axes: Axes, factor: Array, threads: int, *, even: boo
     return (
         cosine_back(spectrum, axes, threads) if even else fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
     )
+
+
+def _block(length: int) -> int:
+    """Lines transformed at a time: 64, or as many as make 2^15 numbers, since calls cost as much as small transforms."""
+    return max(64, 2**15 // length)
 
 
 def build_operator(
@@ -283,7 +286,7 @@ def compliance_values(kernel: Kernel, k: Array) -> Array:
     return np.asarray(np.exp(np.interp(x - first * BLOCK, np.arange(values.size), values)))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _compliance_block(kernel: Kernel, block: int) -> Array:
     """ln C at ln k = n step."""
     n = np.arange(block * BLOCK, (block + 1) * BLOCK)

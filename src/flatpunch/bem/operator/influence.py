@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gamma
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.operator.radial import CellTable, remainder_table
 from flatpunch.compliance import Kernel
@@ -27,18 +27,10 @@ from flatpunch.numerics.gauss import gauss
 _NEAR = 24.0
 """Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
 
-_NODES, _FEW_NODES, _FAR = 8, 4, 6.0
-"""Gauss points along a part of a cell, and along those farther from the origin than so many of their sides."""
 
 _KEPT = 385
 """Largest offset for which the half-space is kept, a megabyte: that of grids of 256 cells in all but the longest boxes."""
 
-_ROWS = 32
-"""Rows of coefficients made at a time."""
-
-_FINEST = 1e-5
-"""Smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding
-for neighbours, and the central cell of power laws is done in closed form."""
 
 Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
@@ -54,7 +46,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     spacing : float
         Side of a cell [m].
     shape : (int, int)
-        Number of offsets (rows, columns), from zero on.
+        Number of offsets (rows, columns), beginning with zero.
 
     Returns
     -------
@@ -81,7 +73,7 @@ def love_coefficients(shape: tuple[int, int]) -> Array:
     return _few_love_coefficients()[: shape[0], : shape[1]].copy() if max(shape) <= _KEPT else _love_coefficients(shape)
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def _few_love_coefficients() -> Array:
     return _love_coefficients((_KEPT, _KEPT))
 
@@ -97,7 +89,7 @@ def _love_coefficients(shape: tuple[int, int]) -> Array:
 
 
 def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
-    """Add the part of the coefficients that the medium's L - 1 brings, in place."""
+    """Add the part of the coefficients due to the medium's L - 1, in place."""
     factor = spacing**2 / (np.pi * kernel.modulus)
     near = near_cells(kernel, spacing)
     # distances below 1e-5 cells contribute 1e-10 of the diagonal, even of the logarithm of a graded surface
@@ -108,7 +100,7 @@ def add_remainder(g: Array, kernel: Kernel, spacing: float) -> None:
         add_block(g, factor * near_block(kernel, spacing))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def near_block(kernel: Kernel, spacing: float) -> Array:
     """Cell averages of the medium's L - 1 near the origin, kept: windows and finer patches share the cells of a grid."""
     return near_averages(remainder_table(kernel, 1e-5 * spacing, 2 * _NEAR * spacing), spacing)
@@ -126,8 +118,8 @@ def add_far(g: Array, factor: float, radial: Radial, spacing: float, near: float
     The same distances stand on both sides of the diagonal and are looked up once.
     """
     rows, columns = g.shape
-    for first in range(0, min(rows, columns), _ROWS):
-        stop = min(first + _ROWS, rows, columns)
+    for first in range(0, min(rows, columns), 32):
+        stop = min(first + 32, rows, columns)
         y, x = np.arange(first, stop, dtype=float)[:, None], np.arange(first, max(rows, columns), dtype=float)
         r = np.hypot(x, y)
         values = radial(np.maximum(r, near) * spacing)
@@ -166,7 +158,7 @@ class NearRule:
     owner: Indices
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def near_rule() -> NearRule:
     """The rule up to _NEAR cells: each cell is split towards the origin until its parts are small against their distance."""
     row, column = np.triu_indices(int(_NEAR) + 1)
@@ -180,8 +172,11 @@ def near_rule() -> NearRule:
     parts: list[tuple[Array, Array, Indices]] = []
     while x.size:
         distance = np.hypot(np.maximum(x, 0.0), np.maximum(np.maximum(y, -y - side), 0.0))
-        split = (side > distance) & (side > _FINEST)
-        for few, nodes in ((distance > _FAR * side, _FEW_NODES), (distance <= _FAR * side, _NODES)):
+        # smallest piece of a cell: even the singularity of a power law (exponent up to 0.8) inside it weighs below rounding for
+        # neighbours, and the central cell of power laws is done in closed form
+        split = (side > distance) & (side > 1e-5)
+        # Gauss points along a part that is farther from the origin than six of its sides, and along others
+        for few, nodes in ((distance > 6.0 * side, 4), (distance <= 6.0 * side, 8)):
             done = few & ~split
             t, v = gauss(nodes)
             px, py = (start[done, None] + side[done, None] * (t + 1) / 2 for start in (x, y))
@@ -215,7 +210,7 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
     return g
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def power_block(exponent: float) -> Array:
     """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
     block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0)

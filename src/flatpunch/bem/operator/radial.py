@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import erfc, j0
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.gauss import gauss
@@ -25,25 +25,18 @@ from flatpunch.numerics.gauss import gauss
 STEP = 1.0 / 64.0
 """Step in ln x. The trapezoidal rule aliases at the stationary phase x = 2 pi/step = 402, where the window is zero."""
 
-_WINDOW, _WIDTH = 80.0, 12.0
-"""Centre and width of the window erfc((x - 80)/12)/2: its transform leaves exp(-36), its rim x = 152 leaves erfc(6)."""
-
-_ANGULAR = ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24))
-"""Nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; the remainder has died before or r >> h filters it."""
-
-_THROUGH_SIX = np.linalg.inv(np.vander(np.arange(6) - 2.5, increasing=True)).T
-"""Coefficients of the polynomial through values at six neighbours."""
 
 BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
 
 
-@lru_cache(maxsize=4)
+@byte_cached
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
-    i = np.arange(low, int(np.log(_WINDOW + 20 * _WIDTH / 3) / STEP) + 1)
+    window, width = 80.0, 12.0
+    i = np.arange(low, int(np.log(window + 20 * width / 3) / STEP) + 1)
     x = np.exp(i * STEP)
-    w = STEP * x * j0(x) * erfc((x - _WINDOW) / _WIDTH) / 2
+    w = STEP * x * j0(x) * erfc((x - window) / width) / 2
     w[0] += x[0] / np.expm1(STEP) * STEP
     return x, w
 
@@ -65,7 +58,8 @@ class RadialTable:
         i = np.clip(t.astype(np.intp) - 2, 0, self.values.size - 6)
         # polynomials about the middle of each six
         t -= i + 2.5
-        *lower, highest = (np.lib.stride_tricks.sliding_window_view(self.values, 6) @ _THROUGH_SIX).T
+        through_six = np.linalg.inv(np.vander(np.arange(6) - 2.5, increasing=True)).T
+        *lower, highest = (np.lib.stride_tricks.sliding_window_view(self.values, 6) @ through_six).T
         result: Array = highest[i]
         for coefficient in reversed(lower):
             result *= t
@@ -128,7 +122,7 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     offsets = np.arange(low - last, low + x.size - first)
     m = _remainder(kernel, int(offsets[0]), int(offsets[-1]) + 1)
     if cell > 0:
-        # beyond the cutoff there is nothing left to average
+        # L - 1 vanishes beyond the cutoff
         live = m != 0
         m[live] *= isotropic_cell_factor(np.exp(offsets[live] * STEP) * cell)
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
@@ -144,7 +138,7 @@ def _remainder(kernel: Kernel, start: int, stop: int) -> Array:
     return blocks[start - first * BLOCK : stop - first * BLOCK].copy()
 
 
-@lru_cache(maxsize=128)
+@byte_cached
 def _remainder_block(kernel: Kernel, block: int) -> Array:
     n = np.arange(block * BLOCK, (block + 1) * BLOCK)
     return short_wave_remainder(kernel, np.exp(n * STEP) * kernel.length)
@@ -160,10 +154,11 @@ def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:
 
 
 def isotropic_cell_factor(q: Array) -> Array:
-    """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: what averaging over a square does to J0(kr)."""
+    """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: the factor on J0(kr) of averaging over a square."""
     # mean of J0(q r) over the unit square; the next term is 5e-12 at q = 0.1
     result = 1 - q**2 / 24 + q**4 * (7 / 11520)
-    for low, high, nodes in _ANGULAR:
+    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; beyond, the remainder is zero or r >> h filters it
+    for low, high, nodes in ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24)):
         chosen = np.flatnonzero((q > low) & (q <= high))
         if chosen.size:
             t, v = gauss(nodes)

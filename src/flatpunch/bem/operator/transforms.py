@@ -81,10 +81,3 @@ def even_transform(values: Array, threads: int = 1) -> Array:
     if ducc is None:
         return np.asarray(scipy.fft.dctn(values, type=1, workers=threads, overwrite_x=True))
     return np.asarray(ducc.dct(values, 1, out=values, nthreads=threads))
-
-
-def even_transform_back(spectrum: Array, threads: int = 1) -> Array:
-    """Inverse of `even_transform`; in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.idctn(spectrum, type=1, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.dct(spectrum, 1, inorm=2, out=spectrum, nthreads=threads))

@@ -23,18 +23,15 @@ from flatpunch.bem.operator.convolution import Operator
 from flatpunch.bem.solver.conjugate import Removal, dot, largest
 
 DROP = 0.03
-"""Reduction of the gap error asked of the inner loop; at twice or half, solves take 5 % longer."""
+"""Reduction of the gap error by the inner loop; at twice or half, solves take 5 % longer."""
 
 PATIENCE = 10
 """Outer steps without progress after which only steps that lower the energy are taken; half is too soon for full ones."""
 
-_HALVINGS = 12
-"""Most halvings of a step that must lower the energy; with half as many, pyramids under films 50 times stiffer stall."""
-
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A solution as far as it got.
+    """The state of a solution.
 
     Attributes
     ----------
@@ -70,7 +67,7 @@ class State:
 class Aim:
     """A force to be reached by changing the depth on the way.
 
-    What closing the gap will add to the force is known beforehand: by reciprocity it is the gap weighted by the pressure
+    The force that closing the gap adds is known beforehand: by reciprocity it is the gap weighted by the pressure
     of a flat punch under the same contact, for which one from coarser cells will do.
 
     Attributes
@@ -141,7 +138,7 @@ def solve_contact(
     while True:
         if aim is not None:
             if waited >= PATIENCE:
-                # stiff films respond to the rim of the contact, of which coarse cells know too little
+                # stiff films respond to the rim of the contact, which coarse cells do not resolve
                 aim, depth = None, first_depth
             else:
                 depth += _foreseen(operator, aim, now)
@@ -186,13 +183,14 @@ def _advance(
     energy = _energy(xp, now)
     # differences of energy are only known to the rounding of its sum
     rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
-    for tried in range(_HALVINGS):
+    halvings = 12
+    for tried in range(halvings):
         later = _trial(operator, height, depth, _pressing(xp, now.pressure + 0.5**tried * change))
         better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
         lower = _energy(xp, later) - energy
         if lower < -rounding or (lower <= rounding and better):
             return later, tried + 1
-    return _descended(operator, height, depth, now, change), _HALVINGS + 1
+    return _descended(operator, height, depth, now, change), halvings + 1
 
 
 def _descended(operator: Operator, height: Any, depth: float, now: _Trial, change: Any) -> _Trial:
@@ -250,7 +248,7 @@ def _energy(xp: Any, trial: _Trial) -> float:
 
 
 def _pressing(xp: Any, pressure: Any) -> Any:
-    """A pressure without what pulls."""
+    """A pressure without its negative part."""
     return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
 
 

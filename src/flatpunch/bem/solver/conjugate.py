@@ -17,9 +17,6 @@ import numpy as np
 
 from flatpunch.bem.operator.convolution import Operator
 
-FADING = 0.01
-"""Weight of zero in that mean over the sum of all weights, as displacements vanish far away; at twice or half, as many steps."""
-
 MANY = 6
 """Iterations of one step above which the next ones extend displacements beyond the contact; 3 or 12 cost 10 % of the time."""
 
@@ -101,10 +98,11 @@ def remove_gap(
 
 
 def preconditioner(operator: Operator, mask: Any, *, extended: bool) -> Callable[[Any], Any]:
-    """Pressure on a contact that about removes a gap there, E' C^-1 E; of the `mask` ones are the contact, all else is zero."""
+    """Pressure on a contact that approximately removes a gap there, E' C^-1 E; `mask` is 1 on the contact and else 0."""
     if not extended:
         return lambda gap: operator.precondition(gap) * mask
-    weight = (1 - mask) / (operator.xp.abs(operator.spread(mask)) + FADING)
+    # weight of zero in that mean over the sum of all weights, as displacements vanish far away; at twice or half, as many steps
+    weight = (1 - mask) / (operator.xp.abs(operator.spread(mask)) + 0.01)
 
     def precondition(gap: Any) -> Any:
         pressure = operator.precondition(gap + weight * operator.spread(gap))

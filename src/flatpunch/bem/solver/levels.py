@@ -1,4 +1,4 @@
-"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and what each is solved with.
+"""Nested grids: a fine one, its coarser companions, the part of each around a contact, and their operators.
 
 Where the indenter is its own mirror image the contact is too, as it is unique, and half of the grid or a quarter is enough.
 """
@@ -19,10 +19,7 @@ from flatpunch.bem.solver.active_set import State
 from flatpunch.compliance import Kernel
 
 COARSEST = 32
-"""Square root of the cells of the coarsest grid; half as many solve once more on cells that know little, for 20 % more time."""
-
-RIM = 4
-"""Cells left around the contact of a coarser grid, whose rim is known to two cells; twice as many add their share of the time."""
+"""Square root of the cells of the coarsest grid; half as many add a solve that does not help, 20 % of the time."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +82,8 @@ class Levels:
             return None
         cut, mirrored = [], self.grid.mirrored
         for used, cells, half in ((columns, self.grid.nx, mirrored[0]), (rows, self.grid.ny, mirrored[1])):
-            rim = max(RIM, int(0.03 * used.size * (1 + half)))
+            # cells left around the contact of a coarser grid, whose rim is known to two cells
+            rim = max(4, int(0.03 * used.size * (1 + half)))
             cut.append((0 if half else max(0, int(used[0]) - rim), min(cells, int(used[-1]) + 1 + rim)))
         (x0, x1), (y0, y1) = cut
         size = (x1 - x0) * (1 + mirrored[0]), (y1 - y0) * (1 + mirrored[1])
@@ -114,7 +112,7 @@ class Levels:
         return folded, folded.asarray(np.ascontiguousarray(folded.kept(heights)))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
-        """The same levels on the half or quarter of the grid that stands for all of it; kept, as operators are expensive."""
+        """The same levels on the half or quarter of the grid that symmetry leaves; kept, as operators are expensive."""
         if mirrored == (False, False):
             return self
         if mirrored not in self._folded:

@@ -1,4 +1,4 @@
-"""Contacts on nested grids: solve on coarse cells first, carry the pressure to finer ones, and finish where it was asked for.
+"""Contacts on nested grids: solve on coarse cells first, interpolate the pressure to finer ones, and finish on the given grid.
 
 The fine grid then only corrects the rim of the contact, and at given force starts with a depth and a stiffness that are
 nearly right: F(d) = F_wanted is solved by Newton's method with the stiffness dF/dd of a flat punch under the present
@@ -23,13 +23,10 @@ from flatpunch.bem.solver.prolongation import prolong, sampled
 COARSE_TOLERANCE = 1e-4
 """Largest tolerance of coarser grids, whose forces enter error estimates; at twice or half, forces change by 1e-10."""
 
-_NEWTON_STEPS = 40
-"""Most Newton steps towards a force on one grid; three or four are usual, and half as many would do."""
-
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a nested solve took: inner iterations per level (finest last), whether the force was met, and forces on coarser cells.
+    """Inner iterations of a nested solve per level (finest last), whether the force was met, and forces on coarser cells.
 
     The latter are the forces [N] on cells twice and four times as wide at the same depth; NaN where these were not solved.
     """
@@ -78,7 +75,7 @@ def solve_depth(
 
 @dataclass(frozen=True, slots=True)
 class Rough:
-    """Pressure [E*] of about the contact that is looked for, on a coarse grid."""
+    """Pressure [E*] of an approximate contact, on a coarse grid."""
 
     grid: Grid
     pressure: Array
@@ -168,7 +165,7 @@ def _nested_force(
     state, more, missing, punch = _newton(
         levels, cells, force, depth, start, punch, tolerance, limit - taken, follow=window is None
     )
-    # the other depth for the same force stands for another force at the same depth
+    # another depth for the same force corresponds to another force at the same depth
     changed = state.depth * levels.grid.spacing - coarser_depth
     coarser_force = force + punch.stiffness * changed if punch is not None else float("nan")
     coarsest_force = coarser_force + effort.coarser_force - force
@@ -187,9 +184,9 @@ def _newton(
     *,
     follow: bool = True,
 ) -> tuple[State, int, float, Punch | None]:
-    """Contact at a force on one grid, with iterations, the relative error of force and what is left to say of the punch.
+    """Contact at a force on one grid, with iterations, the relative error of force and the punch as far as it is still of use.
 
-    Without a punch that shows how the force answers, the depth may be far off and is not worth a precise solve before it is
+    Without a punch, which gives the change of the force, the depth may be far off and is not worth a precise solve before it is
     near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
     """
     spacing, modulus, unit = levels.grid.spacing, levels.kernel.modulus, levels.unit
@@ -199,7 +196,8 @@ def _newton(
     if punch is not None and punch.foresees and follow:
         share = levels.asarray(punch.share(levels.grid))
         aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
-    for _ in range(_NEWTON_STEPS):
+    # most Newton steps towards a force on one grid; three or four are usual, and half as many would do
+    for _ in range(40):
         wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
         state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
         iterations, start = iterations + state.iterations, state.pressure

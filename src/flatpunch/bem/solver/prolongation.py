@@ -1,4 +1,4 @@
-"""From coarse cells to fine ones: the start of the next solve, and what coarse cells know of a punch."""
+"""From coarse cells to fine ones: the start of the next solve, and that of a punch."""
 
 from __future__ import annotations
 

@@ -31,8 +31,6 @@ from flatpunch.punch.matrix import edge_strength
 STEP = 0.03
 """Step in ln a of the ten-point central differences: their error, about 11! step^10/2772, is then 1e-11 of functions that vary
 over one unit of ln a; the noise of the punch family, 1e-12, is raised to 1e-10."""
-_FIRST = np.array([5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260])
-_SECOND = np.array([5 / 3, -5 / 21, 5 / 126, -5 / 1008, 1 / 3150])
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +152,8 @@ def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Arra
 def central_derivatives(samples: Array) -> tuple[Array, Array]:
     """First and second derivative in ln a of samples at -5 .. 5 steps, shape (11, n)."""
     lower, middle, upper = samples[4::-1], samples[5], samples[6:]
-    first = _FIRST @ (upper - lower) / STEP
-    second = _SECOND @ (upper + lower - 2 * middle) / STEP**2
+    once = np.array([5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260])
+    twice = np.array([5 / 3, -5 / 21, 5 / 126, -5 / 1008, 1 / 3150])
+    first = once @ (upper - lower) / STEP
+    second = twice @ (upper + lower - 2 * middle) / STEP**2
     return np.asarray(first), np.asarray(second)

@@ -17,9 +17,6 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
-_LARGEST = 1e60
-"""Largest modulus [Pa] and work of adhesion [J/m^2], and the inverse of the smallest: their products stay representable."""
-
 
 @dataclass(frozen=True, slots=True)
 class FlatFace:
@@ -62,10 +59,12 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
         If the indenter is neither round nor a power law, the work of adhesion not positive, or there is no stable contact.
     """
     work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].", unit="J/m**2")
+    # products of both stay representable
+    largest = 1e60
     for name, value, unit in (("work_of_adhesion", work, "J/m^2"), ("modulus", kernel.modulus, "Pa")):
-        if not 1 / _LARGEST <= value <= _LARGEST:
+        if not 1 / largest <= value <= largest:
             raise ValueError(
-                f"{name} = {value:.6g} {unit} is beyond what adhesion is computed for, {1 / _LARGEST:g} to {_LARGEST:g} {unit}. "
+                f"{name} = {value:.6g} {unit} is beyond what adhesion is computed for, {1 / largest:g} to {largest:g} {unit}. "
                 "Check the units; all quantities are in SI."
             )
     if not indenter.round:

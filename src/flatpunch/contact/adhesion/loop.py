@@ -1,6 +1,6 @@
 """The loop of approach and withdrawal of an adhesive contact, and the energy that it loses.
 
-Traction of zero range is not felt before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
+Traction of zero range does not act before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
 contact jumps in to its first stable radius. It then follows stable stretches, jumping outwards where one ends (under stiff
 films), and on the way back inwards, until it is lost. With the energy of a contact against separated bodies,
 
@@ -40,9 +40,6 @@ from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_DECADES = 10
-_NODES = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,12 +200,12 @@ def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
 
 
 def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
-    """int rate dln a from nothing to each radius: Gauss rules on decades; below 1e-10 of the radius nothing is left."""
-    t, weights = gauss(_NODES)
-    width = np.log(10)
-    start = np.log(radius)[:, None] - width * np.arange(1, _DECADES + 1)
+    """int rate dln a from zero to each radius: Gauss rules on decades; the part below 1e-10 of the radius is negligible."""
+    t, weights = gauss(24)
+    width, decades = np.log(10), 10
+    start = np.log(radius)[:, None] - width * np.arange(1, decades + 1)
     x = start[..., None] + width / 2 * (t + 1)
-    return np.asarray(rate(np.exp(x).ravel()).reshape(x.shape) @ (weights * width / 2) @ np.ones(_DECADES))
+    return np.asarray(rate(np.exp(x).ravel()).reshape(x.shape) @ (weights * width / 2) @ np.ones(decades))
 
 
 def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:

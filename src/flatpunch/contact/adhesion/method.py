@@ -145,7 +145,7 @@ _ERROR = "estimated error of the force over the sum of its two terms, that witho
 
 
 def _anchor(case: AdhesiveCase) -> float:
-    """Radius that stands in where there is no contact."""
+    """Radius used where there is no contact."""
     return max((stretch.start for stretch in case.stability.force), default=0.0) or case.indenter.reach
 
 

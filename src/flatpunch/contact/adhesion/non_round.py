@@ -30,7 +30,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
@@ -47,10 +46,6 @@ from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
-
-_WIDTH = float(np.log(10) / 6)
-_NODES = 14
-"""Pieces of ln a and Chebyshev nodes on each: 1e-11 of functions that vary over one unit of ln a."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +99,14 @@ class PerturbedBranch:
         return np.asarray(self.angles.orders[: self.harmonics.size])
 
     @cached_property
-    def _pieces(self) -> dict[int, Array]:
-        """Chebyshev series of depth, force and area over pieces of ln a, made when first asked for."""
-        return {}
+    def _table(self) -> PiecewiseChebyshev:
+        """Depth, force and area over ln a: 1e-11 of functions that vary over one unit of it."""
+        width = float(np.log(10) / 6)
+
+        def edges(x: Array) -> Array:
+            return np.asarray(width * np.arange(np.floor(x.min() / width), np.floor(x.max() / width) + 2))
+
+        return PiecewiseChebyshev(lambda x: self._corrected(np.exp(x)).T, edges, lambda low, high: 14)
 
     @cached_property
     def _panels(self) -> PiecewiseChebyshev:
@@ -118,7 +118,7 @@ class PerturbedBranch:
 
     def at(self, radius: Array) -> AdhesiveContact:
         """Equilibria at base radii > 0, shape (n,)."""
-        values, slopes = self._tabulated(np.log(radius))
+        values, slopes = self._table.with_slope(np.log(radius))
         round_ = self.base.at(radius)
         return AdhesiveContact(
             radius=radius,
@@ -130,24 +130,9 @@ class PerturbedBranch:
             plain=round_.plain,
         )
 
-    def _tabulated(self, x: Array) -> tuple[Array, Array]:
-        """Depth, force and area at ln a of shape (n,), and their derivatives by it, shape (n, 3) each."""
-        index = np.floor(x / _WIDTH).astype(int)
-        values, slopes = np.empty((x.size, 3)), np.empty((x.size, 3))
-        for i in np.unique(index):
-            if i not in self._pieces:
-                nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-                sampled = self._corrected(np.exp((i + 0.5 + nodes / 2) * _WIDTH)).T
-                self._pieces[i] = np.asarray(chebyshev.chebfit(nodes, sampled, _NODES - 1), dtype=float)
-            inside = index == i
-            at = 2 * (x[inside] / _WIDTH - i) - 1
-            values[inside] = chebyshev.chebval(at, self._pieces[i]).T
-            slopes[inside] = chebyshev.chebval(at, chebyshev.chebder(self._pieces[i])).T * 2 / _WIDTH
-        return values, slopes
-
     def shape(self, radius: Array, phi: Array) -> tuple[Array, Array, Array]:
         """Outline, shape (n, p), mean radius a0 and area at base radii."""
-        area = self._tabulated(np.log(radius))[0][:, 2]
+        area = self._table.at(np.log(radius))[:, 2]
         h = self._outline_harmonics(radius)
         # over one period, on the grid of the harmonics
         points = self.angles.u.size
@@ -174,7 +159,7 @@ class PerturbedBranch:
         plain = self.plain.evaluate(radius)
         contact = self.base.at(radius)
         scale = contact.plain.force + contact.plain.stiffness * contact.retraction
-        depth, force, _ = self._tabulated(np.log(radius))[0].T
+        depth, force, _ = self._table.at(np.log(radius)).T
         change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
         return np.asarray(np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2))
 

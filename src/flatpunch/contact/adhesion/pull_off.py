@@ -33,14 +33,6 @@ from flatpunch.contact.adhesion.stability import Stretch
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 
-JKR_FROM = 5.0
-"""Tabor parameter above which the pull-off force of JKR is within a few per cent (Johnson and Greenwood 1997)."""
-
-DMT_UP_TO = 0.1
-"""Tabor parameter below which that of rigid bodies is."""
-
-_NECK = float(np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6))
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -203,18 +195,21 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
         unit="m",
     )
     contact = case.branch.at(np.array([result.radius]))
-    mu = float(contact.retraction[0]) / (_NECK * z0)
+    # (T11.4)
+    mu = float(contact.retraction[0]) / (np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6) * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2
-    if mu >= JKR_FROM:
+    # above 5 the pull-off force of JKR is within a few per cent, below 0.1 that of rigid bodies (Johnson and Greenwood 1997)
+    rigid, soft = 0.1, 5.0
+    if mu >= soft:
         return Tabor(mu, dmt, "JKR", "")
-    if mu > DMT_UP_TO:
+    if mu > rigid:
         note = (
-            f"Tabor's parameter is {mu:.3g}, between {DMT_UP_TO:g} and {JKR_FROM:g}: neither JKR theory (pull-off force "
+            f"Tabor's parameter is {mu:.3g}, between {rigid:g} and {soft:g}: neither JKR theory (pull-off force "
             f"{result.force:.4g} N) nor that of rigid bodies ({dmt:.4g} N) holds; expect a value between the two."
         )
         return Tabor(mu, dmt, "transition", note)
     note = (
-        f"Tabor's parameter is {mu:.3g}, below {DMT_UP_TO:g}: the bodies act as rigid ones and JKR theory does not hold. Take "
+        f"Tabor's parameter is {mu:.3g}, below {rigid:g}: the bodies act as rigid ones and JKR theory does not hold. Take "
         f"the pull-off force {dmt:.4g} N of rigid bodies instead of {result.force:.4g} N."
     )
     return Tabor(mu, dmt, "DMT", note)

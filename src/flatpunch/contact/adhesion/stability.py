@@ -23,11 +23,8 @@ from flatpunch.punch.matrix import RESOLVED, effective_beta
 Quantity = Literal["depth", "force"]
 QUANTITIES: tuple[Quantity, Quantity] = ("depth", "force")
 
-_PER_DECADE = 24
-_MOST_DECADES = 16
-
-_SMALLEST, _FARTHEST = 1e-15, 1e6
-"""Contact radii [m] among which the balance of adhesion and elasticity is looked for."""
+PER_DECADE = 24
+"""Radii per decade at which the branch is searched for turns; with half as many a narrow stable stretch may be missed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +82,11 @@ def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned
         else np.inf
     )
     guess = min(_half_space_balance(branch, profile, most), most / 10, length)
-    x = np.log(guess) + np.log(10) * np.arange(-_PER_DECADE, _PER_DECADE // 2 + 1) / _PER_DECADE
+    x = np.log(guess) + np.log(10) * np.arange(-PER_DECADE, PER_DECADE // 2 + 1) / PER_DECADE
     slopes = _slopes(branch, x)
     x, slopes = _extend_down(branch, x, slopes)
     if pinned:
-        more = np.linspace(x[-1], np.log(reach), 2 + int(_PER_DECADE * (np.log10(reach) - x[-1] / np.log(10))))[1:]
+        more = np.linspace(x[-1], np.log(reach), 2 + int(PER_DECADE * (np.log10(reach) - x[-1] / np.log(10))))[1:]
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     else:
         x, slopes = _extend_up(branch, x, slopes, np.log(most), reach)
@@ -108,13 +105,13 @@ def _slopes(branch: Equilibria, x: Array) -> Array:
 def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Array]:
     """Towards small radii until adhesion wins in both slopes and the medium is its own surface's half-space."""
     kernel = branch.kernel
-    for _ in range(_MOST_DECADES):
+    for _ in range(16):
         thin = (
             not (kernel.homogeneous or kernel.exponent) and effective_beta(kernel, np.exp(x[0]) / kernel.length) > 0.1
         )
         if (slopes[:, 0] < 0).all() and not thin:
             return x, slopes
-        more = x[0] - np.log(10) / _PER_DECADE * np.arange(_PER_DECADE, 0, -1)
+        more = x[0] - np.log(10) / PER_DECADE * np.arange(PER_DECADE, 0, -1)
         x, slopes = np.concatenate([more, x]), np.concatenate([_slopes(branch, more), slopes], axis=1)
     raise ValueError(
         "This contact has no pull-off: towards small radii the profile rises more steeply than adhesion can follow "
@@ -125,7 +122,7 @@ def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Ar
 def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: float) -> tuple[Array, Array]:
     """Towards large radii until both slopes have been positive over the guard distance."""
     guard = _guard(branch.kernel)
-    for _ in range(4 * _MOST_DECADES):
+    for _ in range(64):
         pulled = np.flatnonzero((slopes <= 0).any(axis=0))
         settled = x[-1] - x[pulled[-1]] if pulled.size else np.inf
         if settled >= guard:
@@ -143,7 +140,7 @@ def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: 
                 + ", adhesion still pulls the contact outwards: there is no stable contact. Reduce the work of adhesion, or give "
                 "the shape further out."
             )
-        more = x[-1] + np.log(10) / _PER_DECADE * np.arange(1, _PER_DECADE // 4 + 1)
+        more = x[-1] + np.log(10) / PER_DECADE * np.arange(1, PER_DECADE // 4 + 1)
         more = np.unique(np.minimum(more, most))
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     return x, slopes
@@ -167,16 +164,17 @@ def largest_radius(kernel: Kernel, reach: float) -> float:
 
 def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:
     """Radius at which depth and retraction balance on the half-space of the surface material."""
-    if most > _SMALLEST:
-        radius = np.geomspace(_SMALLEST, min(most, _FARTHEST), 400)
+    smallest = 1e-15
+    if most > smallest:
+        radius = np.geomspace(smallest, min(most, 1e6), 400)
         depth = np.pi * profile.moments(radius, 1).edge
         back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
         first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
-    # profiles that do not rise faster than adhesion follows have no such radius, which `_extend_down` says
-    if most <= _SMALLEST or (first == 0 and depth[0] > back[0] and depth[1] / back[1] > depth[0] / back[0]):
+    # profiles that rise more steeply than adhesion can follow have no such radius: `_extend_down` refuses them
+    if most <= smallest or (first == 0 and depth[0] > back[0] and depth[1] / back[1] > depth[0] / back[0]):
         raise ValueError(
             f"With a work of adhesion of {branch.work:.4g} J/m^2 and a modulus of {branch.kernel.modulus:.4g} Pa this tip is "
-            f"held by contacts of less than {_SMALLEST:g} m, far below the size of an atom. Check the units; all are in SI."
+            f"held by contacts of less than {smallest:g} m, far below the size of an atom. Check the units; all are in SI."
         )
     return float(radius[min(first, radius.size - 1)])
 

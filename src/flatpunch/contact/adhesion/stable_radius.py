@@ -7,11 +7,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.contact.adhesion.branch import AdhesiveContact, Equilibria
-from flatpunch.contact.adhesion.stability import Quantity, Stability, Stretch, largest_radius, slope_of
-
-_PER_DECADE = 24
-_MOST_DECADES = 40
-_ITERATIONS = 60
+from flatpunch.contact.adhesion.stability import PER_DECADE, Quantity, Stability, Stretch, largest_radius, slope_of
 
 
 def stable_radius(
@@ -57,7 +53,7 @@ def stable_radius(
         open_ &= ~at_edge
     for stretch in stability.of(quantity):
         lowest, highest = ends_of(branch, stretch, quantity)
-        # the pull-off itself, asked for as computed, is still in contact
+        # the pull-off itself, prescribed as computed, is still in contact
         held = open_ & (target >= lowest - 1e-12 * abs(lowest)) & (target <= highest)
         if held.any():
             radius[held] = radius_on(branch, stretch, quantity, np.maximum(target[held], lowest), reach)
@@ -92,7 +88,7 @@ def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: 
     # near a minimum the quantity grows like the square of the distance
     x = low + (high - low) * np.sqrt(np.clip((target - sampled[upper - 1]) / np.diff(sampled)[upper - 1], 0, 1))
     scale = np.abs(sampled).max() * np.finfo(float).eps
-    for _ in range(_ITERATIONS):
+    for _ in range(60):
         here = branch.at(np.exp(x))
         miss, slope = value_of(here, quantity) - target, slope_of(here, quantity)
         low, high = np.where(miss < 0, x, low), np.where(miss >= 0, x, high)
@@ -110,13 +106,14 @@ def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: 
 
 def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reach: float) -> Array:
     """Nodes of ln a from the start of a stretch to where the quantity exceeds `most`."""
-    start = np.log(stretch.start) if stretch.start > 0 else np.log(min(reach, 1.0)) - _MOST_DECADES
+    units = 40
+    start = np.log(stretch.start) if stretch.start > 0 else np.log(min(reach, 1.0)) - units
     end = np.log(min(stretch.end, largest_radius(branch.kernel, reach)))
     if np.isfinite(stretch.end):
-        return np.linspace(start, end, 2 + int(_PER_DECADE * (end - start) / np.log(10)))
+        return np.linspace(start, end, 2 + int(PER_DECADE * (end - start) / np.log(10)))
     grid = [start]
-    for _ in range(4 * _MOST_DECADES):
-        more = np.minimum(grid[-1] + np.log(10) / _PER_DECADE * np.arange(1, _PER_DECADE // 4 + 1), end)
+    for _ in range(4 * units):
+        more = np.minimum(grid[-1] + np.log(10) / PER_DECADE * np.arange(1, PER_DECADE // 4 + 1), end)
         reached = value_of(branch.at(np.exp(more)), quantity)
         grid.extend(more.tolist())
         if reached[-1] >= most:

@@ -14,20 +14,8 @@ import numpy as np
 from flatpunch import bem
 from flatpunch.bem.bounding_box import bounding_box
 
-_SLOWEST = 1.25
-"""Least ratio q that is believed; closer to 1 the error is estimated at four times the last difference or more."""
-
 _SECOND_ORDER = 4.0
 """Ratio q of errors that fall with the square of the width; larger ones are chance."""
-
-_SCATTER = 0.2
-"""Share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small."""
-
-_COARSE = 0.1
-"""Difference between forces on wider cells above which these are no power of the width, and a ratio above 4 is chance."""
-
-_FLOOR = 0.03
-"""Least relative error over the square of cells per shorter half-width; the last differences vanish by chance."""
 
 
 def own_error(solution: bem.Solution) -> float:
@@ -41,7 +29,7 @@ def own_error(solution: bem.Solution) -> float:
 def extrapolated(solution: bem.Solution) -> tuple[float, float]:
     """Force extrapolated to vanishing cells [N] and its relative error.
 
-    The extrapolation is right where the error falls with the square of the width. The force is that of the cells where the
+    The extrapolation holds where the error falls with the square of the width. The force is that of the cells where the
     differences have no common sign.
     """
     if not solution.contact.any():
@@ -50,7 +38,8 @@ def extrapolated(solution: bem.Solution) -> tuple[float, float]:
     if last * before < 0:
         return solution.force, own_error(solution)
     slower = max(_richardson(last, before) - abs(last) / (_SECOND_ORDER - 1), 0.0)
-    scatter = _SCATTER * max(abs(last), abs(before) / _SECOND_ORDER)
+    # share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small
+    scatter = 0.2 * max(abs(last), abs(before) / _SECOND_ORDER)
     return solution.extrapolated_force, slower + scatter + _floor(solution)
 
 
@@ -70,16 +59,19 @@ def _richardson(last: float, before: float) -> float:
     """Error of the finest cells."""
     if last * before < 0:
         return max(abs(last), abs(before))
-    if abs(before) > max(_COARSE, _SECOND_ORDER * abs(last)):
+    # difference between forces on wider cells above which these are no power of the width, and a ratio above 4 is chance
+    if abs(before) > max(0.1, _SECOND_ORDER * abs(last)):
         # the last difference is small by chance, as the error passes through a turn
         return abs(before) / _SECOND_ORDER
-    ratio = np.clip(before / last if last else _SECOND_ORDER, _SLOWEST, _SECOND_ORDER)
+    # smaller ratios q are not used: the estimate would exceed four times the last difference
+    ratio = np.clip(before / last if last else _SECOND_ORDER, 1.25, _SECOND_ORDER)
     return float(max(abs(last) / (ratio - 1), abs(before) / (_SECOND_ORDER * (_SECOND_ORDER - 1))))
 
 
 def _floor(solution: bem.Solution) -> float:
-    """Error that no difference reports, four times as large where there are none."""
+    """Error that the differences do not show, four times as large where there are none."""
     unknown = 1 if np.isfinite(solution.coarser_force) else _SECOND_ORDER
+    # least relative error, 0.03 times the square of cell over shorter half-width: differences may vanish by chance
     return float(
-        unknown * _FLOOR * (solution.grid.spacing / min(bounding_box(solution.grid, solution.contact).half_widths)) ** 2
+        unknown * 0.03 * (solution.grid.spacing / min(bounding_box(solution.grid, solution.contact).half_widths)) ** 2
     )

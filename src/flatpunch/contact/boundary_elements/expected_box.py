@@ -1,4 +1,4 @@
-"""Where boundary elements look for a contact: from the solutions around, from the round contact and the tip, or once more."""
+"""Expected boxes of contacts: from neighbouring solutions, the round contact and the tip, or an outline that left its grid."""
 
 from __future__ import annotations
 
@@ -14,20 +14,11 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
-_ALIKE = 1.0
-"""Largest difference of ln a(phi) between neighbours for which their mean gives the box between them."""
-_CENTRED = 0.02
-"""Distance of the centre over the half-width below which it is the point of first touch."""
-_RIM = 2
-"""Outermost cells that an outline must leave free: an outline that reaches them may be cut off."""
-_DRAWN_OUT, _WIDER = 1.25, 0.1
-"""Power of the tip's level lines that contacts follow (1 to 2 found from soft to stiff layers), and how much is added to ln a."""
-
 
 def boxes_between(
     positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
 ) -> tuple[Array, Array, Flags]:
-    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which are well known, shape (n,).
+    """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which of them are reliable, shape (n,).
 
     Parameters
     ----------
@@ -43,18 +34,21 @@ def boxes_between(
         Polar angles [rad].
     """
     every = np.array(sorted(known))
-    logarithms = np.log(round_radius)[:, None] + _DRAWN_OUT * level_line + _WIDER * (level_line != 0).any()
+    # contacts follow powers 1 to 2 of the tip's level lines, from soft to stiff layers; the box is a tenth wider
+    logarithms = np.log(round_radius)[:, None] + 1.25 * level_line + 0.1 * (level_line != 0).any()
     sure = np.zeros(positions.size, dtype=bool)
     for row, x in enumerate(positions):
         upper = int(np.searchsorted(every, x))
         if 0 < upper < every.size:
             low, high = (known[node] for node in every[upper - 1 : upper + 1])
             between = low + (x - every[upper - 1]) / (every[upper] - every[upper - 1]) * (high - low)
-            sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < _ALIKE
+            # largest difference of ln a(phi) between neighbours for which their mean gives the box between them
+            sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < 1.0
             logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
     half_widths, centers = boxes_around(np.exp(logarithms), phi)
     # contacts that are their own mirror images are recognised by their centre
-    centers[np.abs(centers) < _CENTRED * half_widths] = 0.0
+    # distance of the centre over the half-width below which it is the point of first touch
+    centers[np.abs(centers) < 0.02 * half_widths] = 0.0
     return half_widths, centers, sure
 
 
@@ -74,7 +68,8 @@ def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
     half_widths, center = (
         sides[0] for sides in boxes_around(contour[None], 2 * np.pi * np.arange(contour.size) / contour.size)
     )
-    inside = (np.array([grid.nx, grid.ny]) / 2 - _RIM) * grid.spacing
+    # outermost cells that an outline must leave free: an outline that reaches them may be cut off
+    inside = (np.array([grid.nx, grid.ny]) / 2 - 2) * grid.spacing
     if not (np.abs(center - grid.center) + half_widths > inside).any():
         return None
     return {"half_widths": half_widths, "centers": center, "search": False}

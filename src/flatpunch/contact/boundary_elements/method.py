@@ -210,7 +210,7 @@ def _errors(found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Arra
     """Estimated relative errors of the forces, and of the outlines over the mean radius."""
     force = np.array([cell_error.own_error(solution) for solution in found])
     measured = np.isfinite([solution.coarser_force for solution in found])
-    # steps that began from the one before have no solution on wider cells
+    # steps that start from the previous one have no solution on wider cells
     latest = np.maximum.accumulate(np.where(measured, np.arange(force.size), 0))
     return np.maximum(force, force[latest]), np.array([trace.error for trace in traces])
 

@@ -11,12 +11,6 @@ from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter
 
-_MOST_POINTS = 2048
-"""Points on one period of a kinked outline: its harmonics fall like 1/m^2, which leaves 1e-7 of the force."""
-
-_LEAST_POINTS = 128
-"""Points on one period of the smoothest outline: enough for products of four of its harmonics."""
-
 
 @dataclass(frozen=True, slots=True)
 class Angles:
@@ -67,14 +61,16 @@ def expand(indenter: Indenter, lam: float) -> Angles:
     mean = float(np.exp(weights @ np.log(psi)) if lam == 0 else (weights @ psi**lam) ** (1 / lam))
     fold = rotational_symmetry(indenter)
     start = indenter.corners[0] if indenter.corners else 0.0
-    points = _MOST_POINTS
+    # points on one period of a kinked outline: its harmonics fall like 1/m^2, which leaves 1e-7 of the force
+    points = 2048
     while True:
         grid = start + 2 * np.pi / fold * np.arange(points) / points
         ratio = _angular(indenter, grid) / mean
         u = np.log(ratio) if lam == 0 else (ratio**lam - 1) / lam
         spectrum = np.abs(np.fft.rfft(u))
         # products of four fields must fit on the grid
-        if points <= _LEAST_POINTS or spectrum[points // 16 :].max() > 1e-15 * max(spectrum.max(), 1e-15):
+        # points on one period of the smoothest outline: enough for products of four of its harmonics
+        if points <= 128 or spectrum[points // 16 :].max() > 1e-15 * max(spectrum.max(), 1e-15):
             break
         points //= 2
     c2 = (1 - lam) / 2

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Extra
@@ -70,12 +70,6 @@ class Factors:
 
 _FACTORS = Factors()
 
-_CUT = 0.99 * LARGEST_WAVE
-"""Swing above which the outline of a general profile was cut: there the force is lost as well."""
-
-_NEWTON = 6
-"""Newton steps between two contacts of equal depth, a tenth of their radius apart; each doubles the digits."""
-
 
 def estimates(force: Array, contour: Array) -> Extra:
     """Both estimates as result variables."""
@@ -90,7 +84,8 @@ def second_order_error(indenter: Indenter, contact: PerturbedContact) -> tuple[A
     x2, x3, x4 = contact.terms.T
     if indenter.exponent is None:
         force = _FACTORS.higher * (np.abs(x3) + x2**2) + _FACTORS.sampled_floor
-        force = np.where(contact.swing > _CUT, np.maximum(force, np.abs(x2) * contact.swing), force)
+        # swing above which the outline of a general profile was cut: there the force is lost as well
+        force = np.where(contact.swing > 0.99 * LARGEST_WAVE, np.maximum(force, np.abs(x2) * contact.swing), force)
         force = force + _FACTORS.flat_force * _flat_spread(indenter, contact)
     else:
         force = np.abs(x3 + x4) + _FACTORS.last * np.abs(x4) + _FACTORS.floor
@@ -136,7 +131,7 @@ def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
     )
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, float]:
     """Differences of force (relative) and outline (over the mean radius) between first and second order on a half-space.
 
@@ -147,7 +142,7 @@ def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, fl
     series = power_expansion(kernel, indenter, "second") if power else general_expansion(kernel, indenter)
     _, first = mean_contact(kernel, indenter, Control("radius", np.array([radius])))
     if first.depth[0] == 0:
-        # within a flat end nothing has happened yet
+        # within a flat end the depth is zero
         return 0.0, 0.0
     second = series.evaluate(_same_depth(series.loading, first.depth, radius, indenter.reach))
     phi = np.linspace(0, 2 * np.pi, 180, endpoint=False)
@@ -160,7 +155,8 @@ def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, fl
 def _same_depth(loading: Callable[[Array], Loading], depth: Array, radius: float, reach: float) -> Array:
     """Base radius of a series at a depth, shape (1,): a few steps of Newton from the radius of the mean profile."""
     found = np.array([radius])
-    for _ in range(_NEWTON):
+    # Newton steps between two contacts of equal depth, a tenth of their radius apart; each doubles the digits
+    for _ in range(6):
         path = loading(found)
         if path.depth_slope[0] <= 0:
             break

@@ -30,15 +30,6 @@ from flatpunch.punch.family import punch_family
 
 Outline = Callable[[Array, Array], tuple[Array, Array]]
 
-_ANGLES = 720
-"""Angles of the outline spline for general shapes."""
-
-_RADIAL_NODES = 12
-"""Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex."""
-
-_FORCE_TOLERANCE = 0.02
-"""Relative difference between the integral of a pressure and the force that counts as agreement."""
-
 
 def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """A whole curve by the paper's method; exact for round indenters."""
@@ -108,7 +99,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
         return superpose(kernel, history, r, phi)
     if flat_radius(indenter) > 0:
         raise NoSuperposition(
-            "the flat end of this tip is in contact as a whole from the first touch on, so the outline does not grow "
+            "the whole flat end of this tip is in contact at the first touch, so the outline does not grow "
             "continuously from a point"
         )
     history = _with_outline(kernel, indenter, evaluate, history)
@@ -119,13 +110,15 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
 def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: float) -> None:
     """Refuse a superposed pressure whose integral over the contact is not the force."""
     phi, weights = angular_rule(indenter)
-    t, weight = gauss(_RADIAL_NODES)
+    # Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex
+    t, weight = gauss(12)
     theta = np.pi / 4 * (t + 1)
     edge = history.radius * history.outline(np.full_like(phi, np.log(history.radius)), phi)[0]
     r = edge[:, None] * np.sin(theta)
     field = superpose(kernel, history, r.ravel(), np.repeat(phi, theta.size)).reshape(r.shape)
     total = 2 * np.pi * weights @ (edge**2 * (field @ (np.pi / 4 * weight * np.sin(theta) * np.cos(theta))))
-    if not abs(total / force - 1) <= _FORCE_TOLERANCE:
+    # relative difference between the integral of a pressure and the force that counts as agreement
+    if not abs(total / force - 1) <= 0.02:
         raise NoSuperposition(
             f"the superposed pressure adds up to {total:.4g} N where the force is {force:.4g} N: the outline changes too fast "
             "while the contact grows"
@@ -167,5 +160,6 @@ def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Out
 
 def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
     """Spline of (P17) over ln a and the polar angle."""
-    angles = np.linspace(-np.pi, np.pi, _ANGLES, endpoint=False)
+    # angles of the outline spline for general shapes
+    angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
     return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -18,15 +17,6 @@ from flatpunch.indenters.profile import Indenter, height_and_slope
 from flatpunch.numerics.log_table import log_table
 from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import punch_family
-
-_MANY = 96
-"""Number of contacts above which general outlines are read from a table over ln a."""
-
-_BEYOND = 3.0
-"""Radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own."""
-
-_STENCIL = 2e-3
-"""Relative step of the five-point difference in ln a: its error is 0.03 step^4 = 5e-13 of smooth profiles."""
 
 
 def outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
@@ -100,9 +90,11 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     live = contact.radius > 0
     a = contact.radius[live]
     different, of_ray = different_rays(indenter, phi)
-    read = np.full(a.size, a.size > _MANY)
+    # number of contacts above which general outlines are read from a table over ln a
+    read = np.full(a.size, a.size > 96)
     if flat_radius(indenter) > 0:
-        read &= a > _BEYOND * indenter.rings[-1]
+        # radius of the contact over that of a flat end above which they are: closer by each ray has a kink of its own
+        read &= a > 3.0 * indenter.rings[-1]
     terms = np.empty((a.size, different.size + 1))
     if read.any():
         terms[read] = _table(kernel, indenter, different.tobytes()).at(np.log(a[read]))
@@ -114,7 +106,7 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
     return result
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def _table(kernel: Kernel, indenter: Indenter, angles: bytes) -> PiecewiseChebyshev:
     """The terms over ln a: far fewer radii than a long curve has."""
     phi = np.frombuffer(angles)
@@ -148,6 +140,8 @@ def _mean_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> A
 
 def _second_response(indenter: Indenter, a: Array, rho: Array, weight: Array) -> Array:
     """c0 (2 g0 + a g0') = (a^2 J0)''/... = (1 + a d/da)(2 J0 + J1), by a five-point difference in log a."""
-    value = [_mean_response(indenter, a * np.exp(j * _STENCIL), rho, weight) for j in (-2, -1, 1, 2)]
-    derivative = (value[0] - 8 * value[1] + 8 * value[2] - value[3]) / (12 * _STENCIL)
+    # relative step: the error is 0.03 step^4 = 5e-13 of smooth profiles
+    step = 2e-3
+    value = [_mean_response(indenter, a * np.exp(j * step), rho, weight) for j in (-2, -1, 1, 2)]
+    derivative = (value[0] - 8 * value[1] + 8 * value[2] - value[3]) / (12 * step)
     return np.asarray(_mean_response(indenter, a, rho, weight) + derivative)

@@ -8,10 +8,10 @@ on the other depths of a curve.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
@@ -131,7 +131,7 @@ class BlendedExpansion:
         return weight, growth
 
     def _doubts(self, low: float, high: float) -> tuple[Array, Array]:
-        """Logarithms of base radii on a fixed grid that covers a range, and how doubtful fourth order is there."""
+        """Logarithms of base radii on a fixed grid that covers a range, and the doubt about fourth order there."""
         if self.kernel.homogeneous or self.kernel.exponent:
             nodes = np.array([low, high])
         else:
@@ -156,7 +156,7 @@ class BlendedExpansion:
 
 
 def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
-    """A whole curve; a note says from where on it is second order."""
+    """A whole curve; a note gives the depths at which it is second order."""
     if indenter.round:
         return first_order.solve(kernel, indenter, control, phi)
     check(indenter)
@@ -186,7 +186,7 @@ def check(indenter: Indenter) -> None:
         )
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _expansion(kernel: Kernel, indenter: Indenter) -> BlendedExpansion:
     """The blended series of a medium and an indenter."""
     return BlendedExpansion(kernel, indenter)

@@ -12,11 +12,11 @@ force enters as a lower depth instead of a factor, which is exact for a parabolo
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
@@ -39,8 +39,6 @@ from flatpunch.punch.power_law import power_law_punch
 _POINTS = 256
 """Angles on one period of the outline: harmonics up to 128 times the symmetry."""
 
-_SINGULAR = 4.0
-"""|ln(f/f_b)| above which the logarithm is no good variable: f comes close to zero away from the axis."""
 
 LARGEST_WAVE = 3.0
 """|w| at which outlines are cut, far beyond where the series is of use."""
@@ -275,7 +273,8 @@ def _is_regular(indenter: Indenter) -> bool:
     r = np.append(sample_radii(indenter, 61), 0.5 * np.array(indenter.rings))[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         g = np.log(np.asarray(indenter.height(r, 2 * np.pi * np.arange(_POINTS) / _POINTS)))
-        return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < _SINGULAR))
+        # |ln(f/f_b)| above which the logarithm is no good variable: f comes close to zero away from the axis
+        return bool(np.all(np.abs(g - g.mean(axis=1, keepdims=True)) < 4.0))
 
 
 def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:
@@ -306,7 +305,7 @@ def _rows(base: RoundContact, rows: slice) -> RoundContact:
     return replace(base, answers=answers, **shape)
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def general_expansion(kernel: Kernel, indenter: Indenter) -> GeneralExpansion:
     """The series of a medium and an indenter; what is already computed is shared."""
     return GeneralExpansion(kernel, indenter)

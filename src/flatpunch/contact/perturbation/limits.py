@@ -1,11 +1,10 @@
-"""Why a perturbation result is uncertain, in sentences: asymmetry, edges, stiff films, steep faces."""
+"""Reasons for which a perturbation result is uncertain, as sentences: asymmetry, edges, stiff films, steep faces."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
@@ -14,9 +13,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 
 LARGEST_SWING = 1.2
-"""|ln a(phi)/abar| above which outlines were off by tens of per cent."""
-_AMPLIFIED = 1.5
-"""Swing over that on a half-space above which the medium is the cause, not the tip."""
+"""|ln a(phi)/abar| above which outlines are off by tens of per cent."""
 
 
 def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact) -> tuple[str, ...]:
@@ -24,7 +21,8 @@ def outline_causes(kernel: Kernel, indenter: Indenter, contact: PerturbedContact
     wide = contact.swing > LARGEST_SWING
     if not wide.any():
         return ()
-    amplified = wide & (contact.swing > _AMPLIFIED * _half_space_swing(kernel, indenter))
+    # swing over that on a half-space above which the medium is the cause, not the tip
+    amplified = wide & (contact.swing > 1.5 * _half_space_swing(kernel, indenter))
     remedy = (
         "(|ln a/abar| above 1.2), so outline and area are uncertain by ten per cent and more; the force is less affected. "
         "Refine outline and area with method='refined' or 'bem'."
@@ -48,7 +46,7 @@ def _half_space_swing(kernel: Kernel, indenter: Indenter) -> float:
     return _power_swing(indenter)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _power_swing(indenter: Indenter) -> float:
     series = power_expansion(compliance(HalfSpace(1.0, 0.0)), indenter, "second")
     return float(series.evaluate(np.ones(1)).swing[0])

@@ -7,11 +7,11 @@ into account, sets the size of the outline abar exp(w).
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
@@ -27,27 +27,6 @@ Order = Literal["second", "fourth"]
 
 LARGEST_TERM = 2.0
 """|ln(F/F_base)| at which a series is cut; tips of three sides reach 0.2."""
-
-_FARTHEST = 1.5
-"""|ln(abar/a)| above which an outline is no small change of a round one; sharp tips on soft bodies reach 0.2."""
-
-_SMALLEST = 1e-3
-"""Pade denominator over x2 below which its pole is avoided; the sound range stays above 0.5."""
-
-NEWTON = 4
-"""Newton steps in ln a between two bases of equal depth, per cent apart: each doubles the digits, and half leave 1e-8."""
-
-LONGEST = 0.1
-"""Longest of these steps: where the depth turns back only one of the series counts; twice as long ones may leave its branch."""
-
-_LARGEST_X4 = 0.1
-"""Largest |x4| over |x2| for which the fourth-order series was within 0.2 % of boundary elements (validation page)."""
-
-_LARGEST_GROWTH = 0.13
-"""Largest |dx4/dln a| over |x2| for which it was: near the poles under stiff films x4 passes through zero, but steeply."""
-
-_LARGEST_LAST = 0.02
-"""Largest |x4| for which it was."""
 
 
 class PowerExpansion:
@@ -126,11 +105,13 @@ class PowerExpansion:
         return outline
 
     def doubt(self, radius: Array) -> Array:
-        """How close the fourth order comes to where it ceases to hold, which is 1; shape (n,)."""
+        """Doubt about the fourth order, 1 where it ceases to hold; shape (n,)."""
         values, slopes = self.series.at(radius)
         x2, x4, growth = values.x2, values.x4, slopes.x4
         safe = np.where(x2 == 0, 1.0, x2)
-        shares = np.abs([x4 / (_LARGEST_X4 * safe), x4 / _LARGEST_LAST, growth / (_LARGEST_GROWTH * safe)])
+        # largest |x4|/|x2|, |x4| and |dx4/dln a|/|x2| for which the fourth-order series was within 0.2 % of boundary elements
+        # (validation page); near the poles under stiff films x4 passes through zero, but steeply
+        shares = np.abs([x4 / (0.1 * safe), x4 / 0.02, growth / (0.13 * safe)])
         return np.where(x2 == 0, 0.0, shares.max(axis=0))
 
     def _force(self, values: Terms, slopes: Terms) -> tuple[Array, Array]:
@@ -140,9 +121,10 @@ class PowerExpansion:
             return np.clip(x2, -LARGEST_TERM, LARGEST_TERM), _where_kept(x2, slopes.x2)
         flat = x2 == 0
         safe = np.where(flat, 1.0, x2)
-        # Pade form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
+        # Padé form x2^2/(x2 - x3 + x3^2/x2 - x4) and its derivative
         denominator = safe - x3 + x3**2 / safe - x4
-        denominator = np.where(np.abs(denominator) > _SMALLEST * np.abs(safe), denominator, safe)
+        # Padé denominator over x2 below which its pole is avoided; the sound range stays above 0.5
+        denominator = np.where(np.abs(denominator) > 1e-3 * np.abs(safe), denominator, safe)
         bottom = slopes.x2 - slopes.x3 - slopes.x4
         bottom += 2 * x3 * slopes.x3 / safe - x3**2 * slopes.x2 / safe**2
         pade = x2**2 / denominator
@@ -154,10 +136,12 @@ class PowerExpansion:
 def same_depth(kernel: Kernel, base: PowerProfile, other_base: PowerProfile, radius: Array, depth: Array) -> Array:
     """Radii of round contacts of another profile with the depths that those of `base` have at `radius`, shape (n,)."""
     other, live = radius * (base.factor / other_base.factor) ** (1 / base.exponent), radius > 0
-    for _ in range(NEWTON):
+    # Newton steps in ln a between two bases of equal depth, per cent apart: each doubles the digits, and half leave 1e-8
+    for _ in range(4):
         contact = round_contact(kernel, other_base, other[live])
         slope = np.where(np.abs(contact.depth_slope) > TINY, contact.depth_slope, TINY)
-        other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -LONGEST, LONGEST))
+        # where the depth turns back only one of the series counts; longer steps may leave its branch
+        other[live] *= np.exp(np.clip((depth[live] - contact.depth) / slope, -0.1, 0.1))
     return np.asarray(other)
 
 
@@ -166,7 +150,7 @@ def _where_kept(logarithm: Array, growth: Array) -> Array:
     return np.where(np.abs(logarithm) < LARGEST_TERM, growth, 0.0)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def power_expansion(kernel: Kernel, indenter: Indenter, order: Order, *, terms: bool = True) -> PowerExpansion:
     """The series of a medium and an indenter; what is already computed is shared."""
     return PowerExpansion(kernel, indenter, order, terms=terms)
@@ -176,12 +160,12 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
 
     Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
-    would be anything, it ends at `_FARTHEST` from the guess.
+    is arbitrary, it ends at a factor of exp(1.5) from the guess.
     """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()
-    low = np.log(guess[live]) - _FARTHEST
-    high = np.minimum(low + 2 * _FARTHEST, np.log(resolved_radius(kernel)))
+    low = np.log(guess[live]) - 1.5
+    high = np.minimum(low + 3.0, np.log(resolved_radius(kernel)))
     x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -LARGEST_TERM, LARGEST_TERM)
     for _ in range(20):
         answers = punch_family(kernel).at(np.exp(x) / kernel.length)

@@ -13,11 +13,11 @@ ln a are exact. Angular fields live on one period of the outline; R and k act on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.asymmetry import Angles, act, expand
@@ -30,9 +30,6 @@ from flatpunch.punch.family import SMALLEST, check_resolution, punch_family
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
-
-_LARGEST_WAVE = 20.0
-"""|w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow."""
 
 
 class Terms(NamedTuple):
@@ -126,6 +123,7 @@ class PowerPerturbation:
         if key not in self._outlines:
             waves = self.angles.waves(phi)
             self._outlines[key] = panels(self.kernel, lambda beta: self._response(beta)[0] @ waves)
+            PROCESS.grown(waves.nbytes)
         beta = radius / self.kernel.length
         live = (beta > SMALLEST) & (not self.kernel.homogeneous)
         if live.all():
@@ -145,6 +143,7 @@ class PowerPerturbation:
             else:
                 power, stiffening = np.hsplit(_edge_columns(self.kernel, beta, self.exponent, self.angles.orders), 2)
             self._known[key] = (power / (base.edge * base.slope), stiffening, base)
+            PROCESS.grown(3 * power.nbytes)
         return self._known[key]
 
     def _columns(self, beta: Array) -> Array:
@@ -162,7 +161,7 @@ class PowerPerturbation:
         return np.hstack([second_order_force(self.angles, base, w), *higher, gain[:, None], *means])
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _edge_panels(kernel: Kernel, exponent: float, orders: bytes) -> PiecewiseChebyshev:
     numbers = np.frombuffer(orders, dtype=int)
     return panels(kernel, lambda beta: _edge_columns(kernel, beta, exponent, numbers))
@@ -243,8 +242,9 @@ def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
 
 
 def limited_exponential(w: Array) -> Array:
-    """exp(w), cut where the series has long ceased to mean anything."""
-    return np.asarray(np.exp(np.clip(w, -_LARGEST_WAVE, _LARGEST_WAVE)))
+    """exp(w), cut far beyond the range of the series."""
+    # |w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow
+    return np.asarray(np.exp(np.clip(w, -20.0, 20.0)))
 
 
 def _mean(field: Array) -> Array:

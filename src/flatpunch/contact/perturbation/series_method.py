@@ -22,12 +22,6 @@ from flatpunch.contact.round.radius_search import Loading
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.indenters.profile import Indenter
 
-_SPACING = np.log(10) / 12
-"""Grid over ln a in which a mean radius is searched for; in a wider one a turn of the path may be missed."""
-
-_MARGIN = 1.0
-"""Margin of that grid beyond the wanted radii, in ln a; it grows where that is not enough."""
-
 
 class Expansion(Hashable, Protocol):
     """Perturbation series of one indenter on one medium over its base radius."""
@@ -85,7 +79,7 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     wanted = np.log(mean_radius[live])
 
     def excess(x: Array) -> Array:
-        # a contact that the series cannot size counts as too small
+        # a contact whose size the series does not give counts as too small
         size = expansion.evaluate(np.exp(x)).mean_radius
         return np.asarray(np.log(np.where(size > 0, size, TINY)))
 
@@ -108,14 +102,16 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
 
 def _mean_radii(excess: Callable[[Array], Array], low: float, high: float, most: float) -> tuple[Array, Array]:
     """Logarithms of base radii from below all wanted ones upwards, and of their mean radii."""
-    start, stop = low - _MARGIN, min(high + _SPACING, most)
+    # in a wider spacing a turn of the path may be missed; the margin beyond the wanted radii grows where it is not enough
+    spacing, margin = np.log(10) / 12, 1.0
+    start, stop = low - margin, min(high + spacing, most)
     while True:
-        nodes = np.linspace(start, stop, max(int(np.ceil((stop - start) / _SPACING)), 2) + 1)
+        nodes = np.linspace(start, stop, max(int(np.ceil((stop - start) / spacing)), 2) + 1)
         found = excess(nodes)
-        if found[0] > low and start > low - 4 * _MARGIN:
-            start -= _MARGIN
-        elif found.max() < high and stop < min(most, high + 3 * _MARGIN):
-            stop = min(stop + _MARGIN / 2, most)
+        if found[0] > low and start > low - 4 * margin:
+            start -= margin
+        elif found.max() < high and stop < min(most, high + 3 * margin):
+            stop = min(stop + margin / 2, most)
         else:
             return nodes, found
 

@@ -27,15 +27,6 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters.profile import Indenter
 
-_FORMAT = 10
-"""Number of the format of the files; those of other numbers are not found."""
-
-_LARGEST = 1_000_000_000
-"""Largest file of solutions that is read [bytes]."""
-
-_DIGITS = 11
-"""Digits to which media and tips must agree to share a file."""
-
 
 class SampleCache:
     """Solutions of one medium and tip in one file of a folder.
@@ -58,7 +49,8 @@ class SampleCache:
         if not self.path.exists():
             return {}, []
         try:
-            body, has_seal = unsealed(content(self.path, _LARGEST))
+            # largest file of solutions that is read [bytes]
+            body, has_seal = unsealed(content(self.path, 1_000_000_000))
             if not has_seal:
                 raise BrokenSeal("it has no seal")
             with np.load(io.BytesIO(body), allow_pickle=False) as file:
@@ -99,8 +91,9 @@ def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:
     scale = indenter.reach if np.isfinite(indenter.reach) else 1.0
     r, phi = scale * np.geomspace(1e-6, 1.0, 25)[:, None], 2 * np.pi * np.arange(97) / 97
     heights = np.asarray(indenter.height(r, phi))
-    parts = [_FORMAT, angles, cells, f"{kernel.length:.{_DIGITS}g}", kernel.exponent, record(indenter)]
+    # the first is the number of the format; media and tips that agree to eleven digits share a file
+    parts = [10, angles, cells, f"{kernel.length:.11g}", kernel.exponent, record(indenter)]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for samples in (response, heights):
-        digest.update(" ".join(f"{value:.{_DIGITS}g}" for value in samples.ravel()).encode())
+        digest.update(" ".join(f"{value:.11g}" for value in samples.ravel()).encode())
     return digest.hexdigest()[:32]

@@ -1,6 +1,6 @@
 """Curves through boundary element solutions over x = ln d.
 
-The force is interpolated by its values and slopes (every solution knows dF/dd): cubic Hermite pieces of ln F less that of the
+The force is interpolated by its values and slopes (every solution has dF/dd): cubic Hermite pieces of ln F less that of the
 round contact, or of ln F itself where the depth of round contacts turns back. Radius, area and outline have no slopes: local
 cubics (Akima's, modified) of their logarithms less that of the round radius. Below the first solution ratios to the round
 contact are constant.
@@ -20,18 +20,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.contact.curve import ControlName
 from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Sample
-
-SLOPE_ERROR = 3e-3
-"""Error of dln F/dln d of a solution; half as much lets slopes correct forces where they know no better."""
-
-TRAPEZOID = 0.1
-"""Error of the trapezoidal rule over the cube of the gap; far smaller, forces in wide gaps would follow the rule."""
-
-SHIFT = 1 / 3
-"""Largest change of a force over its stated error; with twice as much, forces beside kinks follow the rule across the kink."""
-
-_FARTHEST = 14.0
-"""Farthest below the first solution that a depth is not zero, in ln d: about six decades."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +100,8 @@ class Interpolation:
             first = self.reference.at(self.nodes[:1])[0 if quantity == "force" else 2]
             found = self.reference.position(quantity, first + wanted[below] - values[0])
             # on a flat end the depth is zero
-            x[below] = np.maximum(found, self.nodes[0] - _FARTHEST if self.reference.indenter.rings else -np.inf)
+            # farthest below the first solution that a depth is not zero, in ln d: about six decades
+            x[below] = np.maximum(found, self.nodes[0] - 14.0 if self.reference.indenter.rings else -np.inf)
         if not below.all():
             x[~below] = self._between(quantity, wanted[~below], values)
         return x
@@ -191,12 +180,15 @@ def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
     Least squares weigh each value by its error, and each difference by that of the trapezoidal rule.
     """
     gaps = np.diff(nodes)
-    weights = (gaps * (SLOPE_ERROR + TRAPEZOID * gaps**2)) ** -2.0
+    # dln F/dln d of a solution is off by 3e-3 (with half of it slopes correct forces that are more accurate), the trapezoidal
+    # rule by a tenth of the cube of the gap (with far less, forces in wide gaps would follow the rule)
+    weights = (gaps * (3e-3 + 0.1 * gaps**2)) ** -2.0
     difference = np.diff(np.eye(nodes.size), axis=0)
     missing = gaps * (slopes[1:] + slopes[:-1]) / 2 - np.diff(values)
     normal = np.diag(errors**-2.0) + difference.T @ (weights[:, None] * difference)
     shift = np.linalg.solve(normal, difference.T @ (weights * missing))
-    return np.asarray(values + np.clip(shift, -SHIFT * errors, SHIFT * errors))
+    # largest change of a force over its stated error; with twice as much, forces beside kinks follow the rule across the kink
+    return np.asarray(values + np.clip(shift, -errors / 3, errors / 3))
 
 
 def local_cubic(nodes: Array, table: Array) -> Callable[[Array], Array]:

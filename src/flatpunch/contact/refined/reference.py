@@ -19,9 +19,6 @@ from flatpunch.indenters.profile import Indenter
 STEP = np.log(10) / 12
 """Spacing of the lattice in ln d; twice as wide, forces of round contacts are off by 1e-5 between its points."""
 
-_JUMP = 0.3
-"""Largest difference between slope and secant of ln F over the lattice; above it the depth of round contacts has turned back."""
-
 
 class RoundReference:
     """Round contacts of the mean profile.
@@ -54,7 +51,8 @@ class RoundReference:
         """Whether ln F has no jump between two positions: under stiff films the depth of round contacts may turn back."""
         nodes, force, growth, *_ = self._table(low, high)
         secant = np.diff(force) / np.diff(nodes)
-        return bool(np.isfinite(force).all() and np.abs(secant - (growth[1:] + growth[:-1]) / 2).max() < _JUMP)
+        # difference between slope and secant of ln F above which the depth of round contacts has turned back
+        return bool(np.isfinite(force).all() and np.abs(secant - (growth[1:] + growth[:-1]) / 2).max() < 0.3)
 
     def _table(self, low: float, high: float) -> Array:
         """Positions on the lattice around [low, high], ln F/E*, its slope, ln a and its slope, shape (5, points)."""

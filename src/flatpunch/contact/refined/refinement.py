@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
@@ -28,31 +29,6 @@ from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Case, Sample, solved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
-
-SPACING = 1.2
-"""Widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance."""
-
-OUTLINE_TOLERANCE = 0.05
-"""Miss of the outline over the mean radius above which a gap is halved; two fifths take half as many solutions again."""
-
-NARROWEST = 1 / 10
-"""Gap in ln d that is not halved, whatever it misses; contacts that change abruptly would be solved without end."""
-
-THINNEST = 0.01
-"""Contact radius over the length of the medium below which ratios to the round contact are constant, to about 1e-4."""
-
-DECADES = 6
-"""Decades of depth below the largest at which the ratios of tips with lengths of their own are constant."""
-
-BEYOND = 0.02
-"""How far in ln d a solution is placed beyond where it should enclose a prescribed force or radius."""
-
-STEPS = 40
-"""Most steps by which solutions go to enclose prescribed forces or radii."""
-
-
-SLOPES = 1 / 4
-"""Error of the force over the miss of its slope at the middle times the width of a half gap; 1/15 if all slopes err alike."""
 
 
 class Gap(NamedTuple):
@@ -71,14 +47,15 @@ class Gap(NamedTuple):
     @property
     def missed(self) -> tuple[float, float]:
         """Interpolation errors to report, of force and outline."""
-        return max(self.force, SLOPES * self.slope), self.outline
+        # error of the force over the miss of its slope at the middle times the width of a half gap; 1/15 if all slopes err alike
+        return max(self.force, self.slope / 4), self.outline
 
     def rough(self, rtol: float) -> bool:
         """Whether it should be halved."""
         unknown = not np.isfinite(self.force)
-        return unknown or (
-            self.right - self.left > NARROWEST and (self.force > rtol or self.outline > OUTLINE_TOLERANCE)
-        )
+        # the outline may miss by 5 % of the mean radius; 2 % take half as many solutions again. Gaps of a tenth are not halved:
+        # contacts that change abruptly would be solved without end
+        return unknown or (self.right - self.left > 1 / 10 and (self.force > rtol or self.outline > 0.05))
 
 
 class Refinement:
@@ -97,7 +74,7 @@ class Refinement:
     def __init__(self, kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None) -> None:
         self.reference = RoundReference(kernel, indenter)
         # punches known of the medium are not needed for the solutions, and may be many
-        self._case = Case(replace(kernel, solution=None, cache={}), indenter, angles, cells)
+        self._case = Case(replace(kernel, solution=None), indenter, angles, cells)
         self._phi = np.asarray(np.arange(angles) * (2 * np.pi / angles))
         self._cache = SampleCache(Path(folder), kernel, indenter, angles, cells) if folder is not None else None
         self.samples: dict[float, Sample] = {}
@@ -157,6 +134,7 @@ class Refinement:
         places = list(zip(np.exp(new).tolist(), *boxes, strict=True))
         found = shared_out(solved, self._case, places, helped=self._case.cells <= SHARED_CELLS)
         self.samples.update(zip(new.tolist(), found, strict=True))
+        PROCESS.grown(sum(sample.shape.nbytes for sample in found))
         if self._cache:
             self._cache.save(self.samples, self.gaps)
 
@@ -207,7 +185,7 @@ class Refinement:
     def _ends(self, quantity: ControlName, wanted: Array, guess: Array, least: float) -> tuple[float, float]:
         """Positions of solutions between which all wanted values lie; `least` where smaller ones need no solution."""
         known = sorted({x for gap in self.gaps for x in gap[:2]})
-        for _ in range(STEPS):
+        for _ in range(40):
             values = [self._value(quantity, x) for x in known]
             above = [x for x, value in zip(known, values, strict=True) if value >= wanted[1]]
             below = [
@@ -237,7 +215,8 @@ class Refinement:
         elif before:
             growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.3, 6.0))
         step = (wanted - value) / growth
-        return max(-self._spacing, min(step + float(np.copysign(BEYOND, step)), self._spacing))
+        # how far in ln d a solution is placed beyond where it should enclose a prescribed force or radius
+        return max(-self._spacing, min(step + float(np.copysign(0.02, step)), self._spacing))
 
     def _value(self, quantity: ControlName, x: float) -> float:
         """ln F/E* or ln a0 of the solution at a position."""
@@ -258,13 +237,16 @@ class Refinement:
         """ln d below which ratios to the round contact are constant, where the largest is `top`."""
         kernel, indenter = self._case.kernel, self._case.indenter
         if indenter.exponent is None:
-            return top - DECADES * float(np.log(10))
-        return float(self.reference.position("radius", np.log([THINNEST * kernel.length]))[0])
+            # decades of depth below the largest at which the ratios of tips with lengths of their own are constant
+            return top - 6 * float(np.log(10))
+        # contact radius over the length of the medium below which ratios to the round contact are constant, to about 1e-4
+        return float(self.reference.position("radius", np.log([0.01 * kernel.length]))[0])
 
     @cached_property
     def _spacing(self) -> float:
         """Widest first gap in ln d."""
-        return SPACING * (self._case.indenter.exponent or 1.0)
+        # widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance
+        return 1.2 * (self._case.indenter.exponent or 1.0)
 
 
 def shape_difference(one: Array, other: Array) -> float:
@@ -280,7 +262,7 @@ def shape_difference(one: Array, other: Array) -> float:
     return float(apart.max() / np.exp(other[0]))
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def refinement(kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None = None) -> Refinement:
     """The solutions of a medium and an indenter; those already made are shared."""
     return Refinement(kernel, indenter, angles, cells, folder)

@@ -15,12 +15,6 @@ from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.method import TOLERANCE
 from flatpunch.indenters.profile import Indenter
 
-_STIFFNESS_TOLERANCE = 3e-3
-"""Deviation of the displacement under the punch that dF/dd comes from; it leaves 4e-4 of dF/dd, less than the cells do."""
-
-_UNRESOLVED = 2e-3
-"""Estimated error of the force above which a contact is solved again on half as wide cells, at five times the cost."""
-
 
 @dataclass(frozen=True, slots=True)
 class Case:
@@ -64,17 +58,19 @@ class Sample:
 def solved(case: Case, place: tuple[float, Array, Array, bool]) -> Sample:
     """Solve at a place: depth [m], expected half-widths and centre of the contact [m], and whether these are well known."""
     sample = _solved_on(case, place, case.cells)
-    return _solved_on(case, place, 2 * case.cells) if sample.force_error > _UNRESOLVED else sample
+    # estimated error of the force above which a contact is solved again on half as wide cells, at five times the cost
+    return _solved_on(case, place, 2 * case.cells) if sample.force_error > 2e-3 else sample
 
 
 def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) -> Sample:
     """The same on so many cells a side."""
     depth, half_widths, center, sure = place
+    # deviation of the displacement under the punch that dF/dd comes from; it leaves 4e-4 of dF/dd, less than the cells do
     options: dict[str, Any] = {
         "depths": depth,
         "grid": cells,
         "tolerance": TOLERANCE,
-        "stiffness": _STIFFNESS_TOLERANCE,
+        "stiffness": 3e-3,
         "angles": case.angles,
     }
 

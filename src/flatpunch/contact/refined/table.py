@@ -11,12 +11,12 @@ A method sees the medium's response only, so the layer is recognised by that.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
@@ -33,20 +33,10 @@ ANGLES = 360
 
 FORCE_ERROR = 5e-4
 """Largest relative error of the force against fresh boundary elements between the nodes (tests/refined)."""
-OUTLINE_ERROR = 5e-3
-"""The same of the outline, over the mean radius."""
 
-CLOSE = 4
-"""Samples per gap of the table; half as many add 1e-5 to the error of the force."""
 
 _WAVES = np.array([0.02, 0.2, 0.7, 1.5, 4.0])
 """Wavenumbers kappa at which a layer is recognised by its response; the third also gives q."""
-
-_SAME = 1e-9
-"""Relative difference of responses below which layers are the same; responses are interpolated to 2e-12."""
-
-_FAR = 2.0
-"""Swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,13 +75,14 @@ def tabulated_rows(kernel: Kernel, indenter: Indenter) -> TableRows | None:
     return TableRows(series, np.log(_table()["betas"] * kernel.length), _full_turn(rows, tip[0], tip[2]))
 
 
-@lru_cache(maxsize=32)
+@byte_cached
 def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     """Contacts of an indenter on a medium from the table, if it has them, close enough for the interpolation between them."""
     table = tabulated_rows(kernel, indenter)
     if table is None:
         return None
-    x = np.linspace(table.nodes[0], table.nodes[-1], CLOSE * (table.nodes.size - 1) + 1)
+    # samples per gap of the table; half as many add 1e-5 to the error of the force
+    x = np.linspace(table.nodes[0], table.nodes[-1], 4 * (table.nodes.size - 1) + 1)
     contact, spline = table.series.evaluate(np.exp(x)), CubicSpline(table.nodes, table.rows)
     values, slope = spline(x), spline(x, 1)[:, 0]
     force = values[:, 0] + np.log(contact.force / kernel.modulus)
@@ -99,9 +90,9 @@ def tabulated(kernel: Kernel, indenter: Indenter) -> Interpolation | None:
     phi = np.asarray(np.arange(ANGLES) * (2 * np.pi / ANGLES))
     outline = np.log(reference_outline(table.series, contact, phi)) + values[:, 3:]
     shapes = np.column_stack([x + values[:, 1], x + values[:, 2] / 2, outline])
+    # largest error of the outline over the mean radius against fresh boundary elements (tests/refined)
     samples = tuple(
-        Sample(float(f), float(g), shape, FORCE_ERROR, OUTLINE_ERROR)
-        for f, g, shape in zip(force, growth, shapes, strict=True)
+        Sample(float(f), float(g), shape, FORCE_ERROR, 5e-3) for f, g, shape in zip(force, growth, shapes, strict=True)
     )
     return Interpolation(RoundReference(kernel, indenter), np.log(contact.depth), samples, np.zeros((x.size - 1, 2)))
 
@@ -111,7 +102,8 @@ def reference_outline(series: PowerExpansion, contact: PerturbedContact, phi: Ar
     size = np.where(contact.size > 0, contact.size, 1.0)[:, None]
     with np.errstate(divide="ignore"):
         w = np.log(series.outline(contact, phi) / size)
-    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / _FAR) ** 2)
+    # swing of w about which outlines are damped; sharp tips on soft bodies reach 0.8
+    damped = np.where(contact.size[:, None] > 0, w, 0.0) / (1 + (contact.swing[:, None] / 2.0) ** 2)
     return np.asarray(contact.radius[:, None] * np.exp(damped))
 
 
@@ -128,19 +120,20 @@ def _tip(indenter: Indenter) -> tuple[str, Array, bool] | None:
     return None
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _medium_weights(kernel: Kernel) -> Array | None:
     """Weights of the layers of the table, the sliding one last; None for any other medium."""
-    found = kernel.response(_WAVES)
+    # responses are interpolated to 2e-12
+    same, found = 1e-9, kernel.response(_WAVES)
     sliding = compliance(layer(None)).response(_WAVES)
-    if np.all(np.abs(found / sliding - 1) < _SAME):
+    if np.all(np.abs(found / sliding - 1) < same):
         return np.append(np.zeros(_table()["roots"].size), 1.0)
     root = _root_of(float(found[2]))
     if root is None:
         return None
     bonded = compliance(layer(root)).response(_WAVES)
     # the root is known to half the digits of the response beside q = 0
-    if not np.all(np.abs(found / bonded - 1) < 100 * _SAME):
+    if not np.all(np.abs(found / bonded - 1) < 100 * same):
         return None
     return np.append(lagrange(_table()["roots"], root), 0.0)
 
@@ -151,9 +144,10 @@ def _root_of(wanted: float) -> float | None:
     def response(root: float) -> float:
         return float(compliance(layer(root)).response(_WAVES[2:3])[0])
 
-    if abs(response(0.0) / wanted - 1) < _SAME:
+    same = 1e-9
+    if abs(response(0.0) / wanted - 1) < same:
         return 0.0
-    if not response(0.0) < wanted <= response(1.0) * (1 + _SAME):
+    if not response(0.0) < wanted <= response(1.0) * (1 + same):
         return None
     from scipy.optimize import elementwise
 
@@ -176,7 +170,7 @@ def _full_turn(rows: Array, tip: str, turned: bool) -> Array:
     return np.hstack([rows[:, :3], rows[:, 3 + index]])
 
 
-@lru_cache(maxsize=1)
+@byte_cached
 def _table() -> dict[str, Array]:
     """Rows by tip, (layers, [ellipses,] betas, 3 + sector), and the nodes.
 

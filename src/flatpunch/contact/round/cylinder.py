@@ -1,4 +1,4 @@
-"""The cylinder with a flat end as an indenter: the contact is the end face from the first touch on."""
+"""The cylinder with a flat end as an indenter: the contact is always the end face."""
 
 from __future__ import annotations
 

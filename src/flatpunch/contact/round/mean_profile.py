@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
@@ -21,19 +21,10 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.family import UnresolvedLayer
 from flatpunch.punch.matrix import effective_beta, largest_beta, solve_round, sufficient_terms
 
-_TABLE_NODES = 256
-"""Quadrature points of tabulated profiles: 1e-8 of tables of a hundred points."""
-
-_BEYOND = 30.0
-"""Depth over that on a half-space at the same radius which no medium exceeds: films on soft bases come to some times it."""
-
 Evaluate = Callable[[Array], RoundContact]
 
 FAR = 300.0
 """Contact radius over the shortest length beyond which the search starts near the expected radius, not at that length."""
-
-_GUESSES = 3
-"""Repetitions of the expected radius with the compliance at its own wavelength."""
 
 
 def mean_profile(indenter: Indenter) -> RoundProfile:
@@ -42,7 +33,8 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
         phi, weights = angular_rule(indenter)
         psi = np.asarray(indenter.height(np.ones_like(phi), phi))
         return PowerProfile(indenter.exponent, float(weights @ psi))
-    nodes = _TABLE_NODES if getattr(indenter, "tabulated", False) else 0
+    # quadrature points of tabulated profiles: 1e-8 of tables of a hundred points
+    nodes = 256 if getattr(indenter, "tabulated", False) else 0
     if indenter.round:
         zero = np.zeros(1)
         return SampledProfile(
@@ -115,7 +107,8 @@ def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: f
     at, target = int(np.searchsorted(radius, resolved)), float(control.values.max())
     if at == radius.size:
         return
-    most = _BEYOND * float(depth[at])
+    # no medium exceeds 30 times the depth on a half-space at the same radius; films on soft bases come to some times it
+    most = 30.0 * float(depth[at])
     if control.name == "force":
         if target <= kernel.modulus * float(force[at]):
             return
@@ -134,7 +127,7 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     """Radius at which the search starts.
 
     It is that on the half-space of the surface material for the largest target, but at most the shortest length of the
-    medium: beyond it the half-space says little, and large radii cost most. Where the contact is far larger than the
+    medium: beyond it the half-space is a poor guide, and large radii cost most. Where the contact is far larger than the
     shortest length, the start is that on a half-space as compliant as the medium is at the wavelength of the contact.
     """
     target = control.values.max()
@@ -143,13 +136,14 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     radius, depth, force = _half_space_path(profile, reach)
     quantity = kernel.modulus * force if control.name == "force" else depth
     guess, shortest = radius[min(np.searchsorted(quantity, target), radius.size - 1)], shortest_length(kernel)
-    for _ in range(_GUESSES if guess > FAR * shortest else 0):
+    # the expected radius changes the wavelength at which the compliance is taken, and so the radius
+    for _ in range(3 if guess > FAR * shortest else 0):
         softer = float(kernel.response(np.array([kernel.length / guess]))[0]) if control.name == "force" else 1.0
         guess = radius[min(np.searchsorted(quantity / softer, target), radius.size - 1)]
     return float(guess if guess > FAR * shortest else min(guess, shortest))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _half_space_path(profile: RoundProfile, reach: float) -> tuple[Array, Array, Array]:
     """Radii [m], and d [m] and F/E* [m^2] that are reached on a half-space up to each of them, to some per cent.
 

@@ -18,9 +18,6 @@ TINY = 1e-300
 _AT_RIM = 1 - 1e-12
 """Radius of a ring over that of a disc above which the ring is its rim: in between, rounding would count."""
 
-_BESIDE_CUTS = 16
-"""Quadrature points for what f does beside a ring, whatever the distance to the next."""
-
 
 class RoundProfile(Hashable, Protocol):
     """A profile f(r) that turns itself into moments and edge functionals on discs of given radii."""
@@ -159,5 +156,6 @@ class SampledProfile:
         if not any(ring < radius.max() for ring in self.rings):
             return np.array([nodes])
         widest = -np.diff(self.ends(radius), axis=1).min(axis=0)
-        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + _BESIDE_CUTS
+        # quadrature points for what f does beside a ring, whatever the distance to the next
+        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + 16
         return np.asarray(np.minimum(nodes, share))

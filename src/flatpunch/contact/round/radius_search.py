@@ -38,23 +38,8 @@ class Loading(Protocol):
     def depth_slope(self) -> Array: ...  # noqa: D102
 
 
-_PER_DECADE = 12
-"""Radii per decade on which a target is bracketed; fewer may miss a turn of the path, more cost time."""
-
 _MOST_DECADES = 40
 """Decades around the expected radius within which it is searched for."""
-
-_NEWTON = 12
-"""Newton steps before plain bisection takes over; smooth indenters need two or three."""
-
-_BISECTIONS = 60
-"""Bisections after that: a tenth of a decade to rounding."""
-
-_SPARE = 0.03
-"""How far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target."""
-
-_ROUNDING = 1e-14
-"""Width of a bracket in ln a that counts as a point."""
 
 
 def radius_for(
@@ -140,8 +125,9 @@ def _bracket(
     near: bool,
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
-    step = 10 ** (1 / _PER_DECADE)
-    decade = np.asarray(step ** np.arange(_PER_DECADE), dtype=float)
+    # with fewer radii per decade a turn of the path may be missed
+    step = 10 ** (1 / 12)
+    decade = np.asarray(step ** np.arange(12), dtype=float)
     # large radii cost most: there, about the guess alone
     nodes = _sample(evaluate, quantity, guess * (step ** np.array([-2.0, -1.0, 0.0]) if near else 1 / decade[::-1]))
     for _ in range(_MOST_DECADES):
@@ -163,7 +149,8 @@ def _bracket(
         most = min(reach, resolved)
         # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
-        enough = last * np.exp(min(left + _SPARE, 1.0))
+        # how far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target
+        enough = last * np.exp(min(left + 0.03, 1.0))
         above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
     raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
@@ -199,18 +186,20 @@ def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Ar
     lo, hi = nodes.x[upper - 1], nodes.x[upper]
     x = _start(nodes, upper, np.log(wanted))
     left = np.arange(wanted.size)
-    for count in range(_NEWTON + _BISECTIONS):
+    # smooth indenters need two or three Newton steps; 60 bisections after twelve take a tenth of a decade to rounding
+    for count in range(72):
         here, goal, at = _sample(evaluate, quantity, np.exp(x[left])), wanted[left], x[left]
         miss = here.value - goal
         lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
         with np.errstate(divide="ignore", invalid="ignore"):
             trial = at - np.log(here.value / goal) / here.growth
-        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < _NEWTON)
+        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < 12)
         close = np.abs(miss) <= 1e-13 * goal
         middle = (lo[left] + hi[left]) / 2
         x[left] = np.where(safe, trial, np.where(close, at, middle))
         # Newton converges quadratically: a step this small leaves the next one below rounding
-        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < _ROUNDING)
+        # width of a bracket in ln a that counts as a point
+        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < 1e-14)
         left = left[~settled]
         if not left.size:
             break

@@ -1,4 +1,4 @@
-"""Where round contact stops being a disc: negative pressure, or a depth that falls while the radius grows (theory page 6)."""
+"""Where a round contact is no disc: negative pressure, or a depth that falls while the radius grows (theory page 6)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from flatpunch.punch.matrix import effective_beta
 
 
 class Located(Loading, Protocol):
-    """Contacts that know their radius."""
+    """Contacts with a radius."""
 
     @property
     def radius(self) -> Array: ...  # noqa: D102
@@ -62,7 +62,7 @@ def soundness(kernel: Kernel, evaluate: Callable[[Array], Loading], contact: Loc
 
 
 def _punches_press(kernel: Kernel, radii: Array) -> bool:
-    """Whether no flat punch of the whole loading history pulls anywhere; then no contact does.
+    """Whether the pressure of all flat punches of the loading history is nowhere negative; then that of the contact is not.
 
     Punches that are small against every length of the medium press like those on a half-space.
     """

@@ -27,23 +27,8 @@ from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import effective_beta
 
-_NODES = 24
-"""Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio."""
-
 _DECADES = 8.0
 """Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
-
-_PER_DECADE = 40
-"""Nodes of the spline over the history: 1e-11 of functions smooth in ln a."""
-
-_PER_RING = 80
-"""Nodes of the spline beyond a ring of the profile."""
-
-_CHUNK = 2000
-"""Most points treated at once; each needs about a hundred pressures of punches."""
-
-_TINY = 1e-30
-"""Smallest 1 - rho^2, beside the edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +63,8 @@ def log_radii(radius: float) -> Array:
     Within the last factor e they move together towards the end, down to a thousandth of it: a sphere, up to 0.95 of its
     radius, and other shapes that end soon beyond `radius` vary fastest there.
     """
-    step = np.log(10) / _PER_DECADE
+    # nodes of the spline over the history: 1e-11 of functions smooth in ln a
+    step = np.log(10) / 40
     far = np.arange(_DECADES * np.log(10), 1, -step)
     near = np.geomspace(1, 1e-3, int(np.log(1e3) / step) + 1)
     last = np.linspace(1e-3, 0, int(1 / step) + 1)
@@ -91,7 +77,7 @@ def spline(x: Array, values: Array) -> scipy.interpolate.BSpline:
 
 
 def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """Outline of a history from samples s at nodes x and at equal angles from -pi on, shape (nodes, angles).
+    """Outline of a history from samples s at nodes x and at equal angles beginning with -pi, shape (nodes, angles).
 
     Cubic in both directions and periodic in the angle (by overlap): 720 angles leave 1e-9 of smooth outlines, 1e-5 beside a
     corner.
@@ -148,7 +134,8 @@ def _rate(
     later = []
     for low, high in pairwise([*rings, np.log(radius)]):
         # not at s = 0, where the rate is infinite; the spline reaches there
-        s = (high - low) ** (power / 2) * (np.arange(_PER_RING) + 0.5) / (_PER_RING - 0.5)
+        # nodes of the spline beyond a ring of the profile
+        s = (high - low) ** (power / 2) * (np.arange(80) + 0.5) / 79.5
         later.append(spline(s, s**2 * sample(low + s ** (2 / power))))
 
     def rate(x: Array) -> Array:
@@ -169,8 +156,9 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
     x_end = np.full_like(r, np.log(history.radius))
     edge = history.radius * history.outline(x_end, phi)[0]
     inside = np.flatnonzero(r < edge)
-    for i in range(0, inside.size, _CHUNK):
-        chosen = inside[i : i + _CHUNK]
+    # each point needs about a hundred pressures of punches
+    for i in range(0, inside.size, 2000):
+        chosen = inside[i : i + 2000]
         pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen])
     return pressure
 
@@ -186,7 +174,8 @@ def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array) 
     first = history.outline(start, phi)[0][point, None]
     passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
     # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
-    height = np.sqrt(np.maximum(-np.expm1(-2 * passed), _TINY))
+    # smallest 1 - rho^2, beside the edge
+    height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
     smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel()).reshape(v.shape)
     # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
     integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * history.rate(x)
@@ -202,7 +191,8 @@ def _nodes(kernel: Kernel, history: History, start: Array, top: Array) -> tuple[
     v = 0 and to rings are halved down to that. The first of them is in a power of v that makes (v - ring)^alpha, and v^k on
     power-law half-spaces, smooth.
     """
-    t, weights = gauss(_NODES)
+    # Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio
+    t, weights = gauss(24)
     u = (t + 1) / 2
     beta = 0.0 if kernel.homogeneous else effective_beta(kernel, history.radius / kernel.length)
     halvings = int(np.ceil(np.log2(max(beta, 1.0)) / 2))

@@ -12,9 +12,6 @@ from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential
 from flatpunch.contact.viscoelastic.springs import Springs
 from flatpunch.media.relaxation import Relaxation
 
-FEWEST, MOST = 400, 6400
-"""Springs to begin with, and at most."""
-
 
 def force_of_depth(time: Array, depth: Array, relaxation: Relaxation, elastic: ElasticForce) -> Response:
     """Follow a history of the depth.
@@ -42,11 +39,11 @@ def force_of_depth(time: Array, depth: Array, relaxation: Relaxation, elastic: E
 
 def by_springs(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticForce) -> Response:
     """The same by springs, as many as the tolerance takes."""
-    count = FEWEST
+    count = 400
     while True:
         force, rough, contact = followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
         error = SECOND_ORDER * np.abs(force - rough)
-        if error.max() <= TOLERANCE * force.max() or count >= MOST:
+        if error.max() <= TOLERANCE * force.max() or count >= 6400:
             # second order in the number of springs: half as many are off by four times as much
             return Response(depth, np.maximum(force + (force - rough) / 3, 0.0), contact, error)
         count *= 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,12 +16,11 @@ from flatpunch.contact.curve import Control
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
-_DECADES = 10
-_PER_DECADE = 24
-_DEGREE = 7
-"""24 nodes per decade of depth and degree 7 leave 1e-10 of functions smooth in ln d; below ten decades all are power laws."""
 
-FORCE, RADIUS, AREA, STIFFNESS = range(4)
+class Column(IntEnum):
+    """Columns of the table."""
+
+    FORCE, RADIUS, AREA, STIFFNESS = range(4)
 
 
 class ElasticForce(Protocol):
@@ -60,8 +60,8 @@ class ElasticCurve:
     notes: tuple[str, ...]
     estimated: tuple[Array, Array, Array]
 
-    def at(self, depth: Array, *columns: int) -> Array:
-        """Columns FORCE, RADIUS, AREA, STIFFNESS at depths >= 0 of shape (n,); shape (columns, n)."""
+    def at(self, depth: Array, *columns: Column) -> Array:
+        """Columns at depths >= 0 of shape (n,); shape (columns, n)."""
         live = depth > 0
         x = np.log(np.where(live, depth, 1.0))
         inside = np.maximum(x, self.low)
@@ -80,24 +80,24 @@ class ElasticCurve:
 
     def force(self, depth: Array) -> Array:
         """F_el at depths, shape (n,) [N]."""
-        return np.asarray(self.at(depth, FORCE)[0])
+        return np.asarray(self.at(depth, Column.FORCE)[0])
 
     def stiffness(self, depth: Array) -> Array:
         """dF_el/dd at depths, shape (n,) [N/m]."""
-        return np.asarray(self.at(depth, STIFFNESS)[0])
+        return np.asarray(self.at(depth, Column.STIFFNESS)[0])
 
     def depth_of(self, force: Array, deepest: float) -> Array:
         """Depths at which F_el takes given values >= 0, shape (n,) [m]: Newton in logarithms."""
         live = force > 0
         wanted = np.log(np.where(live, force, 1.0))
         grid = np.linspace(self.low, np.log(deepest), 400)
-        table = self.logs(grid)[:, FORCE]
+        table = self.logs(grid)[:, Column.FORCE]
         x = np.interp(wanted, table, grid)
         slope = self.logs.derivative()
-        first = slope(self.low)[FORCE]
+        first = slope(self.low)[Column.FORCE]
         below = wanted < table[0]
         for _ in range(20):
-            step = (wanted - self.logs(x)[:, FORCE]) / slope(x)[:, FORCE]
+            step = (wanted - self.logs(x)[:, Column.FORCE]) / slope(x)[:, Column.FORCE]
             x = np.clip(x + np.where(below, 0, step), self.low, np.log(deepest))
             # quadratic convergence
             if np.abs(np.where(live & ~below, step, 0)).max() < 1e-9:
@@ -116,16 +116,15 @@ class ElasticCurve:
 Solve = Callable[..., Any]
 
 
-def elastic_curve(
-    solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array, options: dict[str, Any]
-) -> ElasticCurve:
+def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array) -> ElasticCurve:
     """Tabulate a method's curve up to the depth `deepest`."""
-    x = np.log(deepest) + np.log(10) / _PER_DECADE * np.arange(-_DECADES * _PER_DECADE, 1)
+    # 24 nodes per decade and degree 7 leave 1e-10 of functions smooth in ln d; below ten decades all are power laws
+    x, degree = np.log(deepest) + np.log(10) / 24 * np.arange(-240, 1), 7
     flat = isinstance(indenter, Cylinder)
     angles = phi[:1] if indenter.round else phi
     depth = np.exp(x)
     depth[-1] = deepest
-    curve = solve(kernel, indenter, Control("depth", depth), angles, **options)
+    curve = solve(kernel, indenter, Control("depth", depth), angles)
     found = np.stack([curve.force, curve.radius, curve.area, curve.stiffness], axis=1)
     good = np.all(np.isfinite(found) & (found > 0), axis=1)
     if not good.all():
@@ -133,10 +132,10 @@ def elastic_curve(
             f"The elastic curve has no answer at depth {depth[~good].max():.4g} m, so nothing can be built on it. "
             + " ".join(curve.notes)
         )
-    logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else _DEGREE)
+    logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else degree)
     shape = None
     if not indenter.round:
-        shape = scipy.interpolate.make_interp_spline(x, curve.contour / curve.radius[:, None], k=_DEGREE)
+        shape = scipy.interpolate.make_interp_spline(x, curve.contour / curve.radius[:, None], k=degree)
     unsound = depth[~curve.valid]
     none = np.zeros_like(x)
     force_error, outline_error = (

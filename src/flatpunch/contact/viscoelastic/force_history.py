@@ -14,14 +14,8 @@ from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential
 from flatpunch.contact.viscoelastic.springs import Ahead, End, Springs
 from flatpunch.media.relaxation import Relaxation
 
-_SPRINGS = 400
-"""Springs, for errors of the force of about 1e-5."""
-
 _HALVINGS = 14
 """Halvings of a step at most."""
-
-_TURNS = 60
-"""Newton steps and halvings for the rate of the depth over a step."""
 
 
 def most_elastic_force(time: Array, force: Array, relaxation: Relaxation) -> float:
@@ -108,7 +102,8 @@ class _Follower:
 
     def __init__(self, elastic: ElasticCurve, series: ExponentialSeries, most: float, deepest: float) -> None:
         self.elastic, self.most, self.deepest = elastic, most, deepest
-        self.whole, self.half = (_Driven(Springs(elastic, series, deepest, _SPRINGS), most) for _ in range(2))
+        # springs, for errors of the force of about 1e-5
+        self.whole, self.half = (_Driven(Springs(elastic, series, deepest, 400), most) for _ in range(2))
 
     def run(self, time: Array, force: Array) -> Response:
         """Follow the whole history."""
@@ -186,7 +181,8 @@ class _Driven:
         high, rate = np.inf, max(self.rate, low)
         if force <= 0:
             return springs.end(ahead, low)
-        for _ in range(_TURNS):
+        # Newton steps and halvings for the rate of the depth over a step
+        for _ in range(60):
             end = springs.end(ahead, rate)
             miss = force - end.extrapolated
             if abs(miss) <= 1e-11 * self.most:

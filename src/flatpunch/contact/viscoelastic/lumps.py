@@ -24,11 +24,11 @@ class Lumps:
         if n == self.touch.size:
             return total
         share = (extent - self.touch[n - 1]) / (self.touch[n] - self.touch[n - 1])
-        # the lumps take Q as zero from the next spring on
+        # the lumps take Q as zero at the next spring and beyond
         return total + float(pull[n - 1] * (self.slope[n - 1] - self.stiffness[n - 1]) * (share - 1))
 
     def grown_to(self, contact: int, depth: float, height: Array) -> float:
-        """Contact depth: where the heights of the springs ahead come down to the tip, linear in between."""
+        """Contact depth: where the heights of the springs ahead meet the tip, linear in between."""
         if not contact:
             return 0.0
         low = float(self.touch[contact - 1])
@@ -41,7 +41,7 @@ class Lumps:
         return float(np.clip(high + (depth - height[0]) / slope, low, high))
 
     def shrunk_to(self, pull: Array) -> float:
-        """Contact depth: where Q comes down to zero, linear beyond the last springs in contact."""
+        """Contact depth: where Q falls to zero, linear beyond the last springs in contact."""
         n = pull.size
         if not n:
             return 0.0

@@ -24,15 +24,6 @@ from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, convolve, moments
 from flatpunch.media.relaxation import Relaxation
 
-_SPLITS = 16
-"""Pieces, each half as long as the next, into which the step of the first touch is split: K begins there like a root of d."""
-
-_EQUAL = 1e-9
-"""Difference of two rates, over the largest, that may be rounding."""
-
-_HALVINGS = 12
-"""Halvings of a step at most."""
-
 
 @dataclass(frozen=True, slots=True)
 class Memory:
@@ -108,13 +99,14 @@ def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: flo
     share, bound = np.zeros((3, fine.size - 1)), np.zeros(fine.size - 1)
     new = np.ones(fine.size - 1, dtype=bool)
     allowed = tolerance * float(elastic.force(depth.max(keepdims=True))[0])
-    for turn in range(_HALVINGS + 1):
+    halvings = 12
+    for turn in range(halvings + 1):
         pressed = np.maximum(np.interp(fine, time, depth), 0.0)
         rising = np.diff(pressed) > 0
         chosen = np.flatnonzero(new & rising)
         share[:, chosen], bound[chosen] = _stiffness_shares(elastic, pressed[chosen], pressed[chosen + 1])
         coarse = bound * np.count_nonzero(rising) > allowed
-        if not coarse.any() or turn == _HALVINGS:
+        if not coarse.any() or turn == halvings:
             break
         pieces = 1 + coarse
         fine = np.unique(np.concatenate([fine, (fine[:-1] + fine[1:])[coarse] / 2]))
@@ -146,7 +138,8 @@ def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
     first = int(lost[0])
     rate = np.diff(depth[first - 1 :]) / np.diff(memory.time[first - 1 :])
     # its height falls ever slower: a tip that does not slow down stays ahead of it
-    if (np.diff(rate) <= _EQUAL * np.abs(rate).max()).all():
+    # difference of two rates, over the largest, that may be rounding
+    if (np.diff(rate) <= 1e-9 * np.abs(rate).max()).all():
         return False
     modes = recovery(memory.series)
     speed = memory.approach[first] @ modes.amplitudes
@@ -160,13 +153,14 @@ def with_touches(time: Array, value: Array) -> Array:
     """Times with the moments of touching and leaving added and the steps after each touch split."""
     extra = []
     crossing = np.flatnonzero((value[:-1] <= 0) != (value[1:] <= 0))
+    # K begins at the first touch like a root of d: its step is split into pieces, each half as long as the next
     for i in crossing:
         at = time[i] - value[i] * (time[i + 1] - time[i]) / (value[i + 1] - value[i])
         if value[i + 1] > 0:
-            extra.append(at + (time[i + 1] - at) * 0.5 ** np.arange(_SPLITS))
+            extra.append(at + (time[i + 1] - at) * 0.5 ** np.arange(16))
         extra.append(np.array([at]))
     if value[0] > 0:
-        extra.append(time[0] + (time[1] - time[0]) * 0.5 ** np.arange(_SPLITS))
+        extra.append(time[0] + (time[1] - time[0]) * 0.5 ** np.arange(16))
     return np.unique(np.concatenate([time, *extra]))
 
 

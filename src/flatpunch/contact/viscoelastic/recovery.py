@@ -22,12 +22,6 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.contact.viscoelastic.series import ExponentialSeries
 
-_HALVINGS = 60
-"""Halvings of the logarithm of a root's distance from its pole: they leave rounding."""
-
-_NEAREST = 1e-30
-"""Smallest distance of a root from its pole over the distance of two poles; closer ones carry weights of that size."""
-
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
@@ -58,8 +52,10 @@ def recovery(series: ExponentialSeries) -> Recovery:
     upper = _excess(series, s[:, None] - middle, middle) > 0
     anchor, sign = np.where(upper, s, below), np.where(upper, -1.0, 1.0)
     poles = s[:, None] - anchor
-    low, high = np.full(s.size, np.log(_NEAREST)), np.zeros(s.size)
-    for _ in range(_HALVINGS):
+    # smallest distance of a root from its pole over the distance of two poles; closer ones carry weights of that size
+    low, high = np.full(s.size, np.log(1e-30)), np.zeros(s.size)
+    # halvings of the logarithm of a root's distance from its pole: they leave rounding
+    for _ in range(60):
         x = (low + high) / 2
         move = sign * np.exp(x) * gap / 2
         # H falls with r: it is positive below the root

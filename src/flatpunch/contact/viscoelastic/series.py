@@ -16,16 +16,6 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
-_SPACING = 0.38
-"""h: the trapezoidal rule then errs by 2 |Gamma(alpha + 16.5 i)|/Gamma(alpha) < 1e-11."""
-
-_FAST = 1e4
-_SLOW = 1e-8
-"""Rates kept, over the inverse of the shortest step and of the whole history."""
-
-_PARABOLIC = 1e-3
-"""Largest product of rate and duration of the history whose cube is below 1e-9."""
-
 
 @dataclass(frozen=True, slots=True)
 class ExponentialSeries:
@@ -69,8 +59,10 @@ def exponential_series(relaxation: Relaxation, shortest: float, longest: float) 
 
 
 def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> ExponentialSeries:
-    alpha, h = law.exponent, _SPACING
-    first, last = np.floor(np.log(_SLOW / longest) / h), np.ceil(np.log(_FAST / shortest) / h)
+    # h: the trapezoidal rule then errs by 2 |Gamma(alpha + 16.5 i)|/Gamma(alpha) < 1e-11
+    alpha, h = law.exponent, 0.38
+    # rates kept, over the inverse of the shortest step and of the whole history
+    first, last = np.floor(np.log(1e-8 / longest) / h), np.ceil(np.log(1e4 / shortest) / h)
     u = h * np.arange(first, last + 1)
     scale = law.time**alpha * h / gamma(alpha)
     rates, weights = np.exp(u), scale * np.exp(alpha * u)
@@ -80,7 +72,8 @@ def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> E
     moment = scale * np.exp((alpha - 2) * (u[-1] + h)) / -np.expm1((alpha - 2) * h)
     fast = area / moment
     # slow terms are parabolas over the history: a constant and one term with the same three derivatives stand for them
-    slow = rates * longest < _PARABOLIC
+    # largest product of rate and duration of the history whose cube is below 1e-9
+    slow = rates * longest < 1e-3
     first, second = weights[slow] @ rates[slow], weights[slow] @ rates[slow] ** 2
     one = first**2 / second
     return ExponentialSeries(

@@ -14,18 +14,12 @@ from flatpunch._support.checks import Array, values
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, few
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
-from flatpunch.contact.viscoelastic.elastic import AREA, RADIUS, STIFFNESS, ElasticCurve, Solve, elastic_curve
+from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
 from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.media.relaxation import Relaxation
-
-_MARGIN = 1.01
-"""Depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse."""
-
-NOTED = 1e-3
-"""Numerical error over the largest force from which a note says so."""
 
 
 def solve(
@@ -36,7 +30,6 @@ def solve(
     relaxation: Relaxation,
     phi: Array,
     method: Solve,
-    options: dict[str, Any],
 ) -> Curve:
     """Follow a history.
 
@@ -56,7 +49,7 @@ def solve(
     phi : ndarray, shape (p,)
         Polar angles of the outline [rad].
     method : callable
-        `solve` of an elastic contact method, and its `options`.
+        `solve` of an elastic contact method.
 
     Returns
     -------
@@ -70,15 +63,16 @@ def solve(
     if not (control.values > 0).any():
         raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
     if control.name == "depth":
-        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi, options)
+        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi)
         response = force_of_depth(time, control.values, relaxation, elastic)
         if control.values[0] > 0:
-            # the series stands for psi from the first time step on
+            # the series represents psi for times of one step and more
             response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
     else:
         most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))
-        deepest = _MARGIN * float(method(kernel, indenter, most, phi[:1], **options).depth[0])
-        elastic = elastic_curve(method, kernel, indenter, deepest, phi, options)
+        # depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse
+        deepest = 1.01 * float(method(kernel, indenter, most, phi[:1]).depth[0])
+        elastic = elastic_curve(method, kernel, indenter, deepest, phi)
         response = depth_of_force(time, control.values, relaxation, elastic, deepest)
     return _curve(time, response, elastic, relaxation, phi)
 
@@ -121,7 +115,7 @@ def history_control(*, depth: object, force: object, radius: object) -> Control:
 
 def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: Relaxation, phi: Array) -> Curve:
     contact = response.contact
-    radius, area, stiffness = elastic.at(contact, RADIUS, AREA, STIFFNESS)
+    radius, area, stiffness = elastic.at(contact, Column.RADIUS, Column.AREA, Column.STIFFNESS)
     first = float(relaxation(np.zeros(1))[0])
     notes = elastic.notes
     if not np.isfinite(first):
@@ -132,7 +126,8 @@ def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: R
     largest = float(np.max(response.force, where=np.isfinite(response.force), initial=0.0))
     numerical = response.error / np.where(response.force > 0, response.force, largest)
     worst = float(response.error.max()) / largest
-    if worst > NOTED:
+    # numerical error over the largest force above which there is a note
+    if worst > 1e-3:
         notes += (
             f"The numerical error of the history reaches {worst:.2g} of the largest force: see force_error, and give more times.",
         )

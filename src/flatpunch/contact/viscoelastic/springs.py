@@ -29,15 +29,6 @@ from flatpunch.contact.viscoelastic.lumps import Lumps
 from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries
 
-_TURNS = 100
-"""Newton steps and halvings for the time at which a spring is met or left."""
-
-_FIRST = 1e-9
-"""Depth that counts as the first touch, over that of the first spring."""
-
-_TIME_TOLERANCE = 1e-11
-"""Error of that time over the step."""
-
 
 @dataclass(frozen=True, slots=True)
 class Elapsed:
@@ -136,8 +127,9 @@ class Springs:
     def __post_init__(self) -> None:
         self.touch = self.deepest * np.linspace(0, 1, self.count + 1) ** 2
         force, stiffness = self.elastic.force(self.touch), self.elastic.stiffness(self.touch)
-        # flat ends are stiff from the first touch on
-        stiffness[0] = self.elastic.stiffness(_FIRST * self.touch[1:2])[0]
+        # the stiffness of flat ends begins with that of their face
+        # depth that counts as the first touch, over that of the first spring
+        stiffness[0] = self.elastic.stiffness(1e-9 * self.touch[1:2])[0]
         self.fine = Lumps(self.touch, force, stiffness)
         self.rough = Lumps(self.touch[::2], force[::2], stiffness[::2])
         self.recovery = recovery(self.series)
@@ -354,8 +346,10 @@ def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
     old, new = np.zeros_like(high), high.copy()
     f_old, f_new = function(old), function(new)
     third, f_third = old, f_old
-    share = np.full_like(high, 0.5)
-    for _ in range(_TURNS):
+    # tolerance of the time over the step; SciPy's root finder, the same method, takes five times as long for a few springs
+    share, tolerance = np.full_like(high, 0.5), 1e-11
+    # Newton steps and halvings for the time at which a spring is met or left
+    for _ in range(100):
         x = new + share * (old - new)
         value = function(x)
         same: Flags = (value > 0) == (f_new > 0)
@@ -363,13 +357,13 @@ def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
         old, f_old = np.where(same, old, new), np.where(same, f_old, f_new)
         new, f_new = x, value
         width = np.abs(old - new)
-        if ((width <= _TIME_TOLERANCE * high) | (value == 0)).all():
+        if ((width <= tolerance * high) | (value == 0)).all():
             break
         with np.errstate(divide="ignore", invalid="ignore"):
             xi, phi = (new - old) / (third - old), (f_new - f_old) / (f_third - f_old)
             curved = f_new / (f_old - f_new) * f_third / (f_old - f_third)
             curved += (third - new) / (old - new) * f_new / (f_third - f_new) * f_old / (f_third - f_old)
             smooth = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
-            least = 0.5 * _TIME_TOLERANCE * high / width
+            least = 0.5 * tolerance * high / width
         share = np.clip(np.where(smooth, curved, 0.5), least, 1 - least)
     return np.where(np.abs(f_old) < np.abs(f_new), old, new)

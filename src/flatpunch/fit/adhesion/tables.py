@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
@@ -144,6 +144,11 @@ def branch_tables(family: BranchFamily) -> BranchTables:
         return BranchTables(family)
 
 
-@lru_cache(maxsize=32)
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
+
+
+@byte_cached
 def _shared(family: BranchFamily, names: tuple[str, ...]) -> BranchTables:
     return BranchTables(family)

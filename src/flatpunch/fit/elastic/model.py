@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
@@ -185,10 +185,15 @@ class _Family:
     scaling: Scaling = field(compare=False)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _shared(family: _Family) -> Table:
     solve, limit = _solver(family.scaling, family.method)
     return Table(solve, family.scaling.coordinates, limit)
+
+
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
 
 
 def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:

@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from flatpunch._support.byte_cache import PROCESS
 from flatpunch._support.checks import Array
 from flatpunch.fit.parameters.scaling import Coordinate
 
@@ -147,6 +148,7 @@ class Table:
     def _knot(self, index: tuple[int, ...], window: Window) -> Array:
         if (window, index) not in self._pieces:
             self._pieces[window, index] = self._spline(index, window)
+            PROCESS.grown(2 * self._pieces[window, index].nbytes)
         return self._pieces[window, index]
 
     def _spline(self, index: tuple[int, ...], window: Window) -> Array:

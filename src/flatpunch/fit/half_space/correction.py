@@ -7,10 +7,12 @@ stand the moduli that published corrections would give for the same reported val
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq
@@ -18,77 +20,21 @@ from scipy.optimize import brentq
 from flatpunch._support.checks import Array, poisson_ratio, positive
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
+from flatpunch._version import __version__
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.half_space import published
+from flatpunch.fit.half_space.formulas import Formula, formulas, half_space_model, layer_on_top
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
-from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import Medium
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Over = Literal["curve", "depth"]
 
 _POINTS = 200
 _WIDEST = math.log(1e6)
-
-
-@dataclass(frozen=True, slots=True)
-class Reported:
-    """Half-space model of the software: F = factor E* d^exponent.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    factor : float
-        [m^(2 - exponent)].
-    exponent : float
-    """
-
-    name: str
-    factor: float
-    exponent: float
-
-    def force(self, depth: Array) -> Array:
-        """Force for E* = 1 Pa."""
-        return np.asarray(self.factor * depth**self.exponent)
-
-
-def half_space_model(indenter: Any, name: str | None = None) -> Reported:
-    """The usual half-space formula for a tip.
-
-    Parameters
-    ----------
-    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
-        The tip.
-    name : str, optional
-        "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening angle) or
-        "rico" (1/sqrt(2) instead of 0.7453). The first that fits the tip if left out.
-    """
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        found = {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
-    elif isinstance(indenter, Cone):
-        found = {"sneddon": Reported("sneddon", 2 / (math.pi * math.tan(indenter.inclination)), 2.0)}
-    elif isinstance(indenter, Cylinder):
-        found = {"flat": Reported("flat", 2 * indenter.radius, 1.0)}
-    elif isinstance(indenter, Pyramid) and indenter.sides == 4:
-        slope = 1 / math.tan(indenter.inclination)
-        found = {
-            "bilodeau": Reported("bilodeau", 0.7453 * slope, 2.0),
-            "rico": Reported("rico", slope / math.sqrt(2), 2.0),
-        }
-    else:
-        raise ValueError(
-            f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
-            "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
-        )
-    if name is None:
-        return next(iter(found.values()))
-    if name not in found:
-        raise ValueError(
-            f"model = {name!r} does not belong to a {type(indenter).__name__}; choose {', '.join(map(repr, found))}."
-        )
-    return found[name]
 
 
 @readable
@@ -113,6 +59,9 @@ class Correction:
     over : str
     notes : tuple of str
         Limits of the contact theory at this depth.
+    depth, apparent : ndarray
+        Depths up to that of the fit [m], and Young's modulus that the half-space formula gives at each of them for the true layer
+        [Pa].
     """
 
     young: float
@@ -123,6 +72,42 @@ class Correction:
     sensitivity: float
     over: str
     notes: tuple[str, ...] = ()
+    depth: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    apparent: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+
+    def rows(self) -> list[tuple[str, float, str]]:
+        """Name, Young's modulus [Pa] and remark: the exact contact first, then the published corrections."""
+        return [("exact", self.young, ""), *((n, value, self.why.get(n, "")) for n, value in self.others.items())]
+
+    def to_csv(self) -> str:
+        """Return the moduli as CSV, a line for the exact contact and for each published correction."""
+        out = io.StringIO()
+        table = csv.writer(out, lineterminator="\n")
+        table.writerow(["formula", "young [Pa]", "deviation [-]", "remark"])
+        table.writerows([name, young, young / self.young - 1, remark] for name, young, remark in self.rows())
+        return out.getvalue()
+
+    def dataset(self) -> xr.Dataset:
+        """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""
+        import xarray as xr
+
+        names, moduli, remarks = zip(*self.rows(), strict=True)
+        pascal = {"units": "Pa"}
+        return xr.Dataset(
+            {
+                "young": ("formula", np.array(moduli), pascal | {"long_name": "Young's modulus of the layer"}),
+                "remark": ("formula", np.array(remarks, dtype=object)),
+                "apparent": ("depth", self.apparent, pascal | {"long_name": "modulus of the half-space formula"}),
+            },
+            {"formula": np.array(names, dtype=object), "depth": ("depth", self.depth, {"units": "m"})},
+            {
+                "reported": self.reported,
+                "over": self.over,
+                "sensitivity": self.sensitivity,
+                "notes": "\n".join(self.notes),
+                "flatpunch_version": __version__,
+            },
+        )
 
     def summary(self) -> str:
         """The result in words."""
@@ -190,11 +175,9 @@ def correct(
     1.38 kPa
     """
     reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
-    if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
-        raise TypeError("medium must be a Medium with a homogeneous layer on top: its modulus is looked for.")
+    top = layer_on_top(medium)
     if over not in ("curve", "depth"):
         raise ValueError(f"over = {over!r} must be 'curve' or 'depth'.")
-    top = medium.layers[0]
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
     formula = half_space_model(indenter, model)
     grid = depth * (np.arange(1, _POINTS + 1) / _POINTS if over == "curve" else np.ones(1))
@@ -211,11 +194,12 @@ def correct(
     young = _solved(seen, target, reported)
     step = 1e-4
     growth = (math.log(seen(young * (1 + step))) - math.log(seen(young * (1 - step)))) / (2 * step)
-    others, why = _others(medium, indenter, grid, weight, target, top)
+    others, why = _others(medium, indenter, grid, weight, target)
     notes = tuple(exact.exact(grid[-1:], {"layers[0].young": young})[1].splitlines())
-    return Correction(
-        young, reported, reported / young, others, why, 1 / growth if growth > 0 else math.inf, over, notes
-    )
+    along = depth * np.arange(1, _POINTS + 1) / _POINTS
+    apparent = exact.force(along, {"layers[0].young": young}) / formula.force(along) * (1 - nu**2)
+    sensitivity = 1 / growth if growth > 0 else math.inf
+    return Correction(young, reported, reported / young, others, why, sensitivity, over, notes, along, apparent)
 
 
 def _solved(seen: Callable[[float], float], target: float, guess: float) -> float:
@@ -240,82 +224,24 @@ def _solved(seen: Callable[[float], float], target: float, guess: float) -> floa
 
 
 def _others(
-    medium: Medium, indenter: Any, grid: Array, weight: Array, target: float, top: Layer
+    medium: Medium, indenter: Any, grid: Array, weight: Array, target: float
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Published corrections, each inverted for the same reported modulus."""
-    nu, h = top.poisson, top.thickness
-    stiff = isinstance(medium.base, RigidBase)
-    star = 1 / (1 - nu**2)
-    hertz = half_space_model(indenter).force(grid)
-    round_tip = isinstance(indenter, (Sphere, Paraboloid))
     results: dict[str, float] = {}
     why: dict[str, str] = {}
+    for formula in formulas(medium, indenter):
 
-    def by_factor(name: str, factor: Array, remark: str = "") -> None:
-        """Formulas F = E* factor hertz: linear in the modulus."""
-        results[name] = target / float(weight @ (hertz * factor)) / star
-        if not stiff:
-            remark = f"{remark}; for a rigid base" if remark else "for a rigid base"
-        if remark:
-            why[name] = remark
-
-    single = len(medium.layers) == 1
-    if single and round_tip:
-        x = np.sqrt(indenter.radius * grid) / h
-        by_factor("Dimitriadis", published.dimitriadis(x, nu, top.bonded))
-        if top.bonded:
-            by_factor("Garcia", published.garcia(x, "paraboloid"), "" if nu == 0.5 else "for nu = 0.5")
-            force = published.chadwick(indenter.radius, grid, 1.0, h)
-            results["Chadwick"] = target / float(weight @ force)
-            why["Chadwick"] = "for bonded incompressible layers much thinner than the contact"
-    elif single and isinstance(indenter, Cone) and top.bonded:
-        by_factor(
-            "Garcia",
-            published.garcia(grid / math.tan(indenter.inclination) / h, "cone"),
-            "" if nu == 0.5 else "for nu = 0.5",
-        )
-    elif single and isinstance(indenter, Cylinder) and top.bonded:
-        x = np.full_like(grid, indenter.radius / h)
-        by_factor("Garcia", published.garcia(x, "flat"), "" if nu == 0.5 else "for nu = 0.5")
-    if single and isinstance(medium.base, HalfSpace):
-        _substrate_formulas(results, why, medium, indenter, grid, weight * hertz, target)
-    return results, why
-
-
-def _substrate_formulas(
-    results: dict[str, float],
-    why: dict[str, str],
-    medium: Medium,
-    indenter: Any,
-    grid: Array,
-    share: Array,
-    target: float,
-) -> None:
-    """Equivalent moduli E(a/t): the contact radius is the half-space's, as these formulas are used."""
-    top, base = medium.layers[0], medium.base
-    assert isinstance(top, Layer)
-    assert isinstance(base, HalfSpace)
-    nu, t, substrate = top.poisson, top.thickness, base.surface_modulus
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        a = np.sqrt(indenter.radius * grid)
-    elif isinstance(indenter, Cylinder):
-        a = np.full_like(grid, indenter.radius)
-    else:
-        a = 2 / math.pi * grid / math.tan(indenter.inclination)
-    laws: dict[str, Callable[[float], Array]] = {
-        "Gao": lambda film: published.gao(a / t, film, substrate, nu),
-        "Perriot-Barthel": lambda film: published.perriot_barthel(a / t, film, substrate),
-        "Bec": lambda film: published.bec(a, film, substrate, t),
-    }
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        laws["Clifford"] = lambda film: published.clifford(indenter.radius, grid, film, nu, substrate, base.poisson, t)
-    for name, law in laws.items():
-
-        def seen(young: float, law: Callable[[float], Array] = law) -> float:
-            return float(share @ law(young / (1 - nu**2)))
+        def seen(young: float, formula: Formula = formula) -> float:
+            return float(weight @ formula.force(grid, young))
 
         try:
-            results[name] = _solved(seen, target, target)
+            results[formula.name] = target / seen(1.0) if formula.linear else _solved(seen, target, target)
         except ValueError:
-            results[name] = math.nan
-            why[name] = "no film modulus gives the reported value"
+            results[formula.name] = math.nan
+        if formula.remark:
+            why[formula.name] = formula.remark
+        if not math.isfinite(results[formula.name]):
+            why[formula.name] = (
+                "the depth is outside its range" if formula.linear else "no film modulus gives the reported value"
+            )
+    return results, why

@@ -52,6 +52,28 @@ def garcia(x: Array, shape: str) -> Array:
     return np.asarray(np.polynomial.polynomial.polyval(x, _GARCIA[shape]))
 
 
+PYRAMID = {
+    (4, True): (0.8313, 0.7317, 1.4221, -0.5489, 0.0986),
+    (4, False): (0.5483, 0.3529, 0.3131, -0.2379, 0.0459),
+    (3, True): (0.9944, 1.2876, 1.0070, -0.2928, 0.0613),
+    (3, False): (0.6559, 0.5940, 0.0634, -0.1437, 0.0346),
+}
+"""Coefficients c1 to c5 by number of sides and bond, fitted to the exact contact up to x = 2 (page on AFM of the docs)."""
+
+PYRAMID_UP_TO = 2.0
+"""Largest x = d tan(alpha)/h of the formula for pyramids; beyond it there is none."""
+
+
+PYRAMID_FORCE = {4: 0.737619, 3: 0.88241}
+"""F/(E* tan(alpha) d^2) of pyramids on thick samples by number of sides, which the factors of `pyramid` multiply."""
+
+
+def pyramid(x: Array, sides: int = 4, bonded: bool = True) -> Array:
+    """Factor for pyramids of three or four sides on incompressible layers, this project's own; nan for x > 2."""
+    factor = np.polynomial.polynomial.polyval(x, (1.0, *PYRAMID[sides, bonded]))
+    return np.where(np.asarray(x) <= PYRAMID_UP_TO * (1 + 1e-9), factor, np.nan)
+
+
 def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Array:
     """Force on a layer much thinner than the contact: incompressible, bonded to its base, without friction under the tip."""
     return np.asarray(2 * np.pi / 3 * young * radius**2 * depth**3 / thickness**3)

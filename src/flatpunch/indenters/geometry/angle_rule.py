@@ -1,16 +1,15 @@
 """Quadrature over the polar angle, and the angular harmonics of functions sampled on it.
 
 Smooth outlines take equally spaced angles (exponential convergence), outlines with edges Gauss panels from
-edge to edge. The number of angles grows until the angular means of f and of its logarithm stand still, so
-that means are at rounding.
+edge to edge. The number of angles grows until the angular means of f and of its logarithm no longer
+change, to rounding.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
@@ -18,9 +17,6 @@ from flatpunch.numerics.gauss import gauss
 
 _STILL = 2e-14
 """Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
-
-_MOST, _SPARE = 8192, 6
-"""Most angles of a rule, and what is added on panels between kinks: there shapes are more than a few harmonics."""
 
 
 def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None) -> tuple[Array, Array]:
@@ -46,7 +42,7 @@ def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float 
     return _rule(indenter, int(harmonics_hint), float(radius))
 
 
-@lru_cache(maxsize=256)
+@byte_cached
 def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
     breaks = split_angles(indenter)
     size = _first_size(breaks, order)
@@ -57,7 +53,7 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
             # kinks cross all circles, and between them more angles are no use
             return _kept(phi, weights)
         means, scale = _means(indenter, radii, phi, weights)
-        while phi.size < _MOST:
+        while phi.size < 8192:
             more = _finer(breaks, size, crossed=tolerance > _STILL)
             finer = _nodes(*more)
             new, scale = _means(indenter, radii, *finer)
@@ -86,7 +82,7 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
 
 
 def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
-    """Radii at which the means must stand still, and how still."""
+    """Radii at which the means must have converged, and the tolerance."""
     tolerance = max(_STILL, getattr(indenter, "angular_tolerance", None) or 0.0)
     if indenter.exponent is not None:
         return np.array([1.0]), tolerance
@@ -139,7 +135,8 @@ def panel_rule(edges: Array, order: int) -> tuple[Array, Array]:
     half, parts = np.diff(edges, axis=1) / 2, []
     for panel, widest in enumerate(half.max(axis=0)):
         if widest > 0:
-            t, v = gauss(_gauss_nodes(2 * order * float(widest)) + _SPARE)
+            # six more, as shapes between kinks are more than a few harmonics
+            t, v = gauss(_gauss_nodes(2 * order * float(widest)) + 6)
             middle = (edges[:, panel] + edges[:, panel + 1])[:, None] / 2
             parts.append((middle + half[:, [panel]] * t, half[:, [panel]] * v))
     points, weights = zip(*parts, strict=True)

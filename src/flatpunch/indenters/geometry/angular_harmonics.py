@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters.geometry.angular_mean import AngularTable
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
@@ -64,7 +63,7 @@ class AngularHarmonics(AngularTable):
         return found
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def angular_harmonics(indenter: Indenter, count: int, *, logarithmic: bool) -> AngularHarmonics:
     """The harmonics of an indenter; what is already tabulated is shared."""
     return AngularHarmonics(indenter, count, logarithmic=logarithmic)

@@ -1,4 +1,4 @@
-"""Integrals of a non-round indenter over the polar angle, tabulated: many radii are asked for, and each takes hundreds of angles.
+"""Integrals of a non-round indenter over the polar angle, tabulated: many radii are needed, and each takes hundreds of angles.
 
 Panels, three to a decade and cut at the rings and scales of the shape, carry polynomials in s with
 r = r_0 + (r_1 - r_0) sin^2(pi s/2). In s such integrals are smooth even where they begin or end like the root of the distance
@@ -8,10 +8,11 @@ from a ring, as they do at the corners and sides of a square flat.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
@@ -19,15 +20,6 @@ from flatpunch.indenters.geometry.angle_rule import angular_rule, panel_rule
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, Sine
-
-PER_DECADE = 3
-"""Panels per decade; with half as many, means of rounded tips lose three digits, with twice as many they cost twice."""
-
-NODES = 32
-"""Nodes of a panel; half as many leave 1e-6 beside the corners of a flat."""
-
-FEW = 4
-"""Radii in a panel for which it is not made; more are sampled directly at the cost of the panel."""
 
 ORDER = 32
 """Highest harmonic for which means are integrated at rounding; half as many are not enough for rounded pyramids."""
@@ -112,7 +104,8 @@ class AngularTable(ABC):
         flat = r.ravel()
         outside = (flat <= 0) | (flat > self._indenter.reach)
         parts = []
-        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=FEW))):
+        # radii in a panel for which it is not made; more are sampled directly at the cost of the panel
+        for chosen, read in ((outside, self._sample), (~outside, partial(self._table.at, few=4))):
             if chosen.any():
                 parts.append((chosen, read(flat[chosen])))
         result = np.empty((flat.size, parts[0][1].shape[1] if parts else 0))
@@ -122,9 +115,11 @@ class AngularTable(ABC):
 
     def _edges(self, r: Array) -> Array:
         """Edges of the panels that hold radii r."""
-        first = int(np.floor(PER_DECADE * np.log10(r.min()) - 1e-9))
-        last = int(np.ceil(PER_DECADE * np.log10(r.max()) + 1e-9))
-        even = 10 ** (np.arange(first, last + 1) / PER_DECADE)
+        # with half as many panels, means of rounded tips lose three digits
+        per_decade = 3
+        first = int(np.floor(per_decade * np.log10(r.min()) - 1e-9))
+        last = int(np.ceil(per_decade * np.log10(r.max()) + 1e-9))
+        even = 10 ** (np.arange(first, last + 1) / per_decade)
         reach = self._indenter.reach
         cuts = [cut for cut in self._cuts if even[0] < cut < min(reach, even[-1])]
         edges = np.unique(np.concatenate([even[even < reach], cuts, [min(reach, even[-1])]]))
@@ -135,7 +130,8 @@ class AngularTable(ABC):
         """Nodes of a panel."""
         rings = self._indenter.rings
         between = rings and rings[0] <= low < rings[-1]
-        return NODES + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
+        # half as many leave 1e-6 beside the corners of a flat
+        return 32 + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
 
     def _sample(self, r: Array) -> Array:
         """Columns by quadrature, shape (n, columns)."""
@@ -185,13 +181,13 @@ class GeometricMean(AngularTable):
             return np.stack([mean, np.sum(slope / f * weights, axis=1), square], axis=1)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def angular_mean(indenter: Indenter) -> AngularMean:
     """The mean of an indenter; what is already tabulated is shared."""
     return AngularMean(indenter)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def geometric_mean(indenter: Indenter) -> GeometricMean:
     """The geometric mean of an indenter; what is already tabulated is shared."""
     return GeometricMean(indenter)

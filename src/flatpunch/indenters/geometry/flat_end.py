@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Flags
 from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter
 
-ANGLES = 1440
-"""Polar angles over which the mean radius is taken; half as many change that of a square by 1e-6."""
 
-
-@lru_cache(maxsize=256)
+@byte_cached
 def flat_radius(indenter: Indenter) -> float:
     """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
     rings = indenter.rings
-    phi = np.asarray(np.arange(ANGLES) * (FULL_TURN / ANGLES))
+    # half as many angles change the mean radius of a square by 1e-6
+    phi = np.asarray(np.arange(1440) * (FULL_TURN / 1440))
     if len(rings) < 2 or np.any(indenter.height(np.array((1 - 1e-3) * rings[0]), phi)):
         return 0.0
 

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters._common import SAME
 from flatpunch.indenters.profile import Indenter
 
-MOST = 24
-"""Highest rotational symmetry looked for; tips with more sides are treated as if they had none."""
-
 _PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
+"""Angles at which heights are compared: a prime number of them, off the axes; half as many may miss a difference."""
 
 
 def sample_radii(indenter: Indenter, count: int) -> Array:
-    """Radii at which to look at an indenter of any size: up to its reach, or from atoms to metres if it has none."""
+    """Radii at which an indenter of any size is sampled: up to its reach, or from atoms to metres if it has none."""
     if np.isfinite(indenter.reach):
         return np.asarray(indenter.reach * np.geomspace(1e-6, 0.999, count))
     return np.geomspace(1e-10, 1e3, 2 * count)
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def rotational_symmetry(indenter: Indenter) -> int:
     """Largest n <= 24 for which turning the indenter by 2 pi/n leaves it as it is; 1 if there is none."""
-    for fold in range(MOST, 1, -1):
+    for fold in range(24, 1, -1):
         if _same(indenter, _PHI, _PHI + 2 * np.pi / fold):
             return fold
     return 1
 
 
 def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
-    """Those of the polar angles phi, shape (n,), that symmetry does not carry into each other, and which stands for each."""
+    """Those of the polar angles phi, shape (n,), that symmetry does not map onto each other, and the index of each."""
     start, period = next(iter(indenter.corners), 0.0), 2 * np.pi / rotational_symmetry(indenter)
     turn = np.mod(phi - start, period)
     if mirrored_about(indenter, start):

@@ -20,9 +20,6 @@ from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
-_DECADES = 12
-_POINTS = 600
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -134,16 +131,16 @@ class AreaFunction(RoundShape):
         return 2.0 if last == 0 else 2.0 ** (1 - last)
 
     def _table(self) -> scipy.interpolate.PchipInterpolator:
-        first = self.start if self.start > 0 else self.limit * 10.0**-_DECADES
-        h = np.geomspace(first, self.limit, _POINTS)
+        first = self.start if self.start > 0 else self.limit * 1e-12
+        h = np.geomspace(first, self.limit, 600)
         area, growth = self._fit(h)
         bad = (area <= 0) | (growth <= 0)
         if bad.any():
             i = int(np.flatnonzero(bad)[-1])
             remedy = (
-                f"Set start to {h[min(i + 1, _POINTS - 1)] * 1.01:.3g} m or more: below it a paraboloid takes the "
+                f"Set start to {h[min(i + 1, h.size - 1)] * 1.01:.3g} m or more: below it a paraboloid takes the "
                 "place of the fit."
-                if i + 1 < _POINTS
+                if i + 1 < h.size
                 else "Lower the limit to the range of the fit."
             )
             raise ValueError(

@@ -7,22 +7,16 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices, numbers, values
 
-_MARGIN = 4
-"""Points kept around the largest circle, so that the spline does not feel the cut."""
-_SMALLEST = 7
-"""Points across the map that leave a circle worth the name."""
-
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
     """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks."""
     columns = values("HeightMap.x", x, minimum=-np.inf, unit="m")
     rows = values("HeightMap.y", y, minimum=-np.inf, unit="m")
     heights = numbers("HeightMap.z", z, "m")
-    if heights.shape != (rows.size, columns.size) or min(heights.shape) < _SMALLEST:
+    if heights.shape != (rows.size, columns.size) or min(heights.shape) < 7:
         raise ValueError(
             f"HeightMap.z has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must "
-            "be (ny, nx), "
-            f"{_SMALLEST} or more each."
+            "be (ny, nx), 7 or more each."
         )
     missing = ~np.isfinite(heights)
     if missing.any():
@@ -102,7 +96,7 @@ def fitted(
     """Spline of the square about the apex, the apex between the points, and the height there."""
     x, y = columns[at[1]], rows[at[0]]
     i, j = _window(columns, x, radius), _window(rows, y, radius)
-    # heights from the lowest point on: nothing is lost to rounding at the apex
+    # heights above the lowest point: nothing is lost to rounding at the apex
     spline = scipy.interpolate.RectBivariateSpline(rows[j], columns[i], heights[np.ix_(j, i)] - heights[at])
     point = np.array([x, y])
     step = max(float(np.diff(columns).max()), float(np.diff(rows).max()))
@@ -129,4 +123,5 @@ def fitted(
 
 def _window(axis: Array, centre: float, radius: float) -> Indices:
     inside = np.flatnonzero(np.abs(axis - centre) <= radius)
-    return np.arange(max(inside[0] - _MARGIN, 0), min(inside[-1] + _MARGIN + 1, axis.size))
+    # four points more on each side, so that the cut does not affect the spline
+    return np.arange(max(inside[0] - 4, 0), min(inside[-1] + 5, axis.size))

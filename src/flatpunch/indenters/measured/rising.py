@@ -13,9 +13,6 @@ import numpy as np
 from flatpunch.indenters._common import FULL_TURN, RAYS
 from flatpunch.indenters.profile import Indenter
 
-RADII = 400
-"""Radii at which slopes are checked; half as many may miss a dip that is 2 % wide."""
-
 
 @dataclass(frozen=True, slots=True)
 class Fall:
@@ -56,9 +53,10 @@ def first_fall(indenter: Indenter, reach: float | None = None) -> Fall | None:
     if not np.isfinite(end):
         end = 1.0
     phi = FULL_TURN * np.arange(RAYS) / RAYS
-    r = end * np.arange(1, RADII + 1) / RADII
-    slope = np.empty((RADII, RAYS))
-    for rows in np.array_split(np.arange(RADII), 8):
+    # half as many radii may miss a dip that is 2 % wide
+    r = end * np.arange(1, 401) / 400
+    slope = np.empty((r.size, RAYS))
+    for rows in np.array_split(np.arange(r.size), 8):
         slope[rows] = indenter.slope(r[rows, None], phi)
     height = np.asarray(indenter.height(r[:1, None], phi))
     falling = np.less_equal(slope, 0)

@@ -65,7 +65,7 @@ class Ellipsoid(Shape):
         return spread(np.where(square <= 1, gap, np.inf), phi)
 
     def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting; infinite from the equator on."""
+        """Radial derivative df/dr [-], same broadcasting; infinite at the equator and beyond."""
         inverse = self._inverse_square(phi)
         root = np.sqrt(np.maximum(1 - np.square(r) * inverse, 0.0))
         with np.errstate(divide="ignore"):

@@ -92,7 +92,7 @@ class Rounded(Shape):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """Radii from which on the curvature jumps: where the cap meets the middles of edges and of faces [m]."""
+        """Radii at which the curvature jumps: where the cap meets the middles of edges and of faces [m]."""
         if self._gradients is None:
             return (self.transition[0],)
         k, following = self._gradients, np.roll(self._gradients, -1, axis=0)

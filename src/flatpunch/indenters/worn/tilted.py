@@ -25,9 +25,6 @@ from flatpunch.indenters.shapes.power_law import PowerLaw
 from flatpunch.indenters.shapes.pyramid import Pyramid
 from flatpunch.indenters.worn.rounded import Rounded
 
-_STEP = 5e-5
-"""Step of five-point differences over the polar angle [rad]: rounding 1e-11 of f, truncation far below."""
-
 
 @readable
 @dataclass(frozen=True, slots=True)
@@ -271,8 +268,10 @@ def _gradient(tip: Indenter, rho: Array, angle: Array) -> tuple[Array, Array]:
     radial = np.asarray(tip.slope(rho, angle))
     if tip.round:
         return radial, np.zeros_like(radial)
-    h = [np.asarray(tip.height(rho, angle + j * _STEP)) for j in (-2, -1, 1, 2)]
-    change = (h[0] - 8 * h[1] + 8 * h[2] - h[3]) / (12 * _STEP)
+    # step of the five-point difference [rad]: rounding 1e-11 of f, truncation far below
+    step = 5e-5
+    h = [np.asarray(tip.height(rho, angle + j * step)) for j in (-2, -1, 1, 2)]
+    change = (h[0] - 8 * h[1] + 8 * h[2] - h[3]) / (12 * step)
     return radial, np.divide(change, rho, out=np.zeros_like(change), where=np.asarray(rho) > 0)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 import scipy
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
@@ -16,12 +17,6 @@ from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
-
-_ALIKE = 1e-9
-"""Relative difference of radii at which a border turns below which they are one; below rounding it gives several rings."""
-
-_MOST_TURNS = 6
-"""Most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels."""
 
 
 @readable
@@ -163,13 +158,16 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
         return (float(radii.max()),)
     closed = np.append(radii, radii[1])
     turns = radii[1:][(closed[1:-1] - closed[:-2]) * (closed[2:] - closed[1:-1]) <= 0]
-    between = np.sort(turns[(turns > (1 + _ALIKE) * radii.min()) & (turns < (1 - _ALIKE) * radii.max())])
-    between = between[np.diff(between, prepend=0.0) > _ALIKE * radii.max()]
-    few = between if between.size <= _MOST_TURNS else between[:0]
+    # below rounding one turn of a border gives several rings
+    alike = 1e-9
+    between = np.sort(turns[(turns > (1 + alike) * radii.min()) & (turns < (1 - alike) * radii.max())])
+    between = between[np.diff(between, prepend=0.0) > alike * radii.max()]
+    # most radii at which a border turns that are rings; more, as of rough height maps, would only cost panels
+    few = between if between.size <= 6 else between[:0]
     return (float(radii.min()), *few.tolist(), float(radii.max()))
 
 
-@lru_cache(maxsize=64)
+@byte_cached
 def _border_line(tip: Indenter, level: float) -> tuple[Array, Array]:
     """Angles over a full turn, ends included, and the radii there of the level line f = level, none of its extremes left out."""
     angles = _angles(tip)

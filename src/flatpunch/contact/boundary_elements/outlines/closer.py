@@ -19,9 +19,6 @@ from flatpunch.bem.solver.active_set import solve_contact
 from flatpunch.compliance import Kernel
 from flatpunch.indenters.profile import Indenter
 
-_TOLERANCE = 1e-5
-"""Gap error over the depth; with ten times as much the ends of lobes come and go by 3 % of the mean radius."""
-
 
 def solve_closer(
     kernel: Kernel,
@@ -61,13 +58,14 @@ def solve_closer(
     elsewhere = map_coordinates(imposed, places, order=3, mode="nearest")
     height = IndenterHeight(indenter).at(*polar(new.real, new.imag))
     finer = build_operator(kernel, inner).single()
+    # gap error over the depth; with ten times as much the ends of lobes come and go by 3 % of the mean radius
     state = solve_contact(
         finer,
         finer.asarray((height + elsewhere) / grid.spacing),
         solution.depth / grid.spacing,
         start=finer.asarray(np.maximum(map_coordinates(own, places, order=1, mode="nearest"), 0.0)),
         inner=finer,
-        tolerance=_TOLERANCE,
+        tolerance=1e-5,
     )
     return inner.unfold(np.asarray(state.pressure * kernel.modulus)), state.converged
 

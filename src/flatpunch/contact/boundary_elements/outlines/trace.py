@@ -30,11 +30,9 @@ from flatpunch.indenters.profile import Indenter
 _WIDTH = 0.25
 """Half-width over the mean radius below which the contact along an edge is a lobe; twice as much solves four times the cells."""
 
-_FINER = 6
-"""Finer cells per cell along an axis; half as many double the error at the ends of lobes."""
 
 _ROOT = 2
-"""Cells at the beginning of a window that feel the fixed cells beside it and do not count; twice as many cost short lobes."""
+"""Cells at the beginning of a window that do not count, as the fixed cells disturb them; twice as many lose short lobes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +146,7 @@ def _lobes(kernel: Kernel, indenter: Indenter, solution: bem.Solution) -> list[_
     operator = build_operator(kernel, solution.grid, solving=False)
     solved: dict[float, _Lobe | None] = {}
     found = []
-    for angle, wedge, _ in edges:
+    for angle, wedge in edges:
         place = place_of(indenter, angle)
         if place not in solved:
             solved[place] = _lobe(kernel, indenter, solution, operator, angle, wedge, mean)
@@ -182,7 +180,8 @@ def _lobe(
     last = x[beside].max(initial=0.0)
     if last < start + 2 * _ROOT * h:
         return None
-    fine = h / _FINER
+    # finer cells per cell along an axis; half as many double the error at the ends of lobes
+    fine = h / 6
     ny = 2 * int(np.ceil((half[x >= start - h].max() + 2 * h) / fine))
     nx = int((_edge(grid, angle) - start) / fine)
     window = Grid(nx, ny, fine, (start + nx * fine / 2, 0.0))

@@ -1,0 +1,247 @@
+"""The job *Coating*: stresses in section, the first failure, and its load over the thickness of the film."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.messages import message
+from flatpunch.app.form import FormError, case_text
+from flatpunch.app.plain import CALLED, case_of, explained, plain, short
+from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.fields import CriticalLoad, Strength
+from flatpunch.files import Case
+from flatpunch.files.cases import parsed
+from flatpunch.files.stresses import STRESS_COLUMNS, Stresses, first_failure_lines, stress_csv, stress_rows, stresses
+from flatpunch.files.units import text
+from flatpunch.media import Medium, underlying
+from flatpunch.sweeps import sweep, table
+from flatpunch.sweeps.axes import axes_of
+from flatpunch.sweeps.failure import KINDS, is_map, map_figure
+from flatpunch.sweeps.picture import figure
+
+QUANTITIES = ("von_mises", "principal", "max_shear", "hydrostatic", "xx", "zz", "xz", "utilisation")
+"""What the section shows, in the order of the page's list: invariants, components, von Mises stress over yield stress."""
+
+_ACROSS, _DOWN = 121, 81
+"""Points of the section that are drawn at most; files have all of them."""
+
+_LISTED = 2
+"""Values that the map varies at most."""
+
+
+def coating(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
+    """Compute the stresses at the last step of a form and its first failure, or the map of first failures.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form; with "map" on, the ranges in `vary` are solved.
+    run : bool
+        Whether to solve maps and tips that are not round, which take more than about a second.
+    """
+    try:
+        case = case_of(fields, "coating")
+        if fields.get("map") == "on":
+            return _study(fields, case, run)
+        if not run and not case.indenter.round:
+            return {"long": "The pressure of this tip comes from boundary elements."}
+        found = stresses(case)
+        return {**_shown(case, found), "kept": pickle.dumps((case, found, None))}
+    except Exception as error:
+        # what `fields` refuses is about its arguments, which are in [stress]
+        return explained(error, fields, re.sub(r"^(?=residual_stress|friction)", "stress.", message(error)))
+
+
+def _shown(case: Case, found: Stresses) -> dict[str, Any]:
+    attrs = found.fields.attrs
+    return {
+        "title": case.title,
+        "about": f"At force {text(attrs['force'], 'N')}, depth {text(attrs['depth'], 'm')}, friction {attrs['friction']:g}; "
+        f"estimated error {attrs['stress_error']:.1g} of the largest pressure.",
+        "columns": STRESS_COLUMNS,
+        "rows": stress_rows(found.fields),
+        "first": None if found.first is None else _first(found.first),
+        "section": section(case, found, "von_mises"),
+        "axis": _axis(found.fields),
+        "judged": any(strength.yield_stress is not None for strength in found.strengths),
+        "notes": str(attrs.get("notes", "")).splitlines(),
+    }
+
+
+def _first(first: CriticalLoad) -> dict[str, Any]:
+    return {
+        "line": first_failure_lines(first)[0],
+        "force": plain(first.force),
+        "margins": [
+            [
+                re.sub(r"layers\[(\d+)\]\.(.*)", lambda found: f"{found[2]}, layer {int(found[1]) + 1}", name),
+                f"{value:.4g}" if math.isfinite(value) else "–",
+            ]
+            for name, value in sorted(first.margins.items(), key=lambda item: item[1])
+        ],
+    }
+
+
+def section(case: Case, found: Stresses, quantity: str) -> dict[str, Any] | None:
+    """Return a quantity over the plane y = 0 as rows from the surface down; None where the points are no such plane.
+
+    Parameters
+    ----------
+    case : Case
+        For the interfaces.
+    found : Stresses
+        What `stresses` returned.
+    quantity : str
+        One of `QUANTITIES`.
+    """
+    result = found.fields
+    x, z = _plane(result)
+    if x is None or z is None:
+        return None
+    across, down = _some(x.size, _ACROSS), _some(z.size, _DOWN)
+    values = np.asarray(_values(found, quantity))[np.ix_(across, down)].T
+    body = underlying(case.medium)
+    faces = np.cumsum([layer.thickness for layer in body.layers]) if isinstance(body, Medium) else np.zeros(0)
+    return {
+        "x": [plain(float(x[0])), plain(float(x[-1]))],
+        "z": [plain(float(z[0])), plain(float(z[-1]))],
+        "values": short(values),
+        "faces": plain(faces[faces < z[-1]]),
+        "radius": plain(float(result.attrs["radius"])) if "radius" in result.attrs else None,
+        "unit": "" if quantity == "utilisation" else "Pa",
+    }
+
+
+def _plane(result: xr.Dataset) -> tuple[Any, Any]:
+    """Coordinates along x and z of points in a plane y = const; None for other points."""
+    if result["von_mises"].ndim != 2 or min(result["von_mises"].shape) < 2:
+        return None, None
+    x, z = result["x"].values, result["z"].values
+    flat = np.ptp(x, axis=1).max() == 0 and np.ptp(z, axis=0).max() == 0 and np.ptp(result["y"].values) == 0
+    return (x[:, 0], z[0]) if flat else (None, None)
+
+
+def _values(found: Stresses, quantity: str) -> Any:
+    result = found.fields
+    if quantity == "utilisation":
+        limits = [strength.yield_stress or math.nan for strength in found.strengths]
+        layer = result["layer"].values
+        limits += [math.nan] * max(0, int(layer.max()) + 1 - len(limits))
+        return result["von_mises"].values / np.array(limits)[layer]
+    if quantity == "principal":
+        return result["principal"].values[0]
+    return result[quantity].values if quantity in result else result["stress"].sel(component=quantity).values
+
+
+def _axis(result: xr.Dataset) -> dict[str, Any] | None:
+    """Stresses along the axis, from the section."""
+    x, z = _plane(result)
+    if x is None:
+        return None
+    at = int(np.argmin(np.abs(x)))
+    stress = result["stress"].values[:, at]
+    names = [str(name) for name in result["component"].values]
+    return {"z": short(z), **{name: short(stress[names.index(name)]) for name in ("xx", "zz")}}
+
+
+def _some(size: int, most: int) -> Any:
+    return np.unique(np.linspace(0, size - 1, min(most, size)).round().astype(int))
+
+
+def quantity_map(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
+    """Return another quantity of the section.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    kept : bytes
+        What `coating` kept.
+    step : int
+        Which of `QUANTITIES`.
+    """
+    case, found, _ = pickle.loads(kept)
+    return section(case, found, QUANTITIES[min(step, len(QUANTITIES) - 1)]) or {"none": "These points are no section."}
+
+
+def _study(fields: Mapping[str, str], case: Case, run: bool) -> dict[str, Any]:
+    """Load of the first failure over one or two values of the case."""
+    source = case_text(fields, "coating")
+    data = parsed(source, CALLED)
+    varied = data.pop("vary", {})
+    if not 1 <= len(varied) <= _LISTED:
+        raise FormError(
+            "vary.layers.0.thickness is missing; the map takes one or two ranges such as '0.5 um:20 um:16:log'."
+        )
+    if case.stress is None or all(strength == Strength() for strength in case.stress.strengths):
+        raise FormError(
+            "the map shows the first failure: give a strength of a layer or of the base, such as a yield stress."
+        )
+    try:
+        axes_of(data, varied)
+        if not run:
+            return {"long": "The map solves one case for each point."}
+        found = sweep(replace(case, source=(CALLED, source)), workers=1)
+    except ValueError as error:
+        # what is wrong with a range is said of the path, which is the name of its field
+        named = [path for path in varied if path in str(error)]
+        field = f"vary.{min(named, key=str(error).index)}" if named else ""
+        return {"problems": [{"field": field, "text": message(error)}]}
+    return {"study": _drawn(found), "notes": [], "kept": pickle.dumps((case, None, found))}
+
+
+def _drawn(found: xr.Dataset) -> dict[str, Any]:
+    names = [str(name) for name in found["status"].dims]
+    first = found.isel(step=0) if "step" in found.dims else found
+    if "critical_force" not in found:
+        raise ValueError(str(found["reason"].values.ravel()[0]))
+    kind, layer = first["critical_kind"].values, first["critical_layer"].values
+    places = [
+        f"{KINDS[int(k)]}, layer {int(i) + 1}" if math.isfinite(k) else "not solved"
+        for k, i in zip(kind.ravel(), layer.ravel(), strict=True)
+    ]
+    failed = [str(reason) for reason in found["reason"].values.ravel() if reason]
+    return {
+        "names": names,
+        "values": [plain(found[name].values) for name in names],
+        "units": [str(found[name].attrs.get("units", "")) for name in names],
+        "force": plain(first["critical_force"].values),
+        "places": np.array(places, dtype=object).reshape(kind.shape).tolist(),
+        "caption": f"{kind.size} points, {len(failed)} failed" + (f": {failed[0]}" if failed else ""),
+    }
+
+
+def coating_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
+    """Return stresses, or the map, as a file: the same that `flatpunch stress` and `flatpunch sweep` write.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    kept : bytes
+        What `coating` kept.
+    kind : {"nc", "csv", "png", "svg"}
+    """
+    case, found, study = pickle.loads(kept)
+    if kind == "nc":
+        return netcdf_bytes(found.fields if study is None else study)
+    if kind == "csv":
+        written = stress_csv(found.fields) if study is None else table(study).to_csv(index=False, lineterminator="\n")
+        return str(written).encode("utf-8")
+    if study is not None:
+        drawn = map_figure(study) if is_map(study, "critical_force") else figure(study, quantity="critical_force")
+        return picture_bytes(drawn, kind)
+    from flatpunch.plots import fields as pictures
+
+    drawn = pictures.figure(
+        found.fields, case.medium, case.indenter, found.contact, strengths=found.strengths, title=case.title
+    )
+    return picture_bytes(drawn, kind)

@@ -1,0 +1,94 @@
+"""The job *Correct*: a reported half-space modulus turned into that of the layer, beside published formulas."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from flatpunch._support.messages import message
+from flatpunch.app.form import FormError, case_text
+from flatpunch.app.plain import CALLED, explained, plain
+from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.contact import method_of
+from flatpunch.files.cases import parsed
+from flatpunch.fit.case import FitCase, fit_case_from
+from flatpunch.fit.half_space.correction import Correction, correct
+from flatpunch.fit.models import forget_models
+from flatpunch.fit.report.quantities import quantity
+
+COLUMNS = ("formula", "modulus of the layer", "off the exact one by", "remark")
+
+
+def correct_modulus(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
+    """Return the modulus of the layer behind a reported one.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    run : bool
+        Whether to solve a case that takes boundary elements; otherwise it is only checked.
+    """
+    try:
+        case = _case(fields)
+        if not run and case.settings.method != "auto" and method_of(case.settings.method).name in ("bem", "refined"):
+            return {"long": "This method takes boundary element solutions."}
+        forget_models()
+        found = correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
+        return {**shown(found), "kept": pickle.dumps(found)}
+    except Exception as error:
+        # what `correct` refuses is about its arguments, which the form has in one table
+        text = re.sub(r"^(?=(?:reported|depth|model|over) = )", "correct.", message(error))
+        return explained(error, fields, text)
+
+
+def shown(found: Correction) -> dict[str, Any]:
+    """Return what the page shows of a correction."""
+    rows = []
+    for name, young, remark in found.rows():
+        there = math.isfinite(young)
+        off = f"{100 * (young / found.young - 1):+.3g} %" if there else "–"
+        rows.append([name, quantity(young, "Pa") if there else "–", "" if name == "exact" else off, remark])
+    return {
+        "young": found.young,
+        "reported": found.reported,
+        "factor": found.factor,
+        "sensitivity": plain(found.sensitivity),
+        "columns": COLUMNS,
+        "rows": rows,
+        "depth": plain(found.depth),
+        "apparent": plain(found.apparent),
+        "summary": found.summary(),
+        "notes": list(found.notes),
+    }
+
+
+def correct_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
+    """Return a correction as a file, the same that the command line writes.
+
+    Parameters
+    ----------
+    fields : mapping
+        The form.
+    kept : bytes
+        What `correct_modulus` kept.
+    kind : {"nc", "csv", "png", "svg"}
+    """
+    found = pickle.loads(kept)
+    if kind == "nc":
+        return netcdf_bytes(found.dataset())
+    if kind == "csv":
+        return str(found.to_csv()).encode("utf-8")
+    from flatpunch.fit.half_space.pictures import correction_figure
+
+    return picture_bytes(correction_figure(found, title=_case(fields).title), kind)
+
+
+def _case(fields: Mapping[str, str]) -> FitCase:
+    case = fit_case_from(parsed(case_text(fields, "correct"), CALLED), CALLED)
+    if not case.correct:
+        raise FormError("correct.reported is missing; write the modulus that was reported, such as '8 kPa'.")
+    return case

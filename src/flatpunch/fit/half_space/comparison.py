@@ -1,0 +1,195 @@
+"""Published thin-layer and substrate formulas against the exact contact, for one sample and tip."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch._version import __version__
+from flatpunch.contact import Method, MethodName, indent
+from flatpunch.files import Case
+from flatpunch.files.units import text
+from flatpunch.fit.half_space.formulas import Formula, Reported, formulas, half_space_models, layer_on_top
+from flatpunch.media import Medium
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WITHIN = (0.01, 0.05, 0.10)
+"""Errors up to which the range of a formula is given."""
+
+
+def compare_formulas(
+    medium: Medium,
+    indenter: Any,
+    *,
+    depth: Any = None,
+    force: Any = None,
+    radius: Any = None,
+    method: MethodName | Method | None = None,
+) -> xr.Dataset:
+    """Compare published formulas with the exact contact.
+
+    Parameters
+    ----------
+    medium : Medium
+        The sample: a homogeneous layer on top of others or of the base. Formulas are for one layer on a base.
+    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
+        The tip.
+    depth, force, radius : array_like
+        Exactly one of them, as for `indent`: where they are compared [m], [N], [m].
+    method : str or method, optional
+        Contact method of the exact force, as for `indent`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `step`: depth [m], the exact force [N], `factor` [-], that force over the half-space formula's, and force_error [-].
+        Over `formula` and `step`: formula_force [N] and `deviation` [-], the formula's force over the exact one less 1. Over
+        `formula` and `limit`: `valid_to` [m], the largest depth up to which the deviation stays within the limit. `remark` says
+        what a formula was made for. First are the half-space formulas without a correction.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, and for tips without a half-space formula.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> found = fp.compare_formulas(gel, fp.Paraboloid(radius=5e-6), depth=[50e-9, 300e-9])
+    >>> print(f"{float(found.deviation.sel(formula='Garcia')[-1]):.3f}")
+    0.156
+    """
+    import xarray as xr
+
+    top = layer_on_top(medium)
+    given = {"depth": depth, "force": force, "radius": radius}
+    control: dict[str, Any] = {name: values for name, values in given.items() if values is not None}
+    result = indent(medium, indenter, method=method, angles=8, **control)
+    depths, exact = result["depth"].values, result["force"].values
+    star = 1 / (1 - top.poisson**2)
+    laws = [
+        *(_bare(model, star) for model in half_space_models(indenter).values()),
+        *formulas(medium, indenter),
+    ]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        forces = np.array([law.force(depths, top.young) for law in laws])
+        deviation = forces / exact - 1
+        factor = exact / forces[0]
+    reach = np.array([[_valid_to(depths, line, limit) for limit in WITHIN] for line in deviation])
+    over = ("formula", "step")
+    error = {"force_error": result["force_error"]} if "force_error" in result else {}
+    return xr.Dataset(
+        {
+            "depth": result["depth"],
+            "force": result["force"],
+            **error,
+            "factor": ("step", factor, {"long_name": "force over that of the half-space formula"}),
+            "formula_force": (over, forces, {"units": "N", "long_name": "force by the formula"}),
+            "deviation": (over, deviation, {"long_name": "force by the formula over the exact force, less 1"}),
+            "valid_to": (("formula", "limit"), reach, {"units": "m", "long_name": "largest depth within the limit"}),
+            "remark": ("formula", np.array([law.remark for law in laws], dtype=object)),
+        },
+        {"formula": np.array([law.name for law in laws], dtype=object), "limit": np.array(WITHIN)},
+        {
+            "method": result.attrs["method"],
+            "notes": str(result.attrs.get("notes", "")),
+            "flatpunch_version": __version__,
+        },
+    )
+
+
+def _bare(model: Reported, star: float) -> Formula:
+    """The half-space formula as one of those to compare; `star` is E*/E of the layer."""
+    return Formula(model.name.capitalize(), lambda d, young: young * star * model.force(d), remark="no correction")
+
+
+def compare_case(case: Case) -> xr.Dataset:
+    """Compare the formulas at the steps of a case.
+
+    Parameters
+    ----------
+    case : Case
+        What `read_case` returned.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `compare_formulas`, and for cases with a history or adhesion.
+    """
+    if case.time is not None:
+        raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
+    if case.work_of_adhesion is not None:
+        raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
+    given: dict[str, Any] = {case.control: case.values, "method": case.method}
+    return compare_formulas(case.medium, case.indenter, **given)
+
+
+def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
+    """Largest depth up to which the deviation stays within the limit; 0 if it never does."""
+    order = np.argsort(depth, kind="stable")
+    order = order[depth[order] > 0]
+    if not order.size:
+        return 0.0
+    bad = np.flatnonzero(~(np.abs(deviation[order]) <= limit))
+    if not bad.size:
+        return float(depth[order[-1]])
+    return float(depth[order[bad[0] - 1]]) if bad[0] else 0.0
+
+
+def comparison_rows(found: xr.Dataset) -> list[list[str]]:
+    """Table of a comparison: name, deviation at the largest depth, depths up to which it is within the limits, remark.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        What `compare_formulas` returned.
+    """
+    last = int(np.argmax(found["depth"].values))
+    deepest = float(found["depth"].values[last])
+    rows = []
+    for i, name in enumerate(found["formula"].values):
+        off = float(found["deviation"].values[i, last])
+        ends = [
+            "all depths" if end == deepest else text(end, "m") if end > 0 else "none"
+            for end in map(float, found["valid_to"].values[i])
+        ]
+        rows.append([str(name), _percent(off), *ends, str(found["remark"].values[i])])
+    return rows
+
+
+def _percent(value: float) -> str:
+    if not math.isfinite(value):
+        return "-"
+    return f"{100 * value:+.2f} %" if abs(value) < 0.1 else f"{100 * value:+.3g} %"
+
+
+def comparison_columns(found: xr.Dataset) -> list[str]:
+    """Headings of `comparison_rows`."""
+    deepest = text(float(found["depth"].values.max()), "m")
+    return ["formula", f"error at {deepest}", *(f"within {100 * limit:g} % up to" for limit in WITHIN), "remark"]
+
+
+def comparison_csv(found: xr.Dataset) -> str:
+    """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        What `compare_formulas` returned.
+    """
+    names = [str(name) for name in found["formula"].values]
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    pairs = [entry for name in names for entry in (f"{name} [N]", f"{name} deviation [-]")]
+    table.writerow(["depth [m]", "force [N]", *pairs])
+    for i, (depth, force) in enumerate(zip(found["depth"].values, found["force"].values, strict=True)):
+        both = np.stack([found["formula_force"].values[:, i], found["deviation"].values[:, i]], axis=1)
+        table.writerow([depth, force, *both.ravel()])
+    return out.getvalue()

@@ -1,0 +1,206 @@
+"""Which published formulas apply to a sample and a tip, and the force that each of them gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fit.half_space import published
+from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+
+
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """Half-space model of the software: F = factor E* d^exponent.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    factor : float
+        [m^(2 - exponent)].
+    exponent : float
+    """
+
+    name: str
+    factor: float
+    exponent: float
+
+    def force(self, depth: Array) -> Array:
+        """Force for E* = 1 Pa."""
+        return np.asarray(self.factor * depth**self.exponent)
+
+
+def half_space_models(indenter: Any) -> dict[str, Reported]:
+    """The half-space formulas in use for a tip by their names, the usual one first.
+
+    Parameters
+    ----------
+    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
+        The tip.
+
+    Raises
+    ------
+    ValueError
+        For other tips.
+    """
+    if isinstance(indenter, (Sphere, Paraboloid)):
+        return {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
+    if isinstance(indenter, Cone):
+        return {"sneddon": Reported("sneddon", 2 / (math.pi * math.tan(indenter.inclination)), 2.0)}
+    if isinstance(indenter, Cylinder):
+        return {"flat": Reported("flat", 2 * indenter.radius, 1.0)}
+    if isinstance(indenter, Pyramid) and indenter.sides == 4:
+        slope = 1 / math.tan(indenter.inclination)
+        return {
+            "bilodeau": Reported("bilodeau", 0.7453 * slope, 2.0),
+            "rico": Reported("rico", slope / math.sqrt(2), 2.0),
+        }
+    raise ValueError(
+        f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
+        "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
+    )
+
+
+def half_space_model(indenter: Any, name: str | None = None) -> Reported:
+    """One of the half-space formulas for a tip.
+
+    Parameters
+    ----------
+    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
+        The tip.
+    name : str, optional
+        "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening angle) or
+        "rico" (1/sqrt(2) instead of 0.7453). The first that fits the tip if left out.
+    """
+    found = half_space_models(indenter)
+    if name is None:
+        return next(iter(found.values()))
+    if name not in found:
+        raise ValueError(
+            f"model = {name!r} does not belong to a {type(indenter).__name__}; choose {', '.join(map(repr, found))}."
+        )
+    return found[name]
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """A published formula for one sample and tip.
+
+    Parameters
+    ----------
+    name : str
+        By its authors.
+    force : callable
+        (depths [m], Young's modulus of the layer [Pa]) -> forces [N].
+    linear : bool
+        Whether the force is proportional to that modulus.
+    remark : str
+        What the formula was made for, where the sample differs.
+    """
+
+    name: str
+    force: Callable[[Array, float], Array]
+    linear: bool = True
+    remark: str = ""
+
+
+def layer_on_top(medium: Any) -> Layer:
+    """Return the homogeneous layer at the surface, whose modulus the formulas are about.
+
+    Raises
+    ------
+    TypeError
+        If there is none.
+    """
+    if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
+        raise TypeError("layers[0] must be a homogeneous layer on top of a Medium: its modulus is looked for.")
+    return medium.layers[0]
+
+
+def formulas(medium: Medium, indenter: Any) -> list[Formula]:
+    """Return the published formulas for one layer on a base; none for more layers.
+
+    Parameters
+    ----------
+    medium : Medium
+        Layer and base.
+    indenter : object
+        A tip for which there is a half-space model.
+    """
+    if len(medium.layers) != 1:
+        return []
+    found = list(_thin_layer(medium, indenter))
+    return [*found, *_substrate(medium, indenter)] if isinstance(medium.base, HalfSpace) else found
+
+
+def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
+    """Factors on the half-space force of layers on rigid bases."""
+    top = layer_on_top(medium)
+    nu, h, tip = top.poisson, top.thickness, half_space_model(indenter)
+    star = 1 / (1 - nu**2)
+    rigid = "" if isinstance(medium.base, RigidBase) else "for a rigid base"
+    half = "" if nu == 0.5 else "for nu = 0.5"
+
+    def factor(name: str, of: Callable[[Array], Array], *remarks: str) -> Formula:
+        said = "; ".join(remark for remark in (*remarks, rigid) if remark)
+        return Formula(name, lambda d, young: young * star * tip.force(d) * of(d), remark=said)
+
+    if isinstance(indenter, (Sphere, Paraboloid)):
+        radius = indenter.radius
+
+        def x(d: Array) -> Array:
+            return np.sqrt(radius * d) / h
+
+        yield factor("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, top.bonded))
+        if top.bonded:
+            yield factor("Garcia", lambda d: published.garcia(x(d), "paraboloid"), half)
+            yield Formula(
+                "Chadwick",
+                lambda d, young: published.chadwick(radius, d, young, h),
+                remark="for bonded incompressible layers much thinner than the contact",
+            )
+    elif isinstance(indenter, Cylinder) and top.bonded:
+        yield factor("Garcia", lambda d: published.garcia(np.full_like(d, indenter.radius / h), "flat"), half)
+    elif isinstance(indenter, (Cone, Pyramid)):
+        slope = 1 / math.tan(indenter.inclination)
+        if top.bonded:
+            made_for = "" if isinstance(indenter, Cone) else "for cones"
+            yield factor("Garcia", lambda d: published.garcia(slope * d / h, "cone"), made_for, half)
+        if isinstance(indenter, Pyramid):
+            ours = published.PYRAMID_FORCE[4] * slope / tip.factor
+            yield factor("flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, top.bonded), half)
+
+
+def _substrate(medium: Medium, indenter: Any) -> Iterator[Formula]:
+    """Equivalent moduli E(a/t): the contact radius is the half-space's, as these formulas are used."""
+    top, base, tip = layer_on_top(medium), medium.base, half_space_model(indenter)
+    assert isinstance(base, HalfSpace)
+    nu, t, substrate = top.poisson, top.thickness, base.surface_modulus
+
+    def radius(d: Array) -> Array:
+        if isinstance(indenter, (Sphere, Paraboloid)):
+            return np.asarray(np.sqrt(indenter.radius * d))
+        if isinstance(indenter, Cylinder):
+            return np.full_like(d, indenter.radius)
+        return np.asarray(2 / math.pi * d / math.tan(indenter.inclination))
+
+    laws: dict[str, Callable[[Array, float], Array]] = {
+        "Gao": lambda d, film: published.gao(radius(d) / t, film, substrate, nu),
+        "Perriot-Barthel": lambda d, film: published.perriot_barthel(radius(d) / t, film, substrate),
+        "Bec": lambda d, film: published.bec(radius(d), film, substrate, t),
+    }
+    if isinstance(indenter, (Sphere, Paraboloid)):
+        laws["Clifford"] = lambda d, film: published.clifford(indenter.radius, d, film, nu, substrate, base.poisson, t)
+    for name, law in laws.items():
+
+        def force(d: Array, young: float, law: Callable[[Array, float], Array] = law) -> Array:
+            return tip.force(d) * law(d, young / (1 - nu**2))
+
+        yield Formula(name, force, linear=False)
