@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_note
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.blocks import blocked, towards_the_end, uniform
 from flatpunch.fit.least_squares.minimum import minimise
@@ -35,8 +36,6 @@ from flatpunch.fit.parameters.unknowns import frame_of
 
 SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
-_TILTED = 0.02
-"""Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
 _BOTH_ENDS = (
     "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
     "second part."
@@ -49,10 +48,6 @@ _PLASTIC = (
 )
 _ROUGHLY = 0.1
 """Distance from the minimum, in standard errors, at which two directions of the tip can be compared."""
-_WAVING = 0.01
-"""Standard deviation of a wave over the rise from which it is worth a note."""
-_WAVES = 160
-"""Stretches of the background in which a wave is looked for."""
 
 
 def elastic_setup(
@@ -291,8 +286,8 @@ class Approach:
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
             notes = tilt_note(part.position[before], part.force[before], float(inside.max()), rise)
-        if before.sum() >= 4 * _WAVES and self.settings.baseline in ("constant", "linear"):
-            notes += _wave_note(part.position[before], force[before], rise)
+        if before.sum() >= 4 * WAVES and self.settings.baseline in ("constant", "linear"):
+            notes += wave_note(part.position[before], force[before], rise)
         if not keep.all():
             scan = self.scan(keep)
         return scan, keep, (*notes, *dips)
@@ -333,57 +328,6 @@ def depth_reached(depth: Array, over: Array, rise: float) -> float:
     return float("nan") if pressed.all() else float(np.quantile(depth, 1 - pressed.mean()))
 
 
-def over_line(part: Curve, before: Flags) -> Array:
-    """Force over the straight line through the points before the contact [N]."""
-    position = part.position - part.position[before].mean()
-    here, force = position[before], part.force[before]
-    level = force.mean()
-    slope = float(here @ (force - level)) / max(float(here @ here), 1e-300)
-    return np.asarray(part.force - level - slope * position)
-
-
-def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tuple[str, ...]:
-    """A tilted background that is fitted as a constant moves contact point and modulus.
-
-    Parameters
-    ----------
-    position, force : ndarray, shape (n,)
-        Readings, or means of equal numbers of readings, before the contact [m, N].
-    deepest, rise : float
-        Of the contact [m, N].
-    """
-    here, level = position - position.mean(), force - force.mean()
-    slope = float(here @ level) / max(float(here @ here), 1e-300)
-    error = float(np.std(level - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
-    share = slope * deepest / rise
-    if abs(share) < _TILTED or abs(slope) < 5 * error:
-        return ()
-    return (
-        f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
-        "the tilt; a constant baseline biases contact point and modulus.",
-    )
-
-
-def waves(means: Array, rise: float) -> bool:
-    """Whether means of the force over its background, over stretches in order, are correlated and change their sign."""
-    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
-    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
-    return not (memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise)
-
-
-def _wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
-    """A wave on the background."""
-    index = uniform(position, _WAVES)
-    size = np.bincount(index)
-    means = np.bincount(index, force)[size > 0] / size[size > 0]
-    if not waves(means, rise):
-        return ()
-    return (
-        f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"
-        "range forces). baseline = 'sine' fits a wave.",
-    )
-
-
 def _wavelength(objective: Objective, scan: Scan) -> float:
     """Wavelength of the sine that fits best, beside a straight line, to the background before the contact [m]."""
     contact = scan.contact(objective)
@@ -391,7 +335,7 @@ def _wavelength(objective: Objective, scan: Scan) -> float:
     if free.sum() < 4 * FEWEST:
         free = np.ones(objective.depth.size, dtype=bool)
     position, force = objective.position[free], objective.force[free]
-    index = uniform(position, min(_WAVES, position.size // 4))
+    index = uniform(position, min(WAVES, position.size // 4))
     size = np.bincount(index).astype(float)
     filled = size > 0
     p, f = ((np.bincount(index, c)[filled] / size[filled]) for c in (position - position[0], force))

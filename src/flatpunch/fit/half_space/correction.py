@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Over = Literal["curve", "depth"]
 
 _POINTS = 200
+"""Depths at which the half-space formula is fitted to the exact curve."""
 _WIDEST = math.log(1e6)
 
 
