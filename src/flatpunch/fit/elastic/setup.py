@@ -74,6 +74,8 @@ def elastic_setup(
         problem = replace(problem, part=part)
         scan = problem.scan()
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    if plastic_cycles(every.turned(force=force_sign)):
+        problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
     problem.check_contact(scan)
     if problem.withdraws(scan):
         if turning(curve) and not _second:
