@@ -220,3 +220,19 @@ def test_drag_of_the_liquid():
     assert abs(estimate.value - 5e3) < 4 * estimate.stderr
     with pytest.raises(CurveError, match="drag is a force per speed"):
         fit(curve, *case, drag="free")
+
+
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("tops", [(1, 1), (0.5, 1), (0.2, 0.4, 0.6, 0.8, 1)])
+def test_several_cycles_are_never_glued_together(tops, spring):
+    """Without segments in the file the largest approach is fitted, and said to be; with them the same one."""
+    corners = [-1.0, *np.array([(top, -1.0) for top in tops]).ravel()]
+    way = np.interp(np.linspace(0, len(corners) - 1, 400 * len(corners)), np.arange(len(corners)), corners) * 4e-7
+    force = indent(GEL, TIP, depth=np.maximum(way, 0), angles=8)["force"].values
+    force = force + 0.01 * force.max() * np.random.default_rng(0).normal(size=way.size)
+    curve = Curve(way, force) if spring is None else Curve.from_piezo(way + force / spring, force, spring)
+    found = fit(curve, START, TIP, ["layers[0].young"], engine="normal-equations")
+    estimate = found.estimates["layers[0].young"]
+    assert abs(estimate.value - 5e3) < 4 * estimate.stderr
+    assert f"has {len(tops)} loading cycles; the largest approach" in " ".join(found.notes)
+    assert found.curve.depth.size < 600

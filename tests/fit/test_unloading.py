@@ -172,3 +172,12 @@ def test_cycles_are_found_whatever_their_loads():
     assert [peak for _, peak, _ in found] == pytest.approx([199, 499, 799, 1099], abs=6)
     assert load_cycles(np.linspace(0, 1, 500)) == []
     assert len(load_cycles(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300)))) == 1
+
+
+@pytest.mark.parametrize("left", [0.0, 0.3, 0.6])
+def test_many_plastic_cycles_are_sent_there_too(tmp_path, left):
+    (tmp_path / "cycles.csv").write_text(_text(_cycles(8, left)), encoding="utf-8")
+    (tmp_path / "case.toml").write_text(FILM_CASE, encoding="utf-8")
+    done = CliRunner().invoke(app, ["fit", str(tmp_path / "cycles.csv"), str(tmp_path / "case.toml")])
+    assert done.exit_code == 2
+    assert "flatpunch fit-film" in done.output

@@ -25,8 +25,11 @@ from flatpunch.fit.elastic.table import STEP, Piecewise
 _SEARCHED = 6.0
 """Decades of radius over which pull-off is looked for."""
 _BEFORE = 0.02
+"""Distance in ln a before pull-off from which the branch is continued by its tangent."""
 _GRID = 600
+"""Points of the branch from which Newton's method begins."""
 _NEWTON = 6
+"""Turns of Newton's method at most; four are usual."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,9 +36,11 @@ _SOFTEST = -0.75
 """The same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
 _RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
+"""Works of adhesion or moduli, contact points, and points of the curve of a scan; more cost time only."""
 _FACTOR = 8.0
 """Works of adhesion this factor about the first guess are tried; it comes from largest force and tension."""
 _TRIED = 3
+"""Best places of the scan from which the search descends."""
 
 
 @dataclass(frozen=True, eq=False)

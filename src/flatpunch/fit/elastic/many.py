@@ -31,6 +31,7 @@ _SCANNED = 48
 _SHORT = 5
 """Blocks of the scan that the contact must cover at least."""
 _ITERATIONS = 12
+"""Steps of Gauss-Newton after which a curve is left to the fit of single curves."""
 _SETTLED = 1e-3
 """A step this small against the standard errors is the last one."""
 _NODES = 2048

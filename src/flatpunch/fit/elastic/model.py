@@ -31,6 +31,7 @@ _FEW_ANGLES = 8
 """Outlines are of no interest here."""
 
 _THIRD_OF_DECADE = 10 ** (1 / 3)
+"""By how much the largest depth of a table is lowered where the layer cannot be resolved."""
 
 
 def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method:

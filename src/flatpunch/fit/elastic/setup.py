@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_note
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.blocks import blocked, towards_the_end, uniform
 from flatpunch.fit.least_squares.minimum import minimise
@@ -18,6 +19,7 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.cycles import load_cycles, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
 from flatpunch.fit.measured.signal import (
     CLEAR,
@@ -34,20 +36,18 @@ from flatpunch.fit.parameters.unknowns import frame_of
 
 SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact)."""
-_TILTED = 0.02
-"""Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
 _BOTH_ENDS = (
     "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
     "second part."
 )
 IMPRINT, HARD = 0.2, 1e8
 """Depth left after unloading, over the largest, and modulus [Pa] from which a load cycle is plastic."""
+_PLASTIC = (
+    "an imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` (fit_film) "
+    "takes the modulus from the unloading or from continuous stiffness."
+)
 _ROUGHLY = 0.1
 """Distance from the minimum, in standard errors, at which two directions of the tip can be compared."""
-_WAVING = 0.01
-"""Standard deviation of a wave over the rise from which it is worth a note."""
-_WAVES = 160
-"""Stretches of the background in which a wave is looked for."""
 
 
 def elastic_setup(
@@ -56,6 +56,15 @@ def elastic_setup(
     """The approach of a curve against a model without adhesion."""
     curve, notes = forwards(curve)
     turned, force_sign = -1.0 if notes else 1.0, 1.0
+    every = curve
+    if curve.segment is None and len(at := turns(curve.position)) > 1:
+        ends = [0, *at, curve.depth.size - 1]
+        advance = np.diff(curve.position[ends])[::2]
+        chosen = 2 * int(np.argmax(advance))
+        curve = curve.taken(slice(ends[chosen], ends[chosen + 2] + 1))
+        notes += (
+            f"The curve has {advance.size} loading cycles; the largest approach, of cycle {chosen // 2 + 1}, is fitted.",
+        )
     part = without_pause(approach(cut(curve, settings, turned)))
     problem = Approach(part, model, limits, settings, turned)
     scan = problem.scan()
@@ -65,6 +74,8 @@ def elastic_setup(
         problem = replace(problem, part=part)
         scan = problem.scan()
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+    if plastic_cycles(every.turned(force=force_sign)):
+        problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
     problem.check_contact(scan)
     if problem.withdraws(scan):
         if turning(curve) and not _second:
@@ -77,7 +88,7 @@ def elastic_setup(
             "the approach, or the whole cycle."
         )
     scan, keep, more = problem.judged(scan)
-    problem.refuse_plastic(scan, curve.turned(force=force_sign))
+    problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
     return problem.setup(scan, keep, (*notes, *more))
 
 
@@ -218,13 +229,19 @@ class Approach:
             if self.misfit(scan) - apart > CLEAR**2 * max(short / keep.sum(), noise**2):
                 raise saturated(part, force[order], end)
 
-    def refuse_plastic(self, scan: Scan, whole: Curve) -> None:
-        """A load cycle of a nanoindenter that leaves an imprint in a stiff body was plastic on loading."""
+    def refuse_plastic(self, scan: Scan, whole: Curve, every: Curve) -> None:
+        """Load cycles of a nanoindenter that leave an imprint in a stiff body were plastic on loading."""
         young = [np.exp(scan.x[j]) for j in self.moduli]
+        if self.part.spring_constant is not None or not young or max(young) < HARD:
+            return
+        if plastic_cycles(every):
+            raise CurveError(
+                f"{self.part.name}: the unloading of its load cycles is steeper than the loading: {_PLASTIC}"
+            )
         back = (
             whole.taken(slice(approach_end(whole), None)) if whole.depth.size - approach_end(whole) > FEWEST else None
         )
-        if back is None or self.part.spring_constant is not None or not young or max(young) < HARD:
+        if back is None:
             return
         objective = self.objective()
         rest = objective.split(scan.x)[1]
@@ -242,9 +259,7 @@ class Approach:
         if not left > IMPRINT * deepest:
             return
         raise CurveError(
-            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: an "
-            "imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` "
-            "(fit_film) takes the modulus from the unloading or from continuous stiffness."
+            f"{self.part.name}: the unloading ends {left / deepest:.0%} of the depth short of where the loading began: {_PLASTIC}"
         )
 
     def judged(self, scan: Scan) -> tuple[Scan, Flags, tuple[str, ...]]:
@@ -273,8 +288,8 @@ class Approach:
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
             notes = tilt_note(part.position[before], part.force[before], float(inside.max()), rise)
-        if before.sum() >= 4 * _WAVES and self.settings.baseline in ("constant", "linear"):
-            notes += _wave_note(part.position[before], force[before], rise)
+        if before.sum() >= 4 * WAVES and self.settings.baseline in ("constant", "linear"):
+            notes += wave_note(part.position[before], force[before], rise)
         if not keep.all():
             scan = self.scan(keep)
         return scan, keep, (*notes, *dips)
@@ -290,6 +305,22 @@ class Approach:
         return Setup(self.part, keep, objective, lower, upper, lambda: start, notes, coarse)
 
 
+def plastic_cycles(curve: Curve) -> bool:
+    """Whether a record of several load cycles does not go back the way it came.
+
+    Of the cycle with the largest load, depths at which half of what is taken back is reached: on the first loading up to it,
+    and on the unloading. For elastic bodies they are the same, whatever part of the load is taken back.
+    """
+    cycles = load_cycles(curve.force)
+    if len(cycles) < 2:
+        return False
+    _, peak, end = max(cycles, key=lambda cycle: float(curve.force[cycle[1]]))
+    level = (curve.force[peak] + curve.force[end]) / 2
+    loaded = float(curve.depth[int(np.argmax(curve.force[: peak + 1] >= level))])
+    unloaded = float(curve.depth[peak + int(np.flatnonzero(curve.force[peak : end + 1] >= level)[-1])])
+    return unloaded - loaded > IMPRINT * (float(curve.depth[peak]) - loaded)
+
+
 def depth_reached(depth: Array, over: Array, rise: float) -> float:
     """Depth at which a tenth of the largest force is reached [m]; as many readings lie beyond it as have that force.
 
@@ -299,57 +330,6 @@ def depth_reached(depth: Array, over: Array, rise: float) -> float:
     return float("nan") if pressed.all() else float(np.quantile(depth, 1 - pressed.mean()))
 
 
-def over_line(part: Curve, before: Flags) -> Array:
-    """Force over the straight line through the points before the contact [N]."""
-    position = part.position - part.position[before].mean()
-    here, force = position[before], part.force[before]
-    level = force.mean()
-    slope = float(here @ (force - level)) / max(float(here @ here), 1e-300)
-    return np.asarray(part.force - level - slope * position)
-
-
-def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tuple[str, ...]:
-    """A tilted background that is fitted as a constant moves contact point and modulus.
-
-    Parameters
-    ----------
-    position, force : ndarray, shape (n,)
-        Readings, or means of equal numbers of readings, before the contact [m, N].
-    deepest, rise : float
-        Of the contact [m, N].
-    """
-    here, level = position - position.mean(), force - force.mean()
-    slope = float(here @ level) / max(float(here @ here), 1e-300)
-    error = float(np.std(level - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
-    share = slope * deepest / rise
-    if abs(share) < _TILTED or abs(slope) < 5 * error:
-        return ()
-    return (
-        f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
-        "the tilt; a constant baseline biases contact point and modulus.",
-    )
-
-
-def waves(means: Array, rise: float) -> bool:
-    """Whether means of the force over its background, over stretches in order, are correlated and change their sign."""
-    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
-    turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
-    return not (memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise)
-
-
-def _wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
-    """A wave on the background."""
-    index = uniform(position, _WAVES)
-    size = np.bincount(index)
-    means = np.bincount(index, force)[size > 0] / size[size > 0]
-    if not waves(means, rise):
-        return ()
-    return (
-        f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"
-        "range forces). baseline = 'sine' fits a wave.",
-    )
-
-
 def _wavelength(objective: Objective, scan: Scan) -> float:
     """Wavelength of the sine that fits best, beside a straight line, to the background before the contact [m]."""
     contact = scan.contact(objective)
@@ -357,7 +337,7 @@ def _wavelength(objective: Objective, scan: Scan) -> float:
     if free.sum() < 4 * FEWEST:
         free = np.ones(objective.depth.size, dtype=bool)
     position, force = objective.position[free], objective.force[free]
-    index = uniform(position, min(_WAVES, position.size // 4))
+    index = uniform(position, min(WAVES, position.size // 4))
     size = np.bincount(index).astype(float)
     filled = size > 0
     p, f = ((np.bincount(index, c)[filled] / size[filled]) for c in (position - position[0], force))

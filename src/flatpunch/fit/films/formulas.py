@@ -13,6 +13,7 @@ from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.media import HalfSpace, Medium
 
 _STEP = 1e-5
+"""Step of central differences over logarithms of moduli."""
 Law = Callable[[OliverPharr, float, float], Array]
 
 

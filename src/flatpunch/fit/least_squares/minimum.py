@@ -21,6 +21,7 @@ from flatpunch._support.checks import Array, Flags, Indices
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
 _ITERATIONS = 60
+"""Steps at most; ten are usual, twenty where a valley bends."""
 _DAMPING = (1e-12, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4

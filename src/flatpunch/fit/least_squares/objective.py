@@ -24,6 +24,7 @@ from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
 _NEWTON = 8
+"""Turns of Newton's method behind a cantilever at most; two are usual."""
 _SETTLED = 1e-2
 """Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
 

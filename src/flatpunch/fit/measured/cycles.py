@@ -35,10 +35,14 @@ def turns(position: Array) -> list[int]:
     smooth = smoothed(position)
     # a history may begin or end at a deepest point
     padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
-    deepest = (find_peaks(padded, prominence=_TURN * float(np.ptp(smooth)))[0] - 1).tolist()
+    least = _TURN * float(np.ptp(smooth))
+    deepest = (find_peaks(padded, prominence=least)[0] - 1).tolist()
     found: list[int] = deepest[:1]
-    for before, after in pairwise(deepest):
-        found += [before + int(np.argmin(smooth[before:after])), after]
+    for after in deepest[1:]:
+        valley = found[-1] + int(np.argmin(smooth[found[-1] : after]))
+        # equal values of a hold are peaks of the same prominence
+        if smooth[found[-1]] - smooth[valley] > least:
+            found += [valley, after]
     return found
 
 

@@ -26,7 +26,9 @@ from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import FitMethod
 
 _TURNS = 40
+"""Turns at most for the depth behind a cantilever; five to ten are usual."""
 _KEPT = 5
+"""Turns that Anderson's mixing combines."""
 _SETTLED = 1e-8
 """Depth behind a cantilever, over its range, at which the iteration ends: derivatives are taken by differences of 1e-4."""
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.elastic.setup import Approach, over_line
+from flatpunch.fit.elastic.background import over_line
+from flatpunch.fit.elastic.setup import Approach
 from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
@@ -19,13 +20,17 @@ from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.objective import HistoryObjective
 
 _BINS, _SCANNED = 500, 120
+"""Stretches of time that a history is averaged over, and those of the scan; half as many halve the time of a fit."""
 _CONTACTS = 24
+"""Contact points of a scan."""
 _AROUND = 0.5
 """Contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve."""
 _SAFE = 0.6
+"""Share of the way to the contact that shows the background alone."""
 _FEW = 3
 """Readings before the contact from which the background's level is judged; a tilt is judged from FEWEST."""
 _DIP = 0.03
+"""Share of the rise below which a dip of the retract is no adhesion."""
 
 
 def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
