@@ -103,11 +103,11 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
         for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
             if (values > 0).all() and values.max() > 5 * values.min():
                 scale("log")
-        for axis in (axes.xaxis, axes.yaxis):
-            if axis.get_scale() == "log":
-                axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-                axis.set_minor_locator(NullLocator())
-                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        for shown in (axes.xaxis, axes.yaxis):
+            if shown.get_scale() == "log":
+                shown.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                shown.set_minor_locator(NullLocator())
+                shown.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
         if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
             factor, unit = readable(float(np.nanmax(force)), "N")
