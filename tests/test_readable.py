@@ -73,6 +73,11 @@ def test_media_are_tables_of_layers_with_units():
     assert str(fp.Pyramid(4, np.radians(55))) == "Pyramid\n  sides        4\n  inclination  55 deg"
 
 
+def test_a_start_has_a_unit_where_it_is_a_depth():
+    assert str(fp.Free(0.4, maximum=0.5)) == "Free\n  start    0.4\n  minimum  None\n  maximum  0.5"
+    assert "start         20 nm" in str(fp.AreaFunction([24.5], limit=1e-6, start=20e-9))
+
+
 def test_source_makes_the_same_again():
     made = eval(source_of(GEL), vars(fp) | {name: getattr(fp, name) for name in ("Medium", "Layer", "HalfSpace")})
     assert made == GEL

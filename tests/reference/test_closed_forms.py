@@ -140,6 +140,12 @@ def test_constants_of_power_law_media(expected):
     assert c == pytest.approx(float(expected["c_numeric"]), rel=2e-9)
 
 
+def test_gibson_soil_is_the_limit_along_incompressible_media():
+    near = [power_law.booker_constant(1 - step, 0.5) for step in (2e-3, 1e-3)]
+    # linear in the step, so twice the nearer less the farther leaves its square
+    assert power_law.booker_constant(1.0, 0.5) == pytest.approx(2 * near[1] - near[0], abs=1e-5)
+
+
 @pytest.mark.parametrize("k", [-0.3, 0.0, 0.5])
 def test_power_law_media_contain_their_limits(k):
     contact = power_law.flat_punch(0.7, 0.1, 2.0, k)

@@ -22,15 +22,14 @@ UNITS = {
     ),
     **dict.fromkeys(("interface_tension", "interface_shear"), "Pa"),
     **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z", "spacing"), "m"),
-    **dict.fromkeys(
-        ("height_at_axes", "limit", "start", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"
-    ),
+    **dict.fromkeys(("height_at_axes", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"),
+    **dict.fromkeys(("AreaFunction.limit", "AreaFunction.start"), "m"),
     **dict.fromkeys(("A", "B"), "1/m"),
     "force": "N",
     **dict.fromkeys(("time", "times"), "s"),
     **dict.fromkeys(("inclination", "inclinations", "tilt_x", "tilt_y", "directions"), "rad"),
 }
-"""SI units of fields by their names."""
+"""SI units of fields by their names; with their class where others use the name for something else."""
 
 _LISTED = 4
 """Longest sequence that is written in full."""
@@ -93,8 +92,9 @@ def table_of(thing: Any) -> Table:
     if own is not None:
         found: Table = own()
         return found
-    rows = tuple((field.name, quantity_of(field.name, getattr(thing, field.name))) for field in _fields(thing))
-    return Table(type(thing).__name__, (), rows)
+    title = type(thing).__name__
+    rows = tuple((f.name, quantity_of(f"{title}.{f.name}", getattr(thing, f.name))) for f in _fields(thing))
+    return Table(title, (), rows)
 
 
 def text_of(thing: Any) -> str:
@@ -119,7 +119,7 @@ def html_of(thing: Any) -> str:
 
 def quantity_of(name: str, value: Any) -> str:
     """A field of this name in words, with the unit that its name implies."""
-    unit = UNITS.get(name, "")
+    unit = UNITS.get(name, UNITS.get(name.rpartition(".")[2], ""))
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, (float, np.floating)):

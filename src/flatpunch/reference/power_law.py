@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 def booker_constant(exponent: float, poisson: float) -> float:
     """h_N(k, nu) [-]; 1 for k = 0."""
     k, nu = exponent, poisson
+    if k == 1 and nu == 0.5:
+        # Gibson soil, the limit along nu = 1/2: cos(k pi/2)/(1 - k) -> pi/2
+        return np.pi / 2
     # beta^2 < 0 for k near 1 and nu near 1/2: beta sin(beta pi/2) and the product of gammas stay real
     b = np.sqrt(complex((1 + k) * (1 - k * nu / (1 - nu))))
     c = 2 ** (1 + k) * gamma((3 + k + b) / 2) * gamma((3 + k - b) / 2) / (np.pi * gamma(2 + k))
