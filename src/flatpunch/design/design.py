@@ -21,9 +21,6 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import underlying
 from flatpunch.sensitivity.sensitivity import derivable
 
-_EXPLAINED = 6
-"""Places that are not met for which the reachable range is searched: the worst ones."""
-
 
 @one_blas_thread()
 @refused_overflow()
@@ -232,7 +229,8 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
         f"The {target.quantity} misses what is prescribed by up to {100 * abs(deviation[worst]):.3g} % (at {name} = "
         f"{places[worst]:.4g} {unit}); it is met to {100 * ALIKE:g} % at {places.size - missed.size} of {places.size} places."
     ]
-    order = missed[np.argsort(-np.abs(deviation[missed]))][:_EXPLAINED]
+    # places that are not met for which the reachable range is searched: the worst ones
+    order = missed[np.argsort(-np.abs(deviation[missed]))][:6]
     for i in sorted(order):
         low, high = reachable(problem, target, int(i), best.u)
         if not low * (1 - ALIKE) <= target.value[i] <= high * (1 + ALIKE):

@@ -15,9 +15,6 @@ from flatpunch.design.variables import Variables
 from flatpunch.fields import critical_load
 from flatpunch.sensitivity.gradient import gradients
 
-_REFUSED = 1e3
-"""Residual where none can be computed, such as beyond the reach of a tip: the search then takes a shorter step."""
-
 _LARGEST = np.log(1e50)
 """Logarithm in the place of an infinite critical load."""
 
@@ -65,7 +62,8 @@ class Problem:
             value, slope = self.quantity(u, target.control, target.quantity)
         except ValueError as error:
             self.refusal = str(error)
-            return np.full(target.value.size, _REFUSED), np.zeros((target.value.size, u.size))
+            # residual where none can be computed, such as beyond the reach of a tip: the search then takes a shorter step
+            return np.full(target.value.size, 1e3), np.zeros((target.value.size, u.size))
         return np.log(value / target.value), slope
 
     def margins(self, u: Array, limit: Limit) -> tuple[Array, Array]:

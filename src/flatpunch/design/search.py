@@ -20,8 +20,6 @@ _STEPS = 60
 _ACCURATE = 1e-8
 """Misfit, its change, and the change of the vector over its range at which a search ends."""
 
-_COARSE = 1e-4
-"""Trust region over the range of the vector at which the search for a load ends: critical loads are accurate to 1e-4."""
 
 ROUNDING = 1e-6
 """Relative differences that are rounding of a search: violated limits, distances from bounds, effects of a number."""
@@ -192,13 +190,14 @@ def _by_loads(problem: Problem, aim: LargestLoad, limits: list[Limit], u: Array)
     constraints = [
         scipy.optimize.NonlinearConstraint(_scaled_margins(problem, limit, low, width), 0.0, np.inf) for limit in limits
     ]
+    # trust region over the range of the vector at which the search for a load ends: critical loads are accurate to 1e-4
     result = scipy.optimize.minimize(
         lambda x: -problem.load(low + np.clip(x, 0.0, 1.0) * width, aim),
         (u - low) / width,
         method="COBYQA",
         bounds=[(0.0, 1.0)] * u.size,
         constraints=constraints,
-        options={"maxfev": 40 * (1 + u.size), "initial_tr_radius": 0.2, "final_tr_radius": _COARSE},
+        options={"maxfev": 40 * (1 + u.size), "initial_tr_radius": 0.2, "final_tr_radius": 1e-4},
     )
     return np.asarray(low + np.clip(result.x, 0.0, 1.0) * width)
 

@@ -27,17 +27,10 @@ from flatpunch.media import PowerLawHalfSpace
 _CELLS = 12
 """Cells to the distance of a point: joining them further would cost 0.1 % of the largest stress."""
 
-_NODES = 6
-"""Chebyshev nodes in an octave of depth: they leave 3e-5."""
-
-_FLATTEST = 1e-3
-"""Cell widths below the surface of a power-law half-space down from which depths are divided into octaves."""
 
 _RIM = 3
 """Cells around the points on a plane, for cubic interpolation."""
 
-_TRIALS = 1500
-"""Points at which cells twice as wide are tried for the estimate of the error."""
 
 _SWAP = np.array([1, 0, 2, 4, 3, 5, 7, 6, 8])
 """Components after exchanging x and y."""
@@ -110,7 +103,8 @@ def cell_fields(
     cells = cells.cropped
     found = fields_of_cells(cells, at, x, y, direction)
     wide = cells.joined(2) if coarser is None else coarser.cropped
-    some = np.unique(np.linspace(0, x.size - 1, min(x.size, _TRIALS)).round().astype(int))
+    # points at which cells twice as wide are tried for the estimate of the error
+    some = np.unique(np.linspace(0, x.size - 1, min(x.size, 1500)).round().astype(int))
     shallow = some[at.depth[some] < wide.spacing]
     shift = wide.spacing * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     tried = np.concatenate([some, *(shallow for _ in shift[1:])])
@@ -140,7 +134,8 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, count if m > 0 else 0):
                 points = here[chosen]
-                depths, weights = nodes_or_points(at.depth[points], low, high, _NODES)
+                # Chebyshev nodes in an octave of depth: they leave 3e-5
+                depths, weights = nodes_or_points(at.depth[points], low, high, 6)
                 total = np.zeros((9, points.size))
                 for i, depth in enumerate(depths):
                     plane = _on_plane(wide, at, float(depth), int(layer), x[points], y[points], direction)
@@ -157,7 +152,8 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Ite
     end = max(2 * start, (count or 0.5) * spacing)
     if isinstance(at.body, PowerLawHalfSpace) and (z > 0).any():
         # stresses along the surface go like a power of depth, however far from the load
-        end = min(max(float(z[z > 0].min()), _FLATTEST * spacing), end)
+        # cell widths below the surface of a power-law half-space down from which depths are divided into octaves
+        end = min(max(float(z[z > 0].min()), 1e-3 * spacing), end)
     while True:
         end = min(end, limit)
         last = end >= min(limit, float(z.max()))

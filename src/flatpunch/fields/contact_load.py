@@ -37,12 +37,6 @@ _NARROWEST = 1e-9, 1e-2
 _ANGLES = 64, 256
 """Gauss nodes in arcsin(r/t) between two kinks: of smooth profiles, and of tabulated ones."""
 
-_FARTHEST = 2048.0
-"""Wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains."""
-
-_MORE_TERMS = 3
-"""Terms under a graded surface over those that stiffness needs: the series of the pressure itself converges slowly there."""
-
 
 def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float, *, edge: bool) -> RingSources:
     """The pressure of a round contact.
@@ -122,7 +116,8 @@ def _smooth_part(kernel: Kernel, tip: RingSources) -> tuple[Array, Array]:
     """Coefficients s_n [-], [m] that layers take off g/E*: of the flat punch per depth, and of a g that vanishes at the edge."""
     radius = tip.radius
     beta = np.array([radius / kernel.length])
-    terms = sufficient_terms(kernel, float(beta[0])) * (_MORE_TERMS if kernel.graded else 1)
+    # terms under a graded surface over those that stiffness needs: the series of the pressure itself converges slowly there
+    terms = sufficient_terms(kernel, float(beta[0])) * (3 if kernel.graded else 1)
     if kernel.graded:
         remainder = np.asarray(graded_matrices(kernel, beta, terms, 0)[0][0])
         matrix = remainder + np.diag(half_space_diagonal(0, terms))
@@ -143,6 +138,7 @@ def _rule_for_graded(kernel: Kernel, beta: Array, terms: int) -> RemainderRule:
     """The same quadrature where L - 1 decays like 1/x: the integrand falls like x^-4."""
     assert kernel.series is not None
     first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta[0])) / np.log(4))))
-    table = bessel_table(0, terms, first, _FARTHEST)
+    # wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains
+    table = bessel_table(0, terms, first, 2048.0)
     weights = 2 * kernel.remainder(table.x / beta[0]) * table.w
     return RemainderRule(table, weights[None, :], np.array([table.x.size]), half_space_diagonal(0, terms))

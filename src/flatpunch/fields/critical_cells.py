@@ -25,8 +25,6 @@ _COARSE, _FINE = 48, 128
 _PLACES = np.linspace(-1.3, 1.3, 27)
 """Places of the grid along x and y over half the length of the contact."""
 
-_JOINED = 1e-3
-"""Relative error of stresses from cells that are joined and taken as discs away from the points."""
 
 _ROUNDS, _FINER = 3, 3.0
 """Rounds of refinement of a place, each finer by this factor."""
@@ -126,4 +124,5 @@ class CellSearch:
         place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
         found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
         (coarse,) = [each for each in found if each.kind == event.kind]
-        return 2 * abs(coarse.utilisation / event.utilisation - 1) + _JOINED
+        # relative error of stresses from cells that are joined and taken as discs away from the points
+        return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3

@@ -16,20 +16,12 @@ from flatpunch.fields.strength import Strength
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 
-_DEPTHS = 12
-"""Intervals of the grid over the depths that are searched below a thick body's surface; thin layers have fewer, at least four."""
-
 DEEPEST = 2.5
 """Contact radii below the top of a layer down to which it is searched."""
 
-_FACTOR = 8.0
-"""Largest change of the contact in one step of the search."""
 
 _FOUND, _SOLVED = 1e-3, 1e-7
 """Deviations of stress over strength from one at which the load is found on the grid, and at the refined place."""
-
-_SHARPEST = 1e-6
-"""Jump of the slope over the slope from which a ring of the tip is an edge."""
 
 
 @readable
@@ -110,7 +102,9 @@ class Judged:
             return face
         thickness = float(face[0] - tops[i]) if face.size else np.inf
         deep = min(thickness, DEEPEST * max(radius, float(tops[i]) / 2))
-        count = int(np.clip(np.ceil(_DEPTHS * deep / (DEEPEST * radius)), 4, _DEPTHS))
+        # intervals of the grid over the depths that are searched below a thick body's surface; thin layers have fewer, at least
+        # four
+        count = int(np.clip(np.ceil(12 * deep / (DEEPEST * radius)), 4, 12))
         share = (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
         return np.unique(np.append(tops[i] + share * deep, face))
 
@@ -152,7 +146,8 @@ def _sharp(indenter: Indenter, radius: float) -> bool:
     if not rings.size or not indenter.round:
         return False
     inside, outside = (indenter.slope(rings * (1 + side), np.zeros(1)) for side in (-1e-9, 1e-9))
-    return bool((np.abs(outside - inside) > _SHARPEST * np.abs(outside)).any())
+    # jump of the slope over the slope from which a ring of the tip is an edge
+    return bool((np.abs(outside - inside) > 1e-6 * np.abs(outside)).any())
 
 
 class Search(Protocol):
@@ -203,7 +198,8 @@ def _solved(
         slope = 1.0 if before is None or x == before[0] else (y - before[1]) / (x - before[0])
         step = -y / slope if slope > 0.1 else -y
         before = x, y
-        following = float(np.clip(x + np.clip(step, -np.log(_FACTOR), np.log(_FACTOR)), floor, ceiling))
+        # largest change of the contact in one step of the search
+        following = float(np.clip(x + np.clip(step, -np.log(8.0), np.log(8.0)), floor, ceiling))
         if np.isfinite(above - below) and not below < following < above:
             following = (below + above) / 2
         x = following

@@ -39,11 +39,6 @@ from flatpunch.numerics.gauss import gauss
 if TYPE_CHECKING:
     import xarray as xr
 
-_REACH = 40.0
-"""k times the depth at which integrals end."""
-
-_SHALLOWEST = 1e-3
-"""Depth over the contact radius above which the energy cannot be asked for: the integral would need too many wavenumbers."""
 
 _DIRECTIONS = 48
 """Directions of waves over half a turn under a pressure on cells."""
@@ -165,7 +160,8 @@ class _Round:
 
     @property
     def shallowest(self) -> float:
-        return _SHALLOWEST * self.load.radius
+        # depth over the contact radius above which the energy cannot be asked for: the integral would need too many wavenumbers
+        return 1e-3 * self.load.radius
 
     def square(self, k: Array) -> Array:
         return self.load.transform(k) ** 2
@@ -247,7 +243,8 @@ def _below(body: Solid, load: _Transformed, z: Array) -> Array:
     layer = layer_at(body, z, "above")
     thickness = body.thickness if isinstance(body, Medium) else 0.0
     for i, depth in enumerate(z):
-        k, weight = wavenumbers(_REACH / depth / 2, 2 * load.radius, max(load.radius, thickness))
+        # k times the depth at which integrals end
+        k, weight = wavenumbers(40.0 / depth / 2, 2 * load.radius, max(load.radius, thickness))
         if isinstance(body, PowerLawHalfSpace):
             waves = power_law_waves(body, k, z[i : i + 1])
         else:

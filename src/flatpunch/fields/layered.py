@@ -47,16 +47,6 @@ _WINDOW = 140.0, 18.0
 _SHARED = 1.5
 """Largest ratio of distances within a panel, whose points share their wavenumbers."""
 
-_PHASE = 10.0
-"""Radians of k (r + a) on a panel of 16 Gauss nodes in k."""
-
-_LOWEST = 1e-8
-"""Smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it."""
-
-
-_MOST_RADIANS = 1e6
-"""Largest wavenumber times the extent of load and points that is integrated: half a minute."""
-
 
 class Load(Protocol):
     """A round load by its transform."""
@@ -244,7 +234,8 @@ def _spectrum(
     windowed = gap * last > _WINDOW[0] + 6 * _WINDOW[1]
     if windowed:
         last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
-    if last * extent > _MOST_RADIANS:
+    # largest wavenumber times the extent of load and points that is integrated: half a minute
+    if last * extent > 1e6:
         raise ValueError(
             f"points are up to {extent:.3g} m from the load, {extent * last / REACH:.0e} times the distance {REACH / last:.3g} m "
             "over which the fields of the layers vary; their integrals need too many wavenumbers. Check the units, or leave "
@@ -301,9 +292,11 @@ def wavenumbers(last: float, reach: float, longest: float) -> tuple[Array, Array
     They begin at the same k whatever the reach: where a layer slides, friction moves it by a distance that grows like the
     logarithm of the reach and is known up to a constant only, which must not differ between panels.
     """
-    edges = [0.0, _LOWEST / longest]
+    # smallest wavenumber times the largest length of layers and load; displacements change by no more than this share below it
+    edges = [0.0, 1e-8 / longest]
     while edges[-1] < last:
-        edges.append(min(edges[-1] + min(4 * edges[-1], _PHASE / reach), last))
+        # radians of k (r + a) on a panel of 16 Gauss nodes in k
+        edges.append(min(edges[-1] + min(4 * edges[-1], 10.0 / reach), last))
     x, w = gauss(16)
     low, half = np.array(edges[:-1])[:, None], np.diff(edges)[:, None] / 2
     return (low + half * (1 + x)).ravel(), (half * w).ravel()

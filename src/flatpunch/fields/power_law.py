@@ -31,8 +31,6 @@ from flatpunch.punch.power_law import power_law_punch
 _NODES = 24
 """Gauss nodes on a panel of the radii of the pile, each panel twice as long as the one before."""
 
-_HALVINGS = 30
-"""Panels at most, down to 1e-9 of the longest."""
 
 _TOLERANCE, _NARROWEST = 1e-9, (1e-5, 1e-3)
 """Last terms of a panel of g at which it is fine enough, and the shortest panel beside the rim, over the radius, where g vanishes
@@ -79,7 +77,8 @@ def _piled(growth: RingSources, breaks: Array, t: Array, e: float) -> Array:
     for low, high in pairwise(breaks):
         floor, top = (np.sqrt(np.maximum((end - t) * (end + t), 0.0)) for end in (low, high))
         # panels halved towards w = 0 until they are as short as t, where 1/s^2 is smooth
-        for _ in range(_HALVINGS):
+        # panels at most, down to 1e-9 of the longest
+        for _ in range(30):
             bottom = np.maximum(floor, top / 2)
             some = np.flatnonzero((bottom < top) & ((floor > 0) | (top > shortest)))
             if not some.size:

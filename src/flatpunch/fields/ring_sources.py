@@ -33,14 +33,6 @@ ORDERS = 4
 _TERMS = 16
 """Chebyshev terms on a panel of g."""
 
-_NODES = 16
-"""Gauss nodes on a panel: exact for polynomials g'' of degree 13 on a straight path."""
-
-_MANY_NODES = 64
-"""Gauss nodes where the path in v is long, on the axis close to the surface."""
-
-_LONG = 3.0
-"""Length of the path in v above which more nodes are needed."""
 
 _SLOW = 24.0
 """k times half a panel up to which Gauss quadrature gives its transform; more than the terms on a panel."""
@@ -48,8 +40,6 @@ _SLOW = 24.0
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
 
-_OPERATIONS = 1e4
-"""Floating-point operations at a point and panel, for the choice of threads."""
 
 _JUMP = 1e-13, 1e-11
 """Jumps of g and g' between panels, over the largest g (and the radius), that are approximation error."""
@@ -145,7 +135,8 @@ class RingSources:
             some = slice(i * _CHUNK, (i + 1) * _CHUNK)
             result[:, :, some] = self._chunk(r[some], z[some])
 
-        in_threads(fill, -(-r.size // _CHUNK), operations=_OPERATIONS * r.size * len(self.series))
+        # floating-point operations at a point and panel, for the choice of threads
+        in_threads(fill, -(-r.size // _CHUNK), operations=1e4 * r.size * len(self.series))
         return result
 
     def _chunk(self, r: Array, z: Array) -> Array:
@@ -159,8 +150,11 @@ class RingSources:
             if not np.any(series):
                 continue
             middle, half = (self.breaks[i] + self.breaks[i + 1]) / 2, (self.breaks[i + 1] - self.breaks[i]) / 2
-            long = np.abs(v[i + 1] - v[i]) > _LONG
-            for chosen, nodes in ((~long, _NODES), (long, _MANY_NODES)):
+            # length of the path in v above which more nodes are needed
+            long = np.abs(v[i + 1] - v[i]) > 3.0
+            # Gauss nodes on a panel: exact for polynomials g'' of degree 13 on a straight path
+            # Gauss nodes where the path in v is long, on the axis close to the surface
+            for chosen, nodes in ((~long, 16), (long, 64)):
                 if chosen.all():
                     _add_panel(result, (v[i], v[i + 1]), r, z, (middle, half), series, nodes)
                 elif chosen.any():

@@ -19,9 +19,6 @@ from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, ca
 from flatpunch.fields.round_load import RoundLoad
 from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
 
-_MOST = 3e4
-"""Largest wavenumber times the extent of the points: shorter waves fade out, which blurs 1/500 of the radius beside the rim."""
-
 _STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)
 """Which of the radial functions are stresses: under a pressure, and under a traction."""
 
@@ -81,7 +78,9 @@ class Section:
         shortest = float(decay.min())
         if varies:
             shortest = max(shortest, SHORTEST * radius[0] * REACH / reach)
-        last = min(reach / shortest, _MOST / extent)
+        # largest wavenumber times the extent of the points: shorter waves fade out, which blurs 1/500 of the radius beside the
+        # rim
+        last = min(reach / shortest, 3e4 / extent)
         longest = max(body.thickness, radius[1]) if isinstance(body, Medium) else radius[1]
         k, weight = wavenumbers(last, extent, longest)
         if varies or last * shortest < reach:

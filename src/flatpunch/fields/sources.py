@@ -16,15 +16,9 @@ from flatpunch.fields.round_load import RoundLoad, round_fields
 from flatpunch.fields.uniform_disc import UniformDisc
 from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
 
-_ROUND_ERROR = 1e-8
-"""Error of round loads on homogeneous surfaces over the largest pressure, away from the rim (tests measure it)."""
-
 _GRADED_ERROR, _BLURRED_ERROR = 1e-4, 2e-3
 """The same under a graded surface, where what it adds to the half-space decays slowly; and there close to the rim, or under
 discs, whose pressure jumps at the rim."""
-
-_BLURRED = 1 / 12
-"""Distance from the rim over the radius within which short waves are missed under a graded surface."""
 
 
 class Source(Protocol):
@@ -70,8 +64,10 @@ class RoundSource:
     def _error(self, at: Located, r: Array) -> float:
         layers = at.body.layers if isinstance(at.body, Medium) else ()
         if not (isinstance(at.body, PowerLawHalfSpace) or (layers and isinstance(layers[0], GradedLayer))):
-            return _ROUND_ERROR
-        near = np.hypot(r - self.load.radius, at.depth) < _BLURRED * self.load.radius
+            # error of round loads on homogeneous surfaces over the largest pressure, away from the rim (tests measure it)
+            return 1e-8
+        # distance from the rim over the radius within which short waves are missed under a graded surface
+        near = np.hypot(r - self.load.radius, at.depth) < (1 / 12) * self.load.radius
         return _BLURRED_ERROR if near.any() or isinstance(self.load, UniformDisc) else _GRADED_ERROR
 
 

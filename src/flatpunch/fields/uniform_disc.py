@@ -15,9 +15,6 @@ from scipy.special import elliprd, elliprf, elliprj, factorial, j1
 
 from flatpunch._support.checks import Array
 
-_NEAR_AXIS = 0.1
-"""Distance from the axis over that from the rim below which the power series in r is used."""
-
 _TERMS = 9
 """Terms of that series: 0.1^18."""
 
@@ -58,7 +55,8 @@ class UniformDisc:
 
 def _integrals(r: Array, z: Array) -> Array:
     """L(m, j - 1) for a disc of radius 1, shape (4, 3, n); L(3, -1), which nobody needs, is zero."""
-    near = r < _NEAR_AXIS * np.sqrt(1 + z * z)
+    # distance from the axis over that from the rim below which the power series in r is used
+    near = r < 0.1 * np.sqrt(1 + z * z)
     result = np.zeros((4, 3, r.size))
     if near.any():
         result[:, :, near] = _series(r[near], z[near])

@@ -31,8 +31,6 @@ _UNITS = {
     **dict.fromkeys(("time", "times"), "s"),
 }
 
-_PROGRAM = 200e6
-"""Memory of the program itself with its libraries [bytes]."""
 
 _CELLS_LEAVE = "0.1 %"
 """Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
@@ -40,14 +38,9 @@ _CELLS_LEAVE = "0.1 %"
 _MOST_TERMS, _ROUND = 256, 8.0
 """Most terms of a graded surface, and seconds that the first round contact takes with these; harmonics take as long again."""
 
-_PATIENCE = 2.0
-"""Longest time that `check` may take for the expected error [s]; beyond, it is left to the result."""
 
 _TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
 """Words for durations below limits [s]."""
-
-_LISTED = 4
-"""Longest list that is written in full."""
 
 
 def shipped_cases() -> list[Path]:
@@ -136,7 +129,8 @@ def _expected(case: Case, choice: Choice) -> str:
         return f"force to about {_CELLS_LEAVE}; the result has the estimate of every step"
     if case.work_of_adhesion is not None:
         return "force and outline to second order of the asymmetry"
-    if _graded_seconds(case) > _PATIENCE:
+    # longest time that `check` may take for the expected error [s]; beyond, it is left to the result
+    if _graded_seconds(case) > 2.0:
         return "the result has the estimate of every step (here it takes as long as solving)"
     largest = case.values[np.argmax(case.values)]
     solved = indent(case.medium, case.indenter, method=method, angles=24, **{case.control: largest})
@@ -149,7 +143,8 @@ def _cost(case: Case, choice: Choice) -> str:
     steps = case.values.size
     layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
     # some arrays over the steps, and the outlines while they are made
-    memory = _PROGRAM + 8 * steps * (40 + 4 * case.angles)
+    # memory of the program itself with its libraries [bytes]
+    memory = 200e6 + 8 * steps * (40 + 4 * case.angles)
     seconds = 0.1 + 0.03 * layers + 1e-4 * steps + _graded_seconds(case)
     if not choice.quick:
         memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
@@ -238,7 +233,8 @@ def _value(name: str, value: Any) -> str:
     if dataclasses.is_dataclass(value):
         return f"({words(value)})"
     if isinstance(value, tuple):
-        if len(value) <= _LISTED and all(isinstance(entry, float) for entry in value):
+        # longest list that is written in full
+        if len(value) <= 4 and all(isinstance(entry, float) for entry in value):
             return f"({', '.join(_value(name, entry) for entry in value)})"
         return f"({len(value)} values)"
     if isinstance(value, float):

@@ -27,8 +27,6 @@ _STRUCTURE = "# structure: "
 _DIGEST = "content_sha256"
 _SHA = "# sha256 of all that follows: "
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_CHUNK = 2**31
-"""Bytes of a chunk of HDF5 must be below 4 GB."""
 
 LARGEST = 4_000_000_000
 """Largest result file that is read [bytes]."""
@@ -98,10 +96,11 @@ def netcdf(result: xr.Dataset) -> bytes:
     Arrays of numbers carry the checksums of HDF5 (fletcher32), which other programs verify too.
     """
     stamped = result.assign_attrs({_DIGEST: digest(result)})
+    # bytes of a chunk of HDF5 must be below 4 GB
     checked = {
         name: {"fletcher32": True, "chunksizes": variable.shape}
         for name, variable in result.variables.items()
-        if variable.dtype.kind in "fiu" and variable.ndim and 0 < variable.nbytes < _CHUNK
+        if variable.dtype.kind in "fiu" and variable.ndim and 0 < variable.nbytes < 2**31
     }
     return bytes(stamped.to_netcdf(engine="h5netcdf", encoding=checked))
 

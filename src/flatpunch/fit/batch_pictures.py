@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from flatpunch.fit.batch import Batch
 
 
-_FULL = 2
-"""Cells of a grid for each curve up to which positions are drawn as a grid; scattered positions are drawn as squares."""
-
-
 def first_parameter(batch: Batch) -> str:
     """First column with an interval."""
     return next(name.removesuffix(" low") for name in batch.columns if name.endswith(" low"))
@@ -115,7 +111,8 @@ def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags)
     scale, length = scale_of([span], "m")
     x, y = ((along - along[placed].min()) * scale for along in (x, y))
     columns, rows = (np.unique(np.round(along[placed] / (span * scale), 4)) * span * scale for along in (x, y))
-    if min(columns.size, rows.size) > 1 and columns.size * rows.size <= _FULL * placed.sum():
+    # cells of a grid for each curve up to which positions are drawn as a grid; scattered positions are drawn as squares
+    if min(columns.size, rows.size) > 1 and columns.size * rows.size <= 2 * placed.sum():
         cells = np.full((rows.size, columns.size), np.nan)
         at = tuple(
             np.abs(along[placed] - places[:, None]).argmin(axis=0) for along, places in ((y, rows), (x, columns))

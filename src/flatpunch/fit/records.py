@@ -24,9 +24,6 @@ from flatpunch.fit.places import digests
 from flatpunch.parallel.interruption import held
 from flatpunch.parallel.keys import content_key
 
-_LARGEST = 1_000_000_000
-"""Largest file of records that is read [bytes]."""
-
 
 class Records:
     """Records of fitted curves in a folder, which is made if it is not there.
@@ -78,7 +75,8 @@ class Records:
 def _whole(file: Path) -> dict[str, dict[str, Any]]:
     """Records in a file; none, with a warning, if it is damaged."""
     try:
-        body, has_seal = unsealed(content(file, _LARGEST))
+        # largest file of records that is read [bytes]
+        body, has_seal = unsealed(content(file, 1_000_000_000))
         if not has_seal:
             raise BrokenSeal("it has no seal")
         found: dict[str, dict[str, Any]] = json.loads(body)

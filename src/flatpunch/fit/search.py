@@ -18,21 +18,15 @@ from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.quantities import quantity, unit_of
 
-_ASTRAY = 3.0
-"""Force ranges by which a fit may miss a point before it counts as none."""
-
 MISFIT = 0.8
 """Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
-_REWEIGHTED = 2
-"""Searches with equal weights, each with the contact stiffness of the one before."""
-_WIDENED = 4
-"""Searches with wider and wider limits."""
 
 
 def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
     """Descend from the start; limits that nobody set are widened where the search ends on one."""
     start = setup.start()
-    for _ in range(_WIDENED):
+    # searches with wider and wider limits
+    for _ in range(4):
         found = descended(setup, start, settings)
         wider = _wider(setup, found, free, settings)
         if wider is None:
@@ -88,7 +82,8 @@ def evenly_weighted(
         f"With the weights of a cantilever's noise: {weighted}."
     )
     setup = replace(setup, notes=(*setup.notes, note))
-    for _ in range(_REWEIGHTED):
+    # searches with equal weights, each with the contact stiffness of the one before
+    for _ in range(2):
         x = found.x
         even, coarse = (
             None if o is None else replace(o, weight=o.gives(x), _before={}) for o in (objective, setup.coarse)
@@ -140,7 +135,8 @@ def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Set
 def follows(setup: Setup, found: Minimum, name: str) -> None:
     """Refuse a minimum whose curve is nowhere near the data: behind a soft cantilever a stiff sample shows as little."""
     off = (setup.objective.over(setup.part, found.x) - setup.part.force)[setup.used]
-    if not np.abs(off).max() < _ASTRAY * float(np.ptp(setup.part.force)):
+    # force ranges by which a fit may miss a point before it counts as none
+    if not np.abs(off).max() < 3.0 * float(np.ptp(setup.part.force)):
         raise CurveError(
             f"{name}: no curve of this model comes near the data: the fit ran off to values at which the force is off by "
             f"{np.abs(off).max():.3g} N. Check spring constant, sensitivity and units, or give limits and a better start."

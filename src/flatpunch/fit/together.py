@@ -33,11 +33,6 @@ from flatpunch.fit.report.joint import JointResult
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 
-_DISAGREE = 1e-3
-"""Probability of curves of one sample to differ as much as these, below which it is worth a note."""
-_ROUNDS = 3
-"""Fits, each with the noise of the one before; the noise hardly changes after the first."""
-
 
 @readable
 @dataclass(frozen=True)
@@ -224,7 +219,8 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
     full = tuple(p.setup.objective for p in problems)
     coarse = tuple(p.setup.coarse if p.setup.coarse is not None else p.setup.objective for p in problems)
     noise = np.array([_noise(p, p.x) for p in problems])
-    for _ in range(_ROUNDS):
+    # fits, each with the noise of the one before; the noise hardly changes after the first
+    for _ in range(3):
         problem = JointObjective(coarse, names, places, noise, free, starts)
         found = minimise(problem.evaluate, x, lower, upper)
         x = found.x
@@ -260,7 +256,8 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
 
 def _disagreement(result: JointResult) -> tuple[str, ...]:
     """A note about curves that are not of one sample."""
-    if result.agreement >= _DISAGREE:
+    # probability of curves of one sample to differ as much as these, below which it is worth a note
+    if result.agreement >= 1e-3:
         return ()
     worst = max(range(len(result.results)), key=lambda i: result.excess[i][0])
     return (

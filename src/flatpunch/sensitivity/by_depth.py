@@ -22,18 +22,6 @@ from flatpunch.sensitivity.spectrum import energy_shares
 _SHALLOWEST, _FIRST = 0.01, 0.03
 """Depths over the contact radius: the smallest that is computed, and the first where none are given."""
 
-_DEEPEST = 10.0
-"""Contact radii down to which depths are chosen where none are given."""
-
-_POINTS = 48
-"""Depths between interfaces that are chosen in all."""
-
-_DECAYED = 18.0
-"""Wavenumber times the depth at which the energy of a wave has fallen to exp(-36)."""
-
-_TOGETHER = 3.0
-"""Ratio of depths that share their wavenumbers."""
-
 
 @dataclass(frozen=True, slots=True)
 class DepthSensitivity:
@@ -66,8 +54,10 @@ def _of_contact(gradient: Gradient, at: Located) -> Array:
     order = np.argsort(at.depth)
     while order.size:
         nearest = at.depth[order[0]]
-        group = order[at.depth[order] <= _TOGETHER * nearest]
-        spectrum = gradient.spectrum(_DECAYED * gradient.contact.radius / float(nearest))
+        # ratio of depths that share their wavenumbers
+        group = order[at.depth[order] <= 3.0 * nearest]
+        # wavenumber times the depth at which the energy of a wave has fallen to exp(-36)
+        spectrum = gradient.spectrum(18.0 * gradient.contact.radius / float(nearest))
         found[group] = energy_shares(at.body, spectrum, at.depth[group], at.layer[group]) / gradient.contact.force
         order = order[group.size :]
     return found
@@ -93,10 +83,12 @@ def _chosen(medium: Any, narrowest: float, widest: float) -> Iterator[Located]:
         faces = interfaces(body)
         ends = [float(face) for face in faces]
         if not (isinstance(body, Medium) and isinstance(body.base, RigidBase)):
-            ends.append(max(_DEEPEST * widest, 2 * (ends[-1] if ends else 0.0)))
+            # contact radii down to which depths are chosen where none are given
+            ends.append(max(10.0 * widest, 2 * (ends[-1] if ends else 0.0)))
         first = min(_FIRST * narrowest, ends[0] / 2)
         first = max(first, _SHALLOWEST * widest)
-        count = 2 + _POINTS // len(ends)
+        # depths between interfaces that are chosen in all
+        count = 2 + 48 // len(ends)
         depths, layers = [], []
         for i, (start, end) in enumerate(zip([0.0, *ends[:-1]], ends, strict=True)):
             if end > first:

@@ -24,15 +24,6 @@ from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
 from flatpunch.sensitivity.parameters import Parameter, difference, with_values
 from flatpunch.sensitivity.spectrum import Spectrum
 
-_TOLERANCE = 1e-8
-"""Largest gap error over the depth: derivatives take the pressure itself, not only the force."""
-
-_CUTOFF = 12.0
-"""Wavenumber times the length of a homogeneous surface layer at which integrals end: exp(-24) of the layers' response is left."""
-
-_FINEST = 4.0
-"""Wavenumber times the width of a cell at which all integrals end."""
-
 
 @dataclass(frozen=True, slots=True)
 class CellContact:
@@ -56,7 +47,8 @@ class CellContact:
 def cell_contact(kernel: Kernel, indenter: Indenter, control: Control, method: BoundaryElements) -> CellContact:
     """Solve one contact on cells, and the flat punch under it."""
     targets: dict[str, Any] = {"depths" if control.name == "depth" else "forces": control.values}
-    tolerance = _TOLERANCE if method.tolerance is None else method.tolerance
+    # largest gap error over the depth: derivatives take the pressure itself, not only the force
+    tolerance = 1e-8 if method.tolerance is None else method.tolerance
     (solution,) = bem.solve(kernel, indenter, **targets, grid=method.grid, tolerance=tolerance, limit=method.limit)
     flat = bem.solve_punch(kernel, solution.contact, solution.grid, tolerance=tolerance, limit=method.limit, angles=8)
     return CellContact(solution, np.asarray(flat.pressure) * solution.contact, flat.force)
@@ -68,9 +60,12 @@ def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float = 0.0) 
     distances, pairs = _correlation(contact.punch, contact.solution.pressure)
     h = grid.spacing
     a = h * float(np.sqrt(distances[-1])) / 2
-    last = _FINEST * a / h
+    # wavenumber times the width of a cell at which all integrals end
+    last = 4.0 * a / h
     if not kernel.graded:
-        felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * _CUTOFF / 25
+        # wavenumber times the length of a homogeneous surface layer at which integrals end: exp(-24) of the layers' response is
+        # left
+        felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * 12.0 / 25
         last = min(last, max(4.0, felt, reach))
     first = 0
     if not kernel.homogeneous:

@@ -30,9 +30,6 @@ from flatpunch.sensitivity.spectrum import Spectrum
 _WINDOW = 60.0, 15.0
 """Middle, above the highest order, and width of the window that ends oscillating integrals over x: exp(-225) is left."""
 
-_FARTHEST = 1e4
-"""End of the panels under a graded surface over that of the window: integrands fall like x^-3."""
-
 
 @dataclass(frozen=True, slots=True)
 class Contact:
@@ -160,7 +157,8 @@ def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Wave
     end = middle + 6 * _WINDOW[1]
     first = min(0, int(np.floor(np.log(kernel.series.floor * beta) / np.log(4))))
     edges = [*panel_edges(first, end)]
-    while edges[-1] < _FARTHEST * end:
+    # end of the panels under a graded surface over that of the window: integrands fall like x^-3
+    while edges[-1] < 1e4 * end:
         edges.append(edges[-1] + min(2 * edges[-1], 3 * edges[-1] ** 2 / terms**2))
     x, w = composite_gauss(np.array(edges))
     window = scipy.special.erfc((x - middle) / _WINDOW[1]) / 2

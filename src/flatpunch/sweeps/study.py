@@ -29,8 +29,6 @@ from flatpunch.sweeps.failure import first_failure
 
 _SHOWN = 5
 _SLOW = ("bem", "refined")
-_WORTH_A_PROCESS = 32
-"""Points of a fast method, up to 0.1 s each with a body of their own, that take as long as starting a process."""
 
 
 def sweep(
@@ -101,7 +99,8 @@ def sweep(
     cases = _cases(data, axes, path, contours=contours)
     # the last of the points tells for all what would be chosen
     slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))
-    few = len(cases) if slow else 1 + len(cases) // _WORTH_A_PROCESS
+    # points of a fast method, up to 0.1 s each with a body of their own, that take as long as starting a process
+    few = len(cases) if slow else 1 + len(cases) // 32
     solved = solve_points(
         partial(_solve, contours=contours),
         [replace(found, title="") for found in cases],  # which moves no numbers

@@ -162,17 +162,14 @@ class ProfileTable(Table):
         return indenters.RadialProfile(np.asarray(r, dtype=float), np.asarray(f, dtype=float), self.kinks)
 
 
-LARGEST_PROFILE = 20_000_000
-"""Largest CSV file of a profile [bytes]."""
-
-
 def read_profile(path: Path) -> tuple[list[float], list[float]]:
     """Read (r, f) from a CSV file whose first line names both columns with their units: "r [um], f [nm]".
 
     Lines that start with # are comments.
     """
     try:
-        text = content(path, LARGEST_PROFILE).decode("utf-8")
+        # largest CSV file of a profile [bytes]
+        text = content(path, 20_000_000).decode("utf-8")
     except UnicodeDecodeError:
         raise ValueError(f"file = {shown(path.name)} is no text file; a profile is CSV in UTF-8.") from None
     except Unreadable as error:

@@ -22,14 +22,8 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.adhesion.tables import FUNCTIONS, BranchTables
 from flatpunch.fit.elastic.table import STEP, Piecewise
 
-_SEARCHED = 6.0
-"""Decades of radius over which pull-off is looked for."""
-_BEFORE = 0.02
-"""Distance in ln a before pull-off from which the branch is continued by its tangent."""
 _GRID = 600
 """Points of the branch from which Newton's method begins."""
-_NEWTON = 6
-"""Turns of Newton's method at most; four are usual."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +88,8 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        x = np.linspace(top - _SEARCHED * np.log(10), top, 40 * int(_SEARCHED))
+        # decades of radius over which pull-off is looked for
+        x = np.linspace(top - 6.0 * np.log(10), top, 40 * int(6.0))
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])
@@ -108,7 +103,8 @@ class StableBranch:
                     low = middle
             self.fold = float(high)
         # denser towards pull-off, where the depth goes like the square of the distance in x
-        start = min(self.fold + _BEFORE, self.top - STEP)
+        # distance in ln a before pull-off from which the branch is continued by its tangent
+        start = min(self.fold + 0.02, self.top - STEP)
         if np.isfinite(softest):
             start = self._stiffer(start, softest)
         grid = start + (self.top - start) * np.linspace(0, 1, _GRID) ** 2
@@ -141,7 +137,8 @@ class StableBranch:
         cell = np.clip(np.searchsorted(depths, inside), 1, grid.size - 1)
         low, high = grid[cell - 1], grid[cell]
         x = np.interp(inside, depths, grid)
-        for _ in range(_NEWTON):
+        # turns of Newton's method at most; four are usual
+        for _ in range(6):
             value, rising = self._depths(x)
             trial = np.clip(x - (value - inside) / rising, low, high)
             moved = float(np.abs(trial - x).max(initial=0.0))

@@ -30,17 +30,9 @@ _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
-_GIVING = -0.5
-"""Stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it shows."""
-_SOFTEST = -0.75
-"""The same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
 _RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
 """Works of adhesion or moduli, contact points, and points of the curve of a scan; more cost time only."""
-_FACTOR = 8.0
-"""Works of adhesion this factor about the first guess are tried; it comes from largest force and tension."""
-_TRIED = 3
-"""Best places of the scan from which the search descends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +204,7 @@ class _Start:
         taken, speed = self.part.taken(used), speed_of(self.part, self.settings)
         if speed is not None:
             self.part.meta["speed"] = speed
+        # the same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go
         objective = Objective(
             model=self.model,
             depth=taken.depth,
@@ -220,7 +213,7 @@ class _Start:
             held=self.settings.held,
             frame=frame_of(self.part.depth, self.part.force, self.part.position, speed),
             spring=None if start is None else taken.spring_constant,
-            softest=None if taken.spring_constant is None else _SOFTEST * taken.spring_constant,
+            softest=None if taken.spring_constant is None else -0.75 * taken.spring_constant,
             speed=speed[used] if speed is not None else None,
             loaded=np.flatnonzero(self.in_contact[used]),
             part_loaded=np.flatnonzero(self.in_contact),
@@ -281,7 +274,9 @@ class _Start:
         )
         way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 2000)
         on_branch, stiffness, _ = objective.model.evaluate(way, theta)
-        past = np.flatnonzero(stiffness < _GIVING * spring)
+        # stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it
+        # shows
+        past = np.flatnonzero(stiffness < -0.5 * spring)
         if not past.size:
             return np.zeros(depth.size, dtype=bool)
         limit = way[past[-1]] + on_branch[past[-1]] / spring
@@ -305,7 +300,8 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
     data = force - free[chosen]
     contacts = np.linspace(*between, _CONTACTS) if "contact" in objective.nuisance else [objective.held["contact"]]
     theta = _matched(model, theta, (moduli, works), depth - np.mean(contacts), data)
-    shifts = np.log(_FACTOR) * np.linspace(-1, 1, _RATIOS) if works or moduli else np.zeros(1)
+    # works of adhesion this factor about the first guess are tried; it comes from largest force and tension
+    shifts = np.log(8.0) * np.linspace(-1, 1, _RATIOS) if works or moduli else np.zeros(1)
     origin, width, *_ = objective.frame
     found = []
     places = np.asarray(contacts)
@@ -326,7 +322,8 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
             found.append((float(misfit[i]), np.append(x, [rest.get(name, 0.0) for name in objective.nuisance])))
     found.sort(key=lambda pair: pair[0])
     # the best few, of different ratios where there are some: the valley has more than one end
-    starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:_TRIED]]
+    # best places of the scan from which the search descends
+    starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:3]]
     coarse = _thinned(objective)
     ends = [minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts]
     best = min(ends, key=lambda end: end.cost)

@@ -25,8 +25,6 @@ from flatpunch.fit.parameters.scaling import Coordinate, Scaling
 
 FUNCTIONS = 4
 """f_0 to f_3."""
-_TABULATED = 2
-"""Decades of radius below the largest; pull-off is nearly always within, and what is below goes on as a power law."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +96,9 @@ class BranchTables:
             return lambda q, radius: np.asarray(self._solve(q, radius)[i])
 
         family = self.family
+        # decades of radius below the largest; pull-off is nearly always within, and what is below goes on as a power law
         self.functions = tuple(
-            Table(function(i), family.coordinates, family.limit, decades=_TABULATED) for i in range(FUNCTIONS)
+            Table(function(i), family.coordinates, family.limit, decades=2) for i in range(FUNCTIONS)
         )
 
     def _solve(self, q: tuple[float, ...], radius: Array) -> Array:

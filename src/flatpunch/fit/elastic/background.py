@@ -8,10 +8,6 @@ from flatpunch._support.checks import Array, Flags
 from flatpunch.fit.least_squares.blocks import uniform
 from flatpunch.fit.measured.curve import Curve
 
-_TILTED = 0.02
-"""Tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted."""
-_WAVING = 0.01
-"""Standard deviation of a wave over the rise from which it is worth a note."""
 WAVES = 160
 """Stretches of the background in which a wave is looked for."""
 
@@ -39,7 +35,8 @@ def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tup
     slope = float(here @ level) / max(float(here @ here), 1e-300)
     error = float(np.std(level - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
     share = slope * deepest / rise
-    if abs(share) < _TILTED or abs(slope) < 5 * error:
+    # tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted
+    if abs(share) < 0.02 or abs(slope) < 5 * error:
         return ()
     return (
         f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
@@ -51,7 +48,8 @@ def waves(means: Array, rise: float) -> bool:
     """Whether means of the force over its background, over stretches in order, are correlated and change their sign."""
     memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
     turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
-    return not (memory < 0.5 or turns < 3 or np.std(means) < _WAVING * rise)
+    # standard deviation of a wave over the rise from which it is worth a note
+    return not (memory < 0.5 or turns < 3 or np.std(means) < 0.01 * rise)
 
 
 def wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:

@@ -16,8 +16,6 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.objective import Objective
 
 _NEWTON = 8
-_SETTLED = 1e-3
-"""Newton's method behind a cantilever ends with a step this small against the residuals."""
 
 
 def applies(objective: Any) -> bool:
@@ -69,7 +67,8 @@ def _solved(objective: Objective, depth: Array, straight: Array, theta: Array, g
         force, stiffness = forces(objective.model, depth - give * residual, theta)
         step = (straight + force / gain - residual) / (1 + stiffness * give / gain)
         residual = residual + step
-        if (np.abs(step).max(axis=1) < _SETTLED * np.sqrt(np.mean(residual**2, axis=1))).all():
+        # Newton's method behind a cantilever ends with a step this small against the residuals
+        if (np.abs(step).max(axis=1) < 1e-3 * np.sqrt(np.mean(residual**2, axis=1))).all():
             break
     return np.asarray(residual)
 

@@ -28,16 +28,8 @@ from flatpunch.fit.parameters.settings import Settings
 
 _SCANNED = 48
 """Blocks, and contact points, of a scan."""
-_SHORT = 5
-"""Blocks of the scan that the contact must cover at least."""
-_ITERATIONS = 12
-"""Steps of Gauss-Newton after which a curve is left to the fit of single curves."""
-_SETTLED = 1e-3
-"""A step this small against the standard errors is the last one."""
 _NODES = 2048
 """Points at which the force is tabulated for scans."""
-_ROUNDED = 0.25
-"""Scans take ln E in such steps where it changes the shape of the force curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,10 +244,12 @@ def _tried(
     grid = np.linspace(0, reach, _NODES)[1:]
     shapes: dict[float, Array] = {}
     for i in range(size):
-        near = _ROUNDED * round(theta[i] / _ROUNDED) if model.bends else float(model.start()[0])
+        # scans take ln E in such steps where it changes the shape of the force curve
+        near = 0.25 * round(theta[i] / 0.25) if model.bends else float(model.start()[0])
         if near not in shapes:
             shapes[near] = np.append(0.0, model.evaluate(grid, np.array([near]))[0])
-        inside = depth[i] - depth[i, :-_SHORT, None]
+        # blocks of the scan that the contact must cover at least
+        inside = depth[i] - depth[i, :-5, None]
         at = np.maximum(inside, 0.0) * ((_NODES - 1) / reach)
         index = np.minimum(at.astype(np.intp), _NODES - 2)
         low = shapes[near].take(index)
@@ -321,7 +315,8 @@ class _Batch:
         converged = np.zeros(len(x), dtype=bool)
         before = np.full(len(x), np.inf)
         lost = np.zeros(len(x), dtype=bool)
-        for turn in range(_ITERATIONS):
+        # steps of Gauss-Newton after which a curve is left to the fit of single curves
+        for turn in range(12):
             residual, jacobian = self._evaluated(x, residual)
             weighted = jacobian * self.weight[:, None, :]
             normal = weighted @ jacobian.transpose(0, 2, 1)
@@ -338,7 +333,8 @@ class _Batch:
             largest = np.maximum(np.abs(step[:, 0]), np.abs(step[:, 1]) / (0.3 * np.ptp(self.depth, axis=1)))
             step *= (1 / np.maximum(largest, 1.0))[:, None]
             x = np.where(moving[:, None], x + step, x)
-            converged |= moving & (size < _SETTLED**2)
+            # A step this small against the standard errors is the last one
+            converged |= moving & (size < 1e-3**2)
         ahead = [row[: 2 * n] for row, n in zip(self.force + residual, self.sizes, strict=True)]
         return x, normal, ahead, converged & ~lost
 

@@ -46,8 +46,6 @@ _PLASTIC = (
     "an imprint is left, the loading was plastic, and an elastic fit of it gives no modulus. `flatpunch fit-film` (fit_film) "
     "takes the modulus from the unloading or from continuous stiffness."
 )
-_ROUGHLY = 0.1
-"""Distance from the minimum, in standard errors, at which two directions of the tip can be compared."""
 
 
 def elastic_setup(
@@ -207,7 +205,8 @@ class Approach:
         lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
         # limits of moduli that nobody set are widened only later
         lower[self.moduli], upper[self.moduli] = -np.inf, np.inf
-        found = minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=_ROUGHLY)
+        # distance from the minimum, in standard errors, at which two directions of the tip can be compared
+        found = minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=0.1)
         residual = objective.evaluate(found.x)[0] * objective.frame.span
         return float(residual @ residual)
 

@@ -25,8 +25,6 @@ _DEGREE = 5
 _DECADES = 5
 _MARGIN = 4
 _KNOTS = 6
-_STACKS = 32
-"""Groups of neighbouring knots kept together for many vectors at once."""
 
 Window = tuple[int, int]
 """First and last node, in steps of ln delta."""
@@ -166,7 +164,8 @@ class Table:
         """Coefficients at all knots around coordinates, a row each."""
         key = (window, first)
         if key not in self._stacks:
-            if len(self._stacks) >= _STACKS:
+            # groups of neighbouring knots kept together for many vectors at once
+            if len(self._stacks) >= 32:
                 self._stacks.clear()
             choices = product(range(_KNOTS), repeat=len(first))
             self._stacks[key] = np.array(

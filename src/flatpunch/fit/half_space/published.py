@@ -60,9 +60,6 @@ PYRAMID = {
 }
 """Coefficients c1 to c5 by number of sides and bond, fitted to the exact contact up to x = 2 (page on AFM of the docs)."""
 
-PYRAMID_UP_TO = 2.0
-"""Largest x = d tan(alpha)/h of the formula for pyramids; beyond it there is none."""
-
 
 PYRAMID_FORCE = {4: 0.737619, 3: 0.88241}
 """F/(E* tan(alpha) d^2) of pyramids on thick samples by number of sides, which the factors of `pyramid` multiply."""
@@ -71,7 +68,8 @@ PYRAMID_FORCE = {4: 0.737619, 3: 0.88241}
 def pyramid(x: Array, sides: int = 4, bonded: bool = True) -> Array:
     """Factor for pyramids of three or four sides on incompressible layers, this project's own; nan for x > 2."""
     factor = np.polynomial.polynomial.polyval(x, (1.0, *PYRAMID[sides, bonded]))
-    return np.where(np.asarray(x) <= PYRAMID_UP_TO * (1 + 1e-9), factor, np.nan)
+    # largest x = d tan(alpha)/h of the formula for pyramids; beyond it there is none
+    return np.where(np.asarray(x) <= 2.0 * (1 + 1e-9), factor, np.nan)
 
 
 def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Array:

@@ -13,8 +13,6 @@ from flatpunch.fit.least_squares.objective import Objective
 
 CONTACT, FREE = 200, 50
 """Stretches over the contact and over the background before it."""
-_OCTAVE = 6
-"""Stretches for each doubling of the distance to the deepest point, where the contact point is looked for."""
 
 
 def blocked(objective: Objective, contact: float) -> Objective:
@@ -33,7 +31,8 @@ def towards_the_end(objective: Objective) -> Objective:
     """The problem on block means that get shorter towards the deepest point, so that the shortest contact is seen; ascending."""
     left = objective.position.max() - objective.position
     shortest = 1.5 * float(left.max()) / left.size
-    index = (_OCTAVE * np.log2(1 + left / max(shortest, 1e-300))).astype(np.intp)
+    # stretches for each doubling of the distance to the deepest point, where the contact point is looked for
+    index = (6 * np.log2(1 + left / max(shortest, 1e-300))).astype(np.intp)
     return objective.averaged(index.max() - index)
 
 

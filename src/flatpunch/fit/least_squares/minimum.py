@@ -20,8 +20,6 @@ from flatpunch._support.checks import Array, Flags, Indices
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
-_ITERATIONS = 60
-"""Steps at most; ten are usual, twenty where a valley bends."""
 _DAMPING = (1e-12, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
@@ -88,7 +86,8 @@ def minimise(
     cost, damping, evaluations = float(residual @ residual), 1e-6, 1
     normal, gradient = jacobian @ jacobian.T, jacobian @ residual
     converged = False
-    for _ in range(_ITERATIONS):
+    # steps at most; ten are usual, twenty where a valley bends
+    for _ in range(60):
         pushed = ((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0))
         live = np.flatnonzero(~(frozen | pushed))
         if not live.size:

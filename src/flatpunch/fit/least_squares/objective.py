@@ -23,11 +23,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
-_NEWTON = 8
-"""Turns of Newton's method behind a cantilever at most; two are usual."""
-_SETTLED = 1e-2
-"""Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its square."""
-
 
 @dataclass(frozen=True, eq=False)
 class Objective(Unknowns):
@@ -98,7 +93,8 @@ class Objective(Unknowns):
         at = depth if spring is None else depth - residual / spring
         fresh = not residual.any()
         softest = () if self.softest is None else (self.softest,)
-        for turn in range(_NEWTON):
+        # turns of Newton's method behind a cantilever at most; two are usual
+        for turn in range(8):
             block = _touching(at) if self.loaded is None else self.loaded
             force, stiffness, by_theta = self.model.evaluate(at[block], theta, *softest)
             miss = straight - residual
@@ -111,7 +107,9 @@ class Objective(Unknowns):
             at = depth - residual / spring
             # what is left is of second order but of one sign: it must vanish beside the error of a mean
             left = miss - step if fresh and turn == 0 else step
-            if np.abs(left).max() < _SETTLED * np.sqrt(np.mean(residual**2)):
+            # Newton's method behind a cantilever ends with a step this small against the residuals; the next would be its
+            # square
+            if np.abs(left).max() < 1e-2 * np.sqrt(np.mean(residual**2)):
                 break
         if np.abs(residual).max() < self.frame[2]:
             self._before[depth.size] = residual

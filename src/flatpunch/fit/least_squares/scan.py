@@ -20,18 +20,8 @@ FARTHEST = 10.0
 """Contact points are looked for this far before the first point, over the range of depths."""
 _BEFORE = (0.03, 0.1, 0.3, 1.0, 3.0, FARTHEST)
 """Contact points before the first point that are tried, over the range of depths."""
-_FEWEST = 4
-"""Readings that must be in contact, or any curve fits them."""
-_FINER = 9
-"""Contact points tried between the neighbours of the best."""
-_EARLY = 0.15
-"""Share of the way that shows the tilt by itself, to start from."""
 _TURNS = 6
 """Scans in which the shape of the force curve, or the background behind a cantilever, must settle."""
-_AGREED = 0.01
-"""Change of that background over the force range at which it has settled."""
-_CLOSE = 0.5
-"""Largest change of ln E for which the shape of the force curve is not computed again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +75,8 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
     theta = start[: len(objective.model.free)].copy()
     if coarse.spring is None or not {"tilt", "drag"} & set(coarse.nuisance):
         return _settled(coarse, coarse.depth, theta, start[theta.size :], moduli, between)
-    early = objective.position < objective.frame.first + _EARLY * objective.frame.way
+    # share of the way that shows the tilt by itself, to start from
+    early = objective.position < objective.frame.first + 0.15 * objective.frame.way
     slope = _slope(objective.position[early], objective.force[early])
     starts = (slope * (coarse.position - coarse.frame.first), np.zeros_like(coarse.depth))
     found = (_consistent(coarse, moving, theta, start[theta.size :], moduli, between) for moving in starts)
@@ -111,7 +102,8 @@ def _consistent(
     for _ in range(_TURNS):
         scan = _settled(coarse, coarse.depth + moving / coarse.spring, theta, rest, moduli, between)
         miss = coarse.background(coarse.split(scan.x)[1], coarse.position, coarse.speed) - moving
-        if np.abs(miss).max() < _AGREED * coarse.frame.span:
+        # change of that background over the force range at which it has settled
+        if np.abs(miss).max() < 0.01 * coarse.frame.span:
             break
         last = (moving, miss)
         moving = moving + miss
@@ -131,14 +123,16 @@ def _settled(
     for _ in range(_TURNS):
         found, shift = _one_scan(coarse, depth, theta, rest, moduli, tried)
         theta = found.x[: theta.size]
-        if not moduli or abs(shift) < _CLOSE or not coarse.model.bends:
+        # largest change of ln E for which the shape of the force curve is not computed again
+        if not moduli or abs(shift) < 0.5 or not coarse.model.bends:
             break
     if tried.size < 2:
         return found
     # between the neighbours of the best
     ordered = np.sort(tried)
     best = int(np.argmin(np.abs(ordered - found.contact(coarse))))
-    finer = np.linspace(ordered[max(best - 1, 0)], ordered[min(best + 1, ordered.size - 1)], _FINER)
+    # contact points tried between the neighbours of the best
+    finer = np.linspace(ordered[max(best - 1, 0)], ordered[min(best + 1, ordered.size - 1)], 9)
     again = _one_scan(coarse, depth, theta, rest, moduli, finer)[0]
     return replace(again if again.cost < found.cost else found, turned=min(found.turned, again.turned))
 
@@ -172,7 +166,8 @@ def _one_scan(
     total = float(left @ left)
     # a contact that the background can stand in for tells nothing
     square = np.where(square > 1e-12 * np.einsum("ij,ij->i", model, model), square, np.inf)
-    usable = (touching * coarse.counts).sum(axis=1) >= _FEWEST
+    # readings that must be in contact, or any curve fits them
+    usable = (touching * coarse.counts).sum(axis=1) >= 4
     gain = np.where(usable, along**2 / square, 0.0)
     up = np.where(along > 0, gain if moduli else 2 * along - square, -np.inf)
     best = int(np.argmax(up))

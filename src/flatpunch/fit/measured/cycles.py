@@ -12,11 +12,6 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.measured.segments import wander
 from flatpunch.fit.measured.signal import CLEAR
 
-_TURN = 0.05
-"""Share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift."""
-_TAKEN_BACK = 0.1
-"""Share of a load by which the force must fall, or rise again, to count as unloading, or as another cycle."""
-
 
 def smoothed(values: Array) -> Array:
     """Moving average over half a per cent of the points."""
@@ -35,7 +30,8 @@ def turns(position: Array) -> list[int]:
     smooth = smoothed(position)
     # a history may begin or end at a deepest point
     padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
-    least = _TURN * float(np.ptp(smooth))
+    # share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift
+    least = 0.05 * float(np.ptp(smooth))
     deepest = (find_peaks(padded, prominence=least)[0] - 1).tolist()
     found: list[int] = deepest[:1]
     for after in deepest[1:]:
@@ -75,7 +71,8 @@ def load_cycles(force: Array) -> list[tuple[int, int, int]]:
     begin = peak = valley = 0
     falling = False
     for i, value in enumerate(smooth.tolist()):
-        step = max(_TAKEN_BACK * smooth[peak], least)
+        # share of a load by which the force must fall, or rise again, to count as unloading, or as another cycle
+        step = max(0.1 * smooth[peak], least)
         if not falling and value > smooth[peak]:
             peak = i
         elif not falling and smooth[peak] - value > step:

@@ -13,11 +13,6 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
-_AT_REST = 2.0
-"""Noise levels of the position below its largest value at which the tip has arrived."""
-
-_TOLD = 1000
-"""Points from which the noise of a position is taken."""
 _CREEP = 0.1
 """Advance per point, over the usual one, below which the tip pauses."""
 
@@ -77,7 +72,8 @@ def _direction(curve: Curve) -> int:
 def wander(position: Array) -> float:
     """Standard deviation of the noise of readings, from second differences, in which steady motion cancels."""
     # neighbours of a thousand points tell as much as those of all
-    at = np.arange(0, max(position.size - 2, 0), max(position.size // _TOLD, 1))
+    # points from which the noise of a position is taken
+    at = np.arange(0, max(position.size - 2, 0), max(position.size // 1000, 1))
     second = position[at + 2] - 2 * position[at + 1] + position[at]
     return float(1.4826 * _middle(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
 
@@ -139,7 +135,8 @@ def arrival(position: Array) -> float:
 
     Positions without noise still differ by rounding, where they are computed from tip and force.
     """
-    return max(_AT_REST * wander(position), 1e-9 * float(np.ptp(position)))
+    # noise levels of the position below its largest value at which the tip has arrived
+    return max(2.0 * wander(position), 1e-9 * float(np.ptp(position)))
 
 
 def without_pause(curve: Curve) -> Curve:

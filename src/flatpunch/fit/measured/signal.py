@@ -17,15 +17,14 @@ DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing."""
 _SHORTEST, _ENDS = 8, 16
 """Readings of the shortest end in which saturation is looked for, and ends tried; fewer ends cost sensitivity only."""
-_LEVELS = 400
-"""Readings in which steps are looked for before all are."""
 _FLATTER = 4.0
 """How many times less steep than before the end of a saturated curve is."""
 
 
 def converter_step(force: Array) -> float:
     """Step of a digitised force [N]; zero where hardly any two readings are equal."""
-    few = force[:_LEVELS]
+    # readings in which steps are looked for before all are
+    few = force[:400]
     if np.unique(few).size > 0.5 * few.size:
         return 0.0
     levels = np.unique(force)

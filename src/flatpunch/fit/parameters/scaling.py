@@ -26,8 +26,6 @@ from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
 
-_LEAST_POISSON = -149
-"""Knot of the Poisson ratio -0.99, below which no isotropic body is stable."""
 
 _NAME = re.compile(
     r"(?:(upper|lower)\.)?(?:layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson))|indenter\.(radius|inclination)"
@@ -267,10 +265,9 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
         # curvature 1/R of a paraboloid, tan of an inclination
         depth[tip] = force[tip] = -1.0 if tip.endswith("radius") else 1.0
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
+    # knot of the Poisson ratio -0.99, below which no isotropic body is stable
     coordinates += [
-        Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, _LEAST_POISSON)
-        for name in names
-        if name.endswith("poisson")
+        Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, -149) for name in names if name.endswith("poisson")
     ]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, force, depth, moving, modulus, length)

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
-_TANGLED = 0.98
-"""Correlation from which two parameters count as hard to tell apart, if their intervals are wide as well."""
 WIDE = 0.1
 """Relative standard error that counts as wide."""
 
@@ -87,7 +85,8 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     noted = set()
     for j in range(len(free)):
         for k in range(j):
-            if abs(table[j, k]) > _TANGLED and {names[j], names[k]} & wide:
+            # correlation from which two parameters count as hard to tell apart, if their intervals are wide as well
+            if abs(table[j, k]) > 0.98 and {names[j], names[k]} & wide:
                 noted |= {names[j], names[k]}
                 first, second = (interval_text(result.estimates[n], n) for n in (names[k], names[j]))
                 notes.append(

@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 _NARROW = 0.03
 """Standard error of an internal parameter (relative, for logarithms) above which intervals come from the profile."""
 
-_NEAR = 12.0
-"""Distance of a limit, in the internal parameter, below which it is the user's."""
-
 
 def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Array | None = None) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
@@ -55,8 +52,9 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Arra
         low, high = ends_of(result, name, coarse)
         open_ends = [not np.isfinite(v) for v in (low, high)]
         # an interval that a limit cuts ends there; limits that nobody set are far away and end nothing
+        # distance of a limit, in the internal parameter, below which it is the user's
         cuts = [
-            limit[j] if abs(limit[j] - result.minimum.x[j]) < _NEAR else end
+            limit[j] if abs(limit[j] - result.minimum.x[j]) < 12.0 else end
             for limit, end in zip(result.bounds, (low, high), strict=True)
         ]
         ends = [cut_ if is_open else end for cut_, is_open, end in zip(cuts, open_ends, (low, high), strict=True)]

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-_MEMORY = 0.3
-"""Correlation of neighbouring residuals above which intervals are too small to be kept quiet about."""
-
 
 def correlated(memory: float, size: int) -> tuple[str, ...]:
     """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
-    if memory <= _MEMORY or size <= 30:
+    # correlation of neighbouring residuals above which intervals are too small to be kept quiet about
+    if memory <= 0.3 or size <= 30:
         return ()
     factor = np.sqrt((1 + memory) / (1 - memory))
     return (

@@ -16,9 +16,6 @@ from flatpunch.fit.viscoelastic.model import HistoryModel
 if TYPE_CHECKING:
     from flatpunch.fit.report.result import FitResult
 
-_EARLY = 0.05
-"""Pull-off of the model this share of the adhesive depth away from that of the data is worth a word."""
-
 
 def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     """Notes of the theory; those that take a cold solution for single fits only."""
@@ -47,7 +44,8 @@ def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:
     """Whether the tip held on for longer than the theory allows."""
     held = result.depth[result.used & _loaded(result)]
     limit = model.pull_off(result.minimum.x[: len(model.free)])[0]
-    if held.size and held.min() < limit - _EARLY * abs(limit):
+    # pull-off of the model this share of the adhesive depth away from that of the data is worth a word
+    if held.size and held.min() < limit - 0.05 * abs(limit):
         return [
             f"The tip held on down to {text(float(held.min()), 'm')}; at the fitted values it lets go at {text(limit, 'm')} at "
             "the latest. Something else than JKR adhesion holds it: tethers, a viscous sample, a meniscus."

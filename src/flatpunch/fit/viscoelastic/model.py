@@ -25,13 +25,6 @@ from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import FitMethod
 
-_TURNS = 40
-"""Turns at most for the depth behind a cantilever; five to ten are usual."""
-_KEPT = 5
-"""Turns that Anderson's mixing combines."""
-_SETTLED = 1e-8
-"""Depth behind a cantilever, over its range, at which the iteration ends: derivatives are taken by differences of 1e-4."""
-
 
 @dataclass(frozen=True)
 class HistoryModel(SampleParameters):
@@ -110,15 +103,19 @@ class HistoryModel(SampleParameters):
         width = float(np.ptp(piezo))
         moves: list[Array] = []
         ends: list[Array] = []
-        for _ in range(_TURNS):
+        # turns at most for the depth behind a cantilever; five to ten are usual
+        for _ in range(40):
             depth = unimodal(depth) if once else depth
             force = self.history(time, depth, theta)
             miss = piezo - force / spring - depth
-            if np.abs(miss).max() < _SETTLED * width:
+            # depth behind a cantilever, over its range, at which the iteration ends: derivatives are taken by differences of
+            # 1e-4
+            if np.abs(miss).max() < 1e-8 * width:
                 break
             moves.append(miss / (1 + present * elastic.stiffness(np.maximum(depth, 0.0)) / spring))
             ends.append(depth + moves[-1])
-            depth = _accelerated(moves[-_KEPT:], ends[-_KEPT:])
+            # turns that Anderson's mixing combines
+            depth = _accelerated(moves[-5:], ends[-5:])
         return depth, force
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:

@@ -21,16 +21,6 @@ from flatpunch.fit.viscoelastic.objective import HistoryObjective
 
 _BINS, _SCANNED = 500, 120
 """Stretches of time that a history is averaged over, and those of the scan; half as many halve the time of a fit."""
-_CONTACTS = 24
-"""Contact points of a scan."""
-_AROUND = 0.5
-"""Contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve."""
-_SAFE = 0.6
-"""Share of the way to the contact that shows the background alone."""
-_FEW = 3
-"""Readings before the contact from which the background's level is judged; a tilt is judged from FEWEST."""
-_DIP = 0.03
-"""Share of the rise below which a dip of the retract is no adhesion."""
 
 
 def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
@@ -56,7 +46,8 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     objective = _binned(part, position, model, settings, _BINS, speed)
     enough(part, objective)
     end = float(part.depth[: at[0] + 1].max())
-    reach = _AROUND * (end - contact)
+    # contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve
+    reach = 0.5 * (end - contact)
     between = (contact - reach, min(contact + reach, end))
     outermost = float(part.depth.min())
     asked = (
@@ -110,8 +101,10 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
     """A rise, no saturation, no adhesion; judged over the background before the contact. The approach ends at `top`."""
     n = curve.force.size
     first = float(curve.depth.min())
-    before = (np.arange(n) <= top) & (curve.depth < first + _SAFE * (contact - first))
-    if before.sum() >= _FEW:
+    # share of the way to the contact that shows the background alone
+    before = (np.arange(n) <= top) & (curve.depth < first + 0.6 * (contact - first))
+    # readings before the contact from which the background's level is judged; a tilt is judged from FEWEST
+    if before.sum() >= 3:
         force = over_line(curve, before)
         if settings.baseline == "constant" or before.sum() < FEWEST:
             # what is fitted as a constant is judged as one
@@ -130,7 +123,8 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
     up = np.arange(top + 1)
     order = up[np.argsort(curve.position[up], kind="stable")]
     check_saturation(curve, curve.position[order], force[order], noise)
-    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, _DIP * rise))
+    # share of the rise below which a dip of the retract is no adhesion
+    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, 0.03 * rise))
     if not below.size or settings.adhesion == "ignore":
         return curve, ()
     if settings.adhesion == "refuse":
@@ -238,7 +232,8 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
 
     for turn in range(2):
         if place is not None:
-            x = best([_with(x, place, (z - origin) / width) for z in np.linspace(*between, _CONTACTS)])
+            # contact points of a scan
+            x = best([_with(x, place, (z - origin) / width) for z in np.linspace(*between, 24)])
         if turn == 0:
             x = best([x, *_laws(coarse, x)])
     return np.clip(x, lower, upper)
