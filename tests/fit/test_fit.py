@@ -263,3 +263,20 @@ def test_curve_that_begins_in_contact():
     for name, truth in ((YOUNG, 5e3), ("contact", 0.0)):
         estimate = result.estimates[name]
         assert abs(estimate.value - truth) < 4 * estimate.stderr
+
+
+@pytest.mark.parametrize("tip", [fp.Sphere(5e-6), fp.Paraboloid(2e-6)], ids=["sphere", "paraboloid"])
+@pytest.mark.parametrize("baseline", ["constant", "linear"])
+@pytest.mark.parametrize("free", [["layers[0].young"], ["layers[0].young", "layers[0].thickness"]], ids=["E", "E, h"])
+def test_curves_without_noise_find_their_minimum(tip, baseline, free):
+    rng = np.random.default_rng(len(free))
+    for _ in range(3):
+        young, thickness = 10 ** rng.uniform(2.5, 5), 10 ** rng.uniform(-6.3, -5)
+        true = fp.Medium([fp.Layer(young, 0.45, thickness)], base=fp.RigidBase())
+        depth = np.linspace(-0.3, 0.3, 200) * thickness
+        force = np.zeros(200)
+        force[depth > 0] = fp.indent(true, tip, depth=depth[depth > 0]).force
+        start = fp.Medium([fp.Layer(1.7 * young, 0.45, thickness * (1.2 if len(free) > 1 else 1))], base=fp.RigidBase())
+        result = fp.fit(fp.Curve(depth=depth + 1e-7, force=force), start, tip, free, baseline=baseline)
+        # tables of forces are good to 1e-8; two parameters share the valley
+        assert result.estimates["layers[0].young"].value == pytest.approx(young, rel=1e-5)

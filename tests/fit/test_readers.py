@@ -90,7 +90,7 @@ def test_what_is_wrong_is_said(tmp_path):
         (_write(tmp_path / "c.xyz", ["depth (nm),force (nN)"]), {}, "the ending '.xyz' is none of those that are read"),
         (good, {"columns": {"force": "Lod"}}, "there is no column 'Lod' for force; there are 'depth', 'force'"),
         (good, {"columns": {"strain": "depth"}}, "'strain' is no kind of column"),
-        (_write(tmp_path / "u.csv", ["depth,force"]), {}, r"has no unit. Write it into the header, 'depth \(m\)'"),
+        (_write(tmp_path / "u.csv", ["depth,force"]), {}, r"has no unit. Write it into the header, 'depth \(nm\)'"),
         (
             _write(tmp_path / "w.csv", ["depth (nm),force (nm)"]),
             {},

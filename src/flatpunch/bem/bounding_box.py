@@ -61,7 +61,18 @@ class ContactTouchesEdge(ValueError):
 
 
 class NotConverged(ValueError):
-    """Not even the coarse solution that looks for the contact converges; the message says for which contact."""
+    """Not even the coarse solution that looks for the contact converges; the message says for which contact.
+
+    See Also
+    --------
+    flatpunch.bem.solve : Raises it.
+
+    Examples
+    --------
+    >>> from flatpunch.bem import NotConverged
+    >>> issubclass(NotConverged, ValueError)  # caught with what else cannot be solved
+    True
+    """
 
 
 def bounding_box(grid: Grid, contact: Mask) -> Extent:

@@ -236,7 +236,11 @@ def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
         medium, indenter = found.problem(q)
         if isinstance(indenter, Cylinder) or not np.isfinite(indenter.reach):
             return float("inf")
-        curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
+        try:
+            curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
+        except UnresolvedLayer:
+            # far deeper than any measured depth: layers of a trial step that are very thin
+            return float("inf")
         return float(np.log(curve["depth"].values[0]))
 
     def solve(q: tuple[float, ...], delta: Array) -> Array:

@@ -233,7 +233,13 @@ class Approach:
         young = [np.exp(scan.x[j]) for j in self.moduli]
         if self.part.spring_constant is not None or not young or max(young) < HARD:
             return
-        if plastic_cycles(every):
+        objective = self.objective()
+        rest = objective.split(scan.x)[1]
+        # the speed of the retract is another one: drag is left out of the judgement
+        still = {**rest, "drag": 0.0}
+        if plastic_cycles(
+            replace(every, force=every.force - rest["baseline"] - objective.background(still, every.position, None))
+        ):
             raise CurveError(
                 f"{self.part.name}: the unloading of its load cycles is steeper than the loading: {_PLASTIC}"
             )
@@ -242,13 +248,10 @@ class Approach:
         )
         if back is None:
             return
-        objective = self.objective()
-        rest = objective.split(scan.x)[1]
-        # the speed of the retract is another one: drag is left out of the judgement
         down, up = (
             depth_reached(
                 c.depth,
-                c.force - rest["baseline"] - objective.background({**rest, "drag": 0.0}, c.position, None),
+                c.force - rest["baseline"] - objective.background(still, c.position, None),
                 float(np.ptp(self.part.force)),
             )
             for c in (self.part, back)

@@ -24,6 +24,8 @@ _DAMPING = (1e-12, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
+ROUNDING = 1e-10
+"""Root mean square by which a step that ends the search changes residuals, which are of order one; models are no more exact."""
 SOON = 1e-3
 """The same for batches: the step is taken, and what is left is far below it."""
 
@@ -94,10 +96,11 @@ def minimise(
             converged = True
             break
         ends = (lower - x, upper - x)
-        # what is left to go, in standard errors: the undamped step v and v^T N v over the variance of the residuals
+        # what is left to go: the undamped step v, which changes the residuals by v^T N v, in standard errors; data without
+        # noise leave residuals at rounding, and steps that change them by less are the last ones as well
         whole = _within(normal, gradient, live, ends, _DAMPING[0])
-        size = float(whole @ normal @ whole) / max(cost / max(residual.size - live.size, 1), 1e-300)
-        if size < settled**2:
+        change, variance = float(whole @ normal @ whole), cost / max(residual.size - live.size, 1)
+        if change < max(settled**2 * variance, ROUNDING**2 * residual.size):
             last = evaluate(x + whole)
             evaluations += 1
             if not _larger(last[0], cost):
@@ -121,12 +124,15 @@ def minimise(
             x, residual, jacobian, cost = trial, new_residual, new_jacobian, float(new_residual @ new_residual)
             normal, gradient = jacobian @ jacobian.T, jacobian @ residual
             damping = max(damping / 10, _DAMPING[0])
-        elif damping > _DAMPING[1] or size < 1e-12:
-            # no step improves: the sum of squares is at rounding (data without noise)
+        elif damping > _DAMPING[1]:
+            # no step improves
             converged = True
             break
         else:
             damping = max(damping * 10, 1e-5)
+    else:
+        # curved models close in by a constant factor a step; a hundredth of the standard errors is close enough
+        converged = change < 0.01**2 * variance
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
 
