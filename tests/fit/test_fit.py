@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import flatpunch as fp
 from flatpunch.fit import Curve, CurveError, Free, fit
 from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
