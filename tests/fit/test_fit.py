@@ -279,5 +279,6 @@ def test_curves_without_noise_find_their_minimum(tip, baseline, free):
         force[depth > 0] = fp.indent(true, tip, depth=depth[depth > 0]).force
         start = fp.Medium([fp.Layer(1.7 * young, 0.45, thickness * (1.2 if len(free) > 1 else 1))], base=fp.RigidBase())
         result = fp.fit(fp.Curve(depth=depth + 1e-7, force=force), start, tip, free, baseline=baseline)
-        # tables of forces are good to 1e-8; two parameters share the valley
-        assert result.estimates["layers[0].young"].value == pytest.approx(young, rel=1e-5)
+        # the tables of fits are good to 1e-8 in force; along the valley of two parameters that is a thousand times as much
+        bound = 1e-6 if len(free) == 1 else 1e-4
+        assert result.estimates["layers[0].young"].value == pytest.approx(young, rel=bound)
