@@ -8,9 +8,9 @@ import tomllib
 
 import pytest
 
-from flatpunch.app.correct import correct_modulus
 from flatpunch.app.form import form_of
-from flatpunch.app.press import press, warm_up
+from flatpunch.app.jobs.correct import correct_modulus
+from flatpunch.app.jobs.press import press, warm_up
 from flatpunch.files import shipped_cases
 
 GEL = {

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from flatpunch.app.fit import fit_curve, preview
 from flatpunch.app.form import FormError, case_text, form_of
+from flatpunch.app.jobs.fit import fit_curve, preview
 from flatpunch.app.uploads import Upload, Uploads
 from flatpunch.cli.app import app
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flatpunch.app.form import FormError, address_of, case_data, case_text, fields_of, form_of
+from flatpunch.app.jobs.press import press
 from flatpunch.app.plain import case_of
-from flatpunch.app.press import press
 from flatpunch.app.problems import field_of
 from flatpunch.app.tables import kinds_of, page_tables
 from flatpunch.app.toml import toml_text

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.app.coating import QUANTITIES, coating
-from flatpunch.app.correct import correct_modulus
 from flatpunch.app.form import address_of, case_data, case_text, fields_of, form_of
+from flatpunch.app.jobs.coating import QUANTITIES, coating
+from flatpunch.app.jobs.correct import correct_modulus
 from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app

@@ -48,7 +48,11 @@ modulus: float = fitted["layers[0].young"]
 
 
 def mistakes() -> None:
-    """Nobody calls this: it is there to be read."""
+    """Mistakes that a strict checker must find. Nobody calls this.
+
+    Each comment names the error that its line must give: a comment without its error is an error itself, so that the test fails
+    as soon as one of these mistakes passes.
+    """
     fp.indent(gel, fp.Sphere(radius=5e-6), depth=1e-8, method="fourth-ordr")  # type: ignore[call-overload]
     fp.indent(gel, fp.Sphere(radius=5e-6), dept=1e-8)  # type: ignore[call-overload]
     fp.indent(gel, fp.Sphere(radius=5e-6), depth=1e-8, force=1e-9)  # type: ignore[call-overload]

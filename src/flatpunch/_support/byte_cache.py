@@ -130,8 +130,10 @@ class ByteCached(Generic[P, R]):
         key = (args, *kwargs.items()) if kwargs else args
         entry = self._kept.get(key)
         if entry is not None:
-            return self._cache.use(entry)  # type: ignore[no-any-return]
-        return self._cache.add(self._kept, key, self._function(*args, **kwargs))  # type: ignore[no-any-return]
+            kept: R = self._cache.use(entry)
+            return kept
+        made: R = self._cache.add(self._kept, key, self._function(*args, **kwargs))
+        return made
 
     def __reduce__(self) -> str:
         """Other processes find the function by its name."""

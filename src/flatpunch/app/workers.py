@@ -114,7 +114,7 @@ class Workers:
         Parameters
         ----------
         function : str
-            "module:name" of a function below `flatpunch.app`.
+            "module:name" of a function below `flatpunch.app.jobs`.
         *arguments
             What it is called with; goes through a pipe.
         long : bool
@@ -250,9 +250,9 @@ def _work(pipe: Connection) -> None:
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening
 
-    import_module("flatpunch.app.press").warm_up()
+    import_module("flatpunch.app.jobs.press").warm_up()
     for name in _JOBS:
-        import_module(f"flatpunch.app.{name}")
+        import_module(f"flatpunch.app.jobs.{name}")
     last = [0.0]
 
     def report(done: int, total: int) -> None:
@@ -269,7 +269,7 @@ def _work(pipe: Connection) -> None:
         try:
             module, name = function.split(":")
             with listening(report):
-                outcome = ("done", getattr(import_module(f"flatpunch.app.{module}"), name)(*arguments))
+                outcome = ("done", getattr(import_module(f"flatpunch.app.jobs.{module}"), name)(*arguments))
         except Exception as error:
             outcome = ("failed", message(error))
         try:

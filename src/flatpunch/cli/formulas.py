@@ -65,7 +65,7 @@ def add_commands(app: typer.Typer) -> None:
     ) -> None:
         """Compare published thin-layer and substrate formulas with the exact contact of a case.
 
-        Printed are the error of each formula at the largest depth and the depths up to which it is within 1, 5 and 10 %.
+        Prints the error of each formula at the largest depth, and the largest depths at which it is within 1, 5 and 10 %.
         """
         with friendly():
             check_target("--output", output, (".csv", ".nc"))

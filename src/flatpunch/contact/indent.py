@@ -24,12 +24,11 @@ from flatpunch.contact.methods import (
     Method,
     MethodName,
     Refined,
-    check_indenter,
     method_of,
     solver_of,
 )
 from flatpunch.contact.pressure_field import exact
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 from flatpunch.media.relaxation import Relaxation
 from flatpunch.media.tabulated import TabulatedMedium

@@ -393,12 +393,3 @@ def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arr
 def solver_of(method: Method, indenter: Indenter) -> Method | FlatEnd:
     """The solver of an indenter under a method: cylinders with a flat end have their own."""
     return FlatEnd() if isinstance(indenter, Cylinder) else method
-
-
-def check_indenter(indenter: object) -> None:
-    """Refuse what is no indenter."""
-    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
-        raise TypeError(
-            f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
-            "inclination=...)."
-        )

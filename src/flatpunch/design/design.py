@@ -11,13 +11,13 @@ from flatpunch._support.checks import Array, shown, whole
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.methods import BoundaryElements, Method, MethodName, check_indenter
+from flatpunch.contact.methods import BoundaryElements, Method, MethodName
 from flatpunch.design.problem import Problem
 from flatpunch.design.result import Design, DesignedValue, Minimum
 from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, search, starts
 from flatpunch.design.targets import UNITS, LargestLoad, Limit, Target
 from flatpunch.design.variables import Variables, variables
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import underlying
 from flatpunch.sensitivity.sensitivity import derivable
 

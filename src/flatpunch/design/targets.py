@@ -11,7 +11,7 @@ import numpy as np
 from flatpunch._support.checks import Array, non_negative, positive, shown, values
 from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
-from flatpunch.fields.strength import Strength
+from flatpunch.fields.failure.strength import Strength
 from flatpunch.sensitivity.gradient import Gradient
 
 Quantity = Literal["force", "depth", "stiffness", "radius"]

@@ -16,12 +16,12 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import interfaces
+from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
+from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
+from flatpunch.fields.axisymmetric.round_load import turned
+from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
-from flatpunch.fields.layered import layered_part, nodes_or_points, split_off
-from flatpunch.fields.radial import SurfacePart, cartesian
 from flatpunch.fields.rectangle import normal_corner, shear_corner, summed
-from flatpunch.fields.round_load import turned
-from flatpunch.fields.uniform_disc import UniformDisc
 from flatpunch.media import PowerLawHalfSpace
 
 _CELLS = 12

@@ -15,12 +15,11 @@ from flatpunch.contact import BoundaryElements, FirstOrder, Method, indent, meth
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.limits import deepest
-from flatpunch.contact.methods import check_indenter
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.cells import Cells
-from flatpunch.fields.contact_load import contact_load
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 
 _SAMPLED, _SUPERPOSED = 192, 128
 """Cells along each side of a contact that is no disc: of boundary elements, and of a superposed pressure, which is expensive."""

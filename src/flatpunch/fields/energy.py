@@ -26,11 +26,11 @@ from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.contact.dataset import Column, dataset
+from flatpunch.fields.axisymmetric.layered import wavenumbers
+from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.bodies import Solid, layer_at
 from flatpunch.fields.cells import Cells
 from flatpunch.fields.contact_sources import contact_of, contact_sources
-from flatpunch.fields.layered import wavenumbers
-from flatpunch.fields.ring_sources import RingSources
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying

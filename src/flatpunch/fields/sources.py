@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch.fields.axisymmetric.round_load import RoundLoad, round_fields
+from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, cell_fields
 from flatpunch.fields.loads import DiscLoad, Load
-from flatpunch.fields.round_load import RoundLoad, round_fields
-from flatpunch.fields.uniform_disc import UniformDisc
 from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
 
 _GRADED_ERROR, _BLURRED_ERROR = 1e-4, 2e-3

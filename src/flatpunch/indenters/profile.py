@@ -26,7 +26,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 
 
 @runtime_checkable
@@ -72,6 +72,15 @@ class Indenter(Protocol):
 
     def __hash__(self) -> int:
         """Equal indenters share what has been computed for them."""
+
+
+def check_indenter(indenter: object) -> None:
+    """Refuse what is no indenter."""
+    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
+        raise TypeError(
+            f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
+            "inclination=...)."
+        )
 
 
 def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fields.contact_load import contact_load
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.basis import half_space_diagonal

@@ -22,11 +22,10 @@ from flatpunch.contact.methods import (
     Method,
     MethodName,
     SecondOrder,
-    check_indenter,
     method_of,
 )
 from flatpunch.fields.bodies import located
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import underlying
 from flatpunch.sensitivity.by_depth import DepthSensitivity, depth_sensitivity
 from flatpunch.sensitivity.gradient import Gradient, gradients, has_power_law

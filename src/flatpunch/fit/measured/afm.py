@@ -113,8 +113,8 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
                 inner.write_bytes(archive.read(name))
                 curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
             return curves
+    # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-        # a damaged directory sends the reader anywhere; encrypted members are a RuntimeError
         raise CurveError(f"{path.name}: damaged ({error}).") from None
 
 

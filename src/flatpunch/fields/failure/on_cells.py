@@ -14,8 +14,8 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, fields_of_cells
-from flatpunch.fields.critical_events import DEEPEST, Event, Judged
-from flatpunch.fields.critical_round import radius_limits
+from flatpunch.fields.failure.events import DEEPEST, Event, Judged
+from flatpunch.fields.failure.round import radius_limits
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium
 

@@ -18,8 +18,8 @@ from scipy.special import gamma
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.fields.power_law import power_law_load
-from flatpunch.fields.ring_sources import RingSources, sampled
+from flatpunch.fields.axisymmetric.power_law import power_law_load
+from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss

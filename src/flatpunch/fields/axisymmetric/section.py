@@ -13,10 +13,10 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.depth import interfaces
+from flatpunch.fields.axisymmetric.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
+from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, cartesian
+from flatpunch.fields.axisymmetric.round_load import RoundLoad
 from flatpunch.fields.bodies import Solid
-from flatpunch.fields.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
-from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, cartesian
-from flatpunch.fields.round_load import RoundLoad
 from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
 
 _STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)

@@ -7,9 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch.fields.axisymmetric.layered import REACH, layered_part, split_off
+from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
 from flatpunch.fields.bodies import Located
-from flatpunch.fields.layered import REACH, layered_part, split_off
-from flatpunch.fields.radial import SurfacePart, cartesian
 
 
 class RoundLoad(Protocol):

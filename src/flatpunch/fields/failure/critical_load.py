@@ -17,14 +17,13 @@ from flatpunch._support.checks import shown
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
-from flatpunch.contact.methods import check_indenter
-from flatpunch.fields.critical_cells import CellSearch
-from flatpunch.fields.critical_events import Event, Judged, first_event, margins
-from flatpunch.fields.critical_round import RoundSearch
+from flatpunch.fields.failure.events import Event, Judged, first_event, margins
+from flatpunch.fields.failure.on_cells import CellSearch
+from flatpunch.fields.failure.round import RoundSearch
+from flatpunch.fields.failure.strength import Strength, checked_strengths
 from flatpunch.fields.fields import checked_friction, residual_stresses
-from flatpunch.fields.strength import Strength, checked_strengths
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
 __all__ = ["CriticalLoad", "Event", "critical_load"]

@@ -12,11 +12,11 @@ from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fields.contact_load import contact_load
-from flatpunch.fields.critical_events import DEEPEST, Event, Judged, expected_utilisation
-from flatpunch.fields.layered import REACH
-from flatpunch.fields.ring_sources import RingSources
-from flatpunch.fields.section import Section
+from flatpunch.fields.axisymmetric.contact_load import contact_load
+from flatpunch.fields.axisymmetric.layered import REACH
+from flatpunch.fields.axisymmetric.ring_sources import RingSources
+from flatpunch.fields.axisymmetric.section import Section
+from flatpunch.fields.failure.events import DEEPEST, Event, Judged, expected_utilisation
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium

@@ -22,7 +22,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fields.ring_sources import RingSources, sampled
+from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss

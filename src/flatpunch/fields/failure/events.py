@@ -12,7 +12,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.compliance.depth import constants_at, interfaces
 from flatpunch.fields.bodies import Solid
-from flatpunch.fields.strength import Strength
+from flatpunch.fields.failure.strength import Strength
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 

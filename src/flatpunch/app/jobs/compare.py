@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.messages import message
+from flatpunch.app.jobs.press import is_long
 from flatpunch.app.plain import case_of, explained, short
-from flatpunch.app.press import is_long
 from flatpunch.app.saved import netcdf_bytes, picture_bytes
 from flatpunch.files import describe
 from flatpunch.fit.half_space.comparison import (

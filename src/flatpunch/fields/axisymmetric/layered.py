@@ -19,7 +19,7 @@ from numpy.polynomial import chebyshev
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.depth import interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
-from flatpunch.fields.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, normal_waves, shear_waves
+from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, normal_waves, shear_waves
 from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
 

@@ -35,7 +35,7 @@ _TERMS = 16
 
 
 _SLOW = 24.0
-"""k times half a panel up to which Gauss quadrature gives its transform; more than the terms on a panel."""
+"""Largest k times half a panel at which Gauss quadrature is used for its transform; more than the terms on a panel."""
 
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""

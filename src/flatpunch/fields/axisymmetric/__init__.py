@@ -1,0 +1,1 @@
+"""Fields of axisymmetric loads: waves, rings and discs, through the layers and in power-law half-spaces."""

@@ -1,0 +1,1 @@
+"""Strengths, and the load at which the first of them is exceeded."""
