@@ -75,3 +75,15 @@ def test_map_with_intervals(benchmark):
     assert not batch.failed
     if benchmark.enabled:
         assert benchmark.stats.stats.min < 5
+
+
+def test_ten_thousand_draws(benchmark):
+    """Modulus and thickness from 4000 points; target 10 s."""
+    depth = np.linspace(-4e-7, 4e-7, 4000)
+    force = np.zeros(4000)
+    force[depth > 0] = fp.indent(GEL, TIPS["sphere"], depth=depth[depth > 0]).force
+    force += 0.01 * force.max() * np.random.default_rng(0).normal(size=4000)
+    result = fp.fit(fp.Curve(depth=depth, force=force), GEL, TIPS["sphere"], ["layers[0].young", "layers[0].thickness"])
+    benchmark.pedantic(result.posterior, (10_000,), rounds=1)
+    if benchmark.enabled:
+        assert benchmark.stats.stats.min < 10

@@ -167,3 +167,28 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     # Linux counts in kB, macOS in bytes
     assert int(found.stdout) / (1e3 if sys.platform.startswith("linux") else 1e6) < 500
+
+
+@pytest.mark.parametrize(("shape", "target"), [((100_000,), 1.0), ((300, 300), 0.5)], ids=["points", "plane"])
+def test_fields_of_a_known_contact(benchmark, shape, target):
+    rng = np.random.default_rng(0)
+    film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], base=fp.HalfSpace(210e9, 0.3))
+    if len(shape) == 1:
+        x, y = rng.uniform(-1e-5, 1e-5, (2, *shape))
+        z = rng.uniform(0, 1e-5, shape)
+    else:
+        x, y, z = np.linspace(-1e-5, 1e-5, shape[0]), 0.0, np.linspace(0, 1e-5, shape[1])[:, None]
+    benchmark.pedantic(fp.fields, (film, fp.Sphere(50e-6), x, y, z), {"force": 0.5}, rounds=3, warmup_rounds=1)
+    report(benchmark, target)
+
+
+def test_sensitivities_of_fifty_layers(benchmark):
+    rng = np.random.default_rng(1)
+
+    def setup():
+        layers = [fp.Layer(10 ** rng.uniform(-1, 1), 0.3, 0.1) for _ in range(50)]
+        return (fp.Medium(layers, base=fp.HalfSpace(5.0, 0.25)), fp.Paraboloid(10.0)), {"radius": 1.0}
+
+    benchmark.pedantic(fp.sensitivity, setup=setup, rounds=5)
+    # the evaluation itself, and less than two more for 153 derivatives
+    report(benchmark, 1.0)

