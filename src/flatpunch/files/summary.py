@@ -13,6 +13,7 @@ from flatpunch.files.cases import Case
 from flatpunch.files.units import readable, text
 
 _ROWS = 10
+"""Steps that a table shows; of longer curves, as many at equal distances."""
 
 
 @dataclass(frozen=True)

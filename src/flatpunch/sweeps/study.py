@@ -28,6 +28,7 @@ from flatpunch.sweeps.axes import Axis, axes_of, put
 from flatpunch.sweeps.failure import first_failure
 
 _SHOWN = 5
+"""Problems that a message lists."""
 _SLOW = ("bem", "refined")
 
 

@@ -34,9 +34,10 @@ FADING = 0.55, 0.12
 """Middle and width of that window over its last wavenumber: 1e-7 is left there."""
 
 _R_NODES, _Z_NODES = 20, 16
-"""Chebyshev nodes of a panel in r, 1.25 decay lengths wide, and in z, an octave of depth: they leave 1e-11."""
+"""Chebyshev nodes of a panel in r, and in z, an octave of depth: they leave 1e-11."""
 
 _R_WIDTH = 1.25
+"""Width of a panel in r over the decay length."""
 
 _FEW, _NEAR = 64, 4.0
 """Most different radii for which no panels are needed, within this multiple of the load's radius and the decay length."""

@@ -16,6 +16,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.objective import Objective
 
 _NEWTON = 8
+"""Newton steps at most for the force behind a cantilever."""
 
 
 def applies(objective: Any) -> bool:

@@ -20,11 +20,21 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.parameters.scaling import Coordinate
 
 PER_DECADE = 24
+"""Depths per decade that are solved exactly; half as many leave 5e-7 of the largest force under tips of kinked profile."""
+
 STEP = np.log(10) / PER_DECADE
+
 _DEGREE = 5
+"""Degree of the splines in ln delta; cubic ones leave 4e-7 of the largest force, where these leave 1e-9."""
+
 _DECADES = 5
+"""Decades of depth in a table, below which the power law of its end goes on; with three, 1e-8 of the largest force is left."""
+
 _MARGIN = 4
+"""Depths beyond either end that are solved for the splines; with none their ends would be off."""
+
 _KNOTS = 6
+"""Points across each coordinate that are interpolated; with four the force is off by 1e-5 of its largest, with eight by 1e-8."""
 
 Window = tuple[int, int]
 """First and last node, in steps of ln delta."""

@@ -20,6 +20,7 @@ from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.media import HalfSpace, Medium, RigidBase
 
 _MOST_COORDINATES = 2
+"""Free parameters that change the shape of the force curve; with three, the table in the file would have millions of numbers."""
 _TEMPLATE = '''"""{title}
 
 Exact contact of a tip with a layered sample, by flatpunch (method {method}). Layers, base and tip other than the parameters are

@@ -13,6 +13,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 
 _DIMITRIADIS_HALF = (1.0, 1.133, 1.283, 0.769, 0.0975)
+"""Printed coefficients for paraboloids on bonded incompressible layers (Dimitriadis et al. 2002)."""
 
 
 def dimitriadis(x: Array, poisson: float, bonded: bool) -> Array:
