@@ -104,11 +104,10 @@ LARGEST = 5_000_000
 """Largest case file [bytes]."""
 
 
-class CaseTable(Table):
-    """The whole file."""
+class ContactTable(Table):
+    """Bodies, tip, and what is prescribed: what case files of contacts and of fits share."""
 
     title: str = ""
-    method: str | None = None
     angles: Count = 360
     layers: list[LayerTable] = Field(default=[])
     base: BaseTable | None = None
@@ -120,6 +119,12 @@ class CaseTable(Table):
     range_of_action: Length | None = None
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
+
+
+class CaseTable(ContactTable):
+    """The whole file."""
+
+    method: str | None = None
     stress: StressTable | None = None
     design: DesignTable | None = None
     vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file

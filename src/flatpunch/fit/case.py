@@ -15,13 +15,10 @@ from pydantic import Field
 from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
 from flatpunch.files import CaseError, describe_sample
-from flatpunch.files.cases import case_text, parsed
+from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.describe import takes
-from flatpunch.files.tables.fields import Count, Length, Table, WorkOfAdhesion, validated
-from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.tables.relaxation import RelaxationTable
-from flatpunch.files.tables.steps import ControlTable, HistoryTable
+from flatpunch.files.tables.fields import validated
+from flatpunch.files.tables.media import body
 from flatpunch.fit.adhesion.model import adhesive_method
 from flatpunch.fit.case_knowledge import PlanTable, PosteriorTable, priors_of
 from flatpunch.fit.case_tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
@@ -133,22 +130,10 @@ class FitCase:
         return {**more, **asdict(self.settings)}
 
 
-class FitCaseTable(Table):
+class FitCaseTable(ContactTable):
     """The whole file."""
 
-    title: str = ""
     method: str = "auto"
-    angles: Count = 360
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
-    indenter: IndenterTable
-    work_of_adhesion: WorkOfAdhesion | None = None
-    range_of_action: Length | None = None
-    relaxation: RelaxationTable | None = None
-    control: ControlTable | None = None
-    history: HistoryTable | None = None
     fit: FitTable | None = None
     curve: CurveTable | None = None
     film: FilmTable | None = None
