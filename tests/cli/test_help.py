@@ -38,6 +38,8 @@ def test_help_has_two_examples(command):
     lines = [line.strip() for line in shown(command).splitlines()]
     examples = [line for line in lines if line.startswith(f"flatpunch {command}")]
     assert tuple(examples) == EXAMPLES[command]
+    # names in square brackets that the terminal takes for markup vanish
+    assert "[]" not in shown(command)
 
 
 @pytest.mark.parametrize(

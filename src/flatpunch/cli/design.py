@@ -27,7 +27,7 @@ def add_commands(app: typer.Typer) -> None:
         plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
         style: StyleOption = "screen",
     ) -> None:
-        """Find the numbers of a case that give what its table [bold][[design]][/bold] prescribes.
+        """Find the numbers of a case that give what its table [bold]design[/bold] prescribes.
 
         A force, depth, stiffness or contact radius, at one load or along a curve; or the largest load before failure.
         """

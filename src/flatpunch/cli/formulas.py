@@ -41,7 +41,7 @@ def add_commands(app: typer.Typer) -> None:
         """From a reported half-space modulus to the true modulus of the layer.
 
         The case file describes layers, base and indenter; the modulus of its top layer does not matter. What was reported is
-        given here, or in a table [bold][[correct]][/bold] of the case file: reported, depth, model, poisson, over. Beside the
+        given here, or in a table [bold]correct[/bold] of the case file: reported, depth, model, poisson, over. Beside the
         result are those of published corrections.
         """
         with friendly():

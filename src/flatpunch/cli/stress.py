@@ -29,7 +29,7 @@ def add_commands(app: typer.Typer) -> None:
     ) -> None:
         """Compute the stresses inside the body at the last step of a case, and the load of its first failure.
 
-        A table [bold][[stress]][/bold] of the case file names points, friction, residual stresses and strengths; without it
+        A table [bold]stress[/bold] of the case file names points, friction, residual stresses and strengths; without it
         the section y = 0 is shown.
         """
         with friendly():

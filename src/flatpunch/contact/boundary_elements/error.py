@@ -36,13 +36,13 @@ def extrapolated(solution: bem.Solution) -> tuple[float, float]:
     """Force extrapolated to vanishing cells [N] and its relative error.
 
     The extrapolation holds where the error falls with the square of the width. The force is that of the cells where the
-    differences have no common sign, or where the extrapolation changes it by less than the position of the rim does.
+    differences have no common sign, or where the position of the rim changes it by more than the last of them.
     """
     if not solution.contact.any():
         return solution.force, float("inf")
     last, before = _differences(solution)
     rim = _rim_error(solution)
-    if last * before < 0 or abs(last) / (_SECOND_ORDER - 1) < rim:
+    if last * before < 0 or abs(last) < rim:
         return solution.force, own_error(solution)
     slower = max(_richardson(last, before) - abs(last) / (_SECOND_ORDER - 1), 0.0)
     # share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small
