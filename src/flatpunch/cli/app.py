@@ -221,7 +221,11 @@ add_sweep(app)
 add_stress(app)
 add_design(app)
 add_page(app)
-app.add_typer(atlas_app(), name="atlas")
+_atlas = atlas_app()
+app.add_typer(_atlas, name="atlas")
+for _each in (*app.registered_commands, *_atlas.registered_commands):
+    # the terminal wraps paragraphs at its own width; of the lines of a docstring it would keep the ends too
+    _each.help = "\n\n".join(" ".join(part.split()) for part in (_each.callback.__doc__ or "").split("\n\n"))
 
 
 def main() -> None:
