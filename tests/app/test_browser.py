@@ -4,10 +4,10 @@ Skipped where no browser is found, or Playwright is not installed. FLATPUNCH_SCR
 documentation, which the tests then take.
 """
 
+import json
 import os
 import shutil
 import threading
-import time
 import tomllib
 from pathlib import Path
 
@@ -106,11 +106,16 @@ def downloaded(window, kind):
 
 
 def photo(window, name):
-    """Take a picture for the documentation."""
+    """Take a picture for the documentation, as tall as its results."""
     if SCREENSHOTS:
+        window.wait_for_selector("#status", state="hidden")
         window.evaluate("scrollTo(0, 0)")
-        time.sleep(2)
+        bottom = window.evaluate("document.querySelector('#results').getBoundingClientRect().bottom")
+        window.set_viewport_size({"width": 1200, "height": round(bottom) + 10})
+        # pictures follow their cards
+        window.wait_for_timeout(500)
         window.screenshot(path=Path(SCREENSHOTS) / f"app_{name}.png")
+        window.set_viewport_size({"width": 1200, "height": 900})
 
 
 def test_example_to_download(visit, tmp_path):
@@ -186,8 +191,34 @@ def test_long_job_shows_progress_and_is_stopped(visit):
     assert other.input_value("[name='title']") == ""
     assert other.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 22, 27)"
     assert other.evaluate("document.documentElement.scrollWidth <= 800")
+    # and so is this one: a quick form of the same tab, and another tab, are solved while the job goes on
+    window.select_option("[name='method']", "")
+    solved(window)
+    window.click("#tab-correct")
+    window.wait_for_selector("#shown .readout:has-text('reported over layer')")
+    window.click("#tab-press")
+    solved(window)
+    window.wait_for_selector("#status-text:has-text('of 400')")
+    window.select_option("[name='method']", "bem")
+    window.wait_for_function("() => document.querySelector('#shown').classList.contains('stale')")
     window.click("#stop")
     window.wait_for_selector("#long:has-text('Stopped')")
+
+
+def test_details_of_what_is_no_longer_shown_are_stopped(visit):
+    """A pressure that takes long: another tab shows no progress of it, and the job is ended."""
+    window = solved(visit())
+    running = json.dumps({"state": "running", "key": "slow", "seconds": 9.0, "progress": None})
+    window.route("**/api/detail?*", lambda route: route.fulfill(body=running))
+    window.route("**/api/job?key=slow", lambda route: route.fulfill(body=running))
+    window.route("**/api/stop?key=slow", lambda route: route.fulfill(body="{}"))
+    window.focus("[aria-label='Step']")
+    window.keyboard.press("ArrowLeft")
+    window.wait_for_selector("#status-text:has-text('Solving, 9 s')")
+    with window.expect_request("**/api/stop?key=slow"):
+        window.click("#tab-correct")
+    window.wait_for_selector("#shown .readout:has-text('reported over layer')")
+    assert window.is_hidden("#status")
 
 
 def test_case_file_is_opened(visit, tmp_path):

@@ -210,7 +210,8 @@ def _drawn(found: xr.Dataset) -> dict[str, Any]:
         "units": [str(found[name].attrs.get("units", "")) for name in names],
         "force": plain(first["critical_force"].values),
         "places": np.array(places, dtype=object).reshape(kind.shape).tolist(),
-        "caption": f"{kind.size} points, {len(failed)} failed" + (f": {failed[0]}" if failed else ""),
+        "caption": f"{kind.size - len(failed)} of {kind.size} points solved"
+        + (f"; first reason: {failed[0]}" if failed else ""),
     }
 
 

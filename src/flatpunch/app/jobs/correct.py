@@ -19,7 +19,7 @@ from flatpunch.fit.half_space.correction import Correction, correct
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.report.quantities import quantity
 
-COLUMNS = ("formula", "modulus of the layer", "off the exact one by", "remark")
+COLUMNS = ("formula", "modulus of the layer", "deviation from exact", "remark")
 
 
 def correct_modulus(fields: Mapping[str, str], run: bool) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 // Parts of results that all tabs share: cards, tables, notes, buttons that save.
 
+import { minus } from "./charts.js";
 import { element } from "./fields.js";
 
 const FILES = { toml: "Case file", nc: "NetCDF", csv: "CSV", png: "PNG", svg: "SVG", py: "Python" };
@@ -23,7 +24,7 @@ export function saves(tools) {
 /** A table of texts; kind: "words" aligns the first column left, "remarks" the last one too. */
 export function table(columns, rows, caption, kind = "") {
   const head = element("tr", {}, ...columns.map((column) => element("th", { scope: "col" }, Array.isArray(column) ? `${column[0]} (${column[1]})` : column)));
-  const body = rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))));
+  const body = rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, minus(cell)))));
   const made = element("table", { class: kind }, element("thead", {}, head), element("tbody", {}, ...body));
   if (caption) made.prepend(element("caption", {}, caption));
   return element("div", { class: "scroll" }, made);

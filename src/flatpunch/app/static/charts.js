@@ -12,11 +12,14 @@ export function readable(largest, unit) {
   return [10 ** (-exponent * power), (PREFIXES[exponent] + unit).replace("^2", "²")];
 }
 
+/** Numbers with a true minus sign in the place of a hyphen. */
+export const minus = (text) => String(text).replace(/(^|[\s(]|e)-(?=\d)/g, "$1\u2212");
+
 /** A quantity as people read it. */
 export function quantity(value, unit, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const [factor, prefixed] = readable(value, unit);
-  return `${Number((value * factor).toPrecision(digits))} ${prefixed}`.trim();
+  return minus(`${Number((value * factor).toPrecision(digits))} ${prefixed}`.trim());
 }
 
 export function node(name, attributes, parent, text) {
@@ -56,7 +59,7 @@ function logTicks(low, high) {
   return found;
 }
 
-export const word = (value) => String(Number(value.toPrecision(3)));
+export const word = (value) => minus(String(Number(value.toPrecision(3))));
 
 export class Axis {
   constructor(spec, lists, pixels) {

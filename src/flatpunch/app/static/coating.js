@@ -54,7 +54,7 @@ function stresses(result, tools) {
   // once the cards have their width
   queueMicrotask(() => {
     if (result.section) paint(result.section);
-    if (result.axis) alongAxis(axis, result.axis);
+    if (result.axis) alongAxis(axis, result.axis, result.section?.faces ?? []);
   });
   choose.addEventListener("change", async () => {
     const found = await tools.detail("quantity", Number(choose.value));
@@ -63,11 +63,14 @@ function stresses(result, tools) {
   return grid;
 }
 
-function alongAxis(box, axis) {
+/** Stresses along the axis; lines are broken at interfaces, where the lateral stress jumps. */
+function alongAxis(box, axis, faces) {
+  const jumps = faces.map((face) => axis.z.findIndex((z) => z > face)).filter((i) => i > 0).reverse();
+  const broken = (values, at) => jumps.reduce((list, i) => list.toSpliced(i, 0, at), values);
   lines(box, {
     x: { label: "depth below the surface", unit: "m" },
     y: { label: "stress", unit: "Pa" },
-    series: [["xx", "σxx", "var(--three)", "none"], ["zz", "σzz", "var(--one)", "6 4"]].map(([key, label, colour, dash]) => ({ x: axis.z, y: axis[key], colour, dash, label })),
+    series: [["xx", "σxx", "var(--three)", "none"], ["zz", "σzz", "var(--one)", "6 4"]].map(([key, label, colour, dash]) => ({ x: broken(axis.z, null), y: broken(axis[key], null), colour, dash, label })),
     title: "Stresses along the axis",
   });
 }

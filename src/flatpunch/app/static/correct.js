@@ -24,7 +24,7 @@ function show(box, result, tools) {
     ["layer", quantity(result.young, "Pa")],
     ["reported", quantity(result.reported, "Pa")],
     ["reported over layer", result.factor.toPrecision(4)],
-    ["1 % in the report is", `${result.sensitivity?.toPrecision(2) ?? "many"} % in the layer`],
+    ["1 % more reported gives", `${result.sensitivity?.toPrecision(2) ?? "many"} % more in the layer`],
   ];
   box.replaceChildren(
     element(

@@ -26,7 +26,7 @@ export function field(name, spec) {
   if (spec.kind === "switch" || spec.kind === "choice") {
     input = element("select", shared);
     for (const choice of spec.value === "" && spec.kind !== "given" ? ["", ...spec.choices.filter((each) => each !== "")] : spec.choices) {
-      input.append(element("option", { value: choice }, spec.words?.[choice] ?? (choice || "–")));
+      input.append(element("option", { value: choice }, spec.words?.[choice] ?? (choice || "default")));
     }
     input.value = spec.value;
   } else {

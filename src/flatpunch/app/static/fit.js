@@ -161,8 +161,8 @@ function show(place, result, tools) {
     x,
     y: { label: "force", unit: "N" },
     series: [
-      { x: picture.x, y: picture.force, colour: "var(--one)", points: 1.6, label: "measured" },
-      { x: picture.x, y: picture.fitted, colour: "var(--two)", label: "fitted", width: 2.4 },
+      { x: picture.x, y: picture.force, colour: "var(--one)", points: 3.5, label: "measured" },
+      { x: picture.x, y: picture.fitted, colour: "var(--two)", label: "fitted", width: 1.5 },
     ],
     title: "Measured and fitted force",
   });

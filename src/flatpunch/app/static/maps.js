@@ -5,6 +5,11 @@ import { Axis, draw, frame, legend, node, path, quantity, readable, ticks, word 
 const VIRIDIS = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6dcd59", "#b4de2c", "#fde725"];
 const DIVERGING = ["#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b"];
 
+let clips = 0;
+
+export const OUTLINE = { colour: "var(--three)", width: 2.2, opacity: 1 };
+export const EARLIER = { ...OUTLINE, width: 1, opacity: 0.45 };
+
 /** Outlines in the plane, with a map of values below them if there is one. outlines: [{phi, r, faint}] */
 export function plane(box, spec) {
   draw(box, (svg, width) => {
@@ -18,17 +23,24 @@ export function plane(box, spec) {
     const x = new Axis({ label: "x", unit: "m", tight: true }, ends, [area.left, area.right]);
     const y = new Axis({ label: "y", unit: "m", tight: true }, ends, [area.bottom, area.top]);
     frame(svg, area, x, y, null, { y: {} });
-    if (spec.map) {
-      const image = node("image", { x: area.left, y: area.top, width: side, height: side, preserveAspectRatio: "none" }, svg);
-      image.setAttribute("href", picture(spec.map));
-      colourBar(svg, area, spec.map);
-    }
-    for (const outline of spec.outlines) {
+    const shape = (outline) => {
       const xs = outline.r.map((r, i) => (r === null ? null : r * Math.cos(outline.phi[i])));
       const ys = outline.r.map((r, i) => (r === null ? null : r * Math.sin(outline.phi[i])));
       xs.push(xs[0]);
       ys.push(ys[0]);
-      node("path", { d: path(xs, ys, x, y), fill: "none", stroke: "var(--three)", "stroke-width": outline.faint ? 1 : 2.2, opacity: outline.faint ? 0.45 : 1 }, svg);
+      return path(xs, ys, x, y);
+    };
+    if (spec.map) {
+      // the map ends at the outline itself, not at the last of its points inside
+      const id = `inside-${clips++}`;
+      node("path", { d: shape(spec.outlines.at(-1)) }, node("clipPath", { id }, svg));
+      const image = node("image", { x: area.left, y: area.top, width: side, height: side, preserveAspectRatio: "none", "clip-path": `url(#${id})` }, svg);
+      image.setAttribute("href", picture({ ...spec.map, values: continued(spec.map.values) }));
+      colourBar(svg, area, spec.map);
+    }
+    for (const outline of spec.outlines) {
+      const look = outline.faint ? EARLIER : OUTLINE;
+      node("path", { d: shape(outline), fill: "none", stroke: look.colour, "stroke-width": look.width, opacity: look.opacity }, svg);
     }
   }, spec.title);
 }
@@ -91,6 +103,18 @@ export function cells(box, spec) {
     node("text", { transform: `translate(14 ${(area.top + area.bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, svg, named(spec.y, y[1]));
   }, spec.title);
   legend(box, kinds.map((kind, i) => ({ label: kind, square: true, colour: KINDS[i % KINDS.length] })));
+}
+
+/** Values with those beside an edge continued by one point, the mean of their neighbours. */
+function continued(values) {
+  const around = [-1, 0, 1];
+  return values.map((row, i) =>
+    row.map((value, j) => {
+      if (value !== null) return value;
+      const near = around.flatMap((di) => around.map((dj) => values[i + di]?.[j + dj] ?? null)).filter((each) => each !== null);
+      return near.length ? near.reduce((sum, each) => sum + each, 0) / near.length : null;
+    }),
+  );
 }
 
 function picture({ values, top, bottom, signed, down }) {

@@ -1,28 +1,23 @@
 // The page: tabs, requests to the server, jobs with progress, and what each tab shows.
 
 import { element } from "./fields.js";
+import { ask, finished, stop } from "./jobs.js";
 import { build, defaults, read, sharedFields, showProblems, write } from "./form.js";
 import { TABS } from "./tabs.js";
 
 const at = (id) => document.getElementById(id);
-const WAIT = 150; // milliseconds between questions about a job
 const TYPING = 250; // milliseconds without a key before the form is sent
 const ADDRESS = 200; // milliseconds without a change before the address follows
 const LONGEST = 16000; // characters of an address
 
 let tab = "press";
-let sent = null; // form that is being solved
+let sent = null; // form that is being checked, and solved if that is quick
 let drawn = null; // form that is shown
-let job = null; // key of the job that runs
+let version = 0; // of what is shown; details of an earlier one are no longer wanted
+let beside = null; // long job that runs while the page is used: its form
 let dirty = false; // whether the form has changed meanwhile
 let timer = null;
 let address = null;
-
-async function ask(path, options) {
-  const response = await fetch(path, options);
-  const data = await response.json().catch(() => ({ problems: [{ field: "", text: `The page was not answered (${response.status}).` }] }));
-  return data;
-}
 
 function formText() {
   return read(tab).toString();
@@ -54,12 +49,14 @@ function stale() {
   at("shown").classList.toggle("stale", drawn !== null && drawn !== `${tab}?${formText()}`);
 }
 
-/** Send the form; while an earlier one is being solved, the latest waits for it. */
+const asking = () => `${tab}?${formText()}`;
+const solve = (asked, long) => ask(`/api/solve?tab=${asked.slice(0, asked.indexOf("?"))}&run=${long ? 1 : 0}`, { method: "POST", body: asked.slice(asked.indexOf("?") + 1) });
+
+/** Send the form; while an earlier one is being solved, the latest waits for it. Long jobs run beside. */
 async function go(run) {
   keepAddress();
   TABS[tab].changed?.(tools, at("shown"));
-  const body = formText();
-  const asked = `${tab}?${body}`;
+  const asked = asking();
   if (sent !== null) {
     if (run || asked !== sent) dirty = run ? "run" : dirty || "check";
     return;
@@ -67,43 +64,37 @@ async function go(run) {
   sent = asked;
   dirty = false;
   at("long").hidden = true;
+  const [mine, here] = [tab, () => asked.startsWith(`${tab}?`)];
   try {
-    const solve = async (long) => finished(await ask(`/api/solve?tab=${tab}&run=${long ? 1 : 0}`, { method: "POST", body }));
-    let state = await solve(false);
-    if (run && state.result?.long && asked.startsWith(`${tab}?`)) state = await solve(true);
-    if (asked.startsWith(`${tab}?`)) shown(state, asked);
+    const state = await finished(await solve(asked, false), { wanted: () => tab === mine });
+    if (here() && run && state.result?.long) runBeside(asked);
+    else if (here() && !(state.result?.long && beside === asked)) shown(state, asked);
   } catch (error) {
-    problems([{ field: "", text: `The page is not answered; is flatpunch still running? (${error.message})` }]);
+    unanswered(error);
   } finally {
     sent = null;
-    job = null;
-    at("status").hidden = true;
     if (dirty) go(dirty === "run");
   }
 }
 
-/** Wait for the end of a job, with its progress if it is a loud one. */
-async function finished(state, loud = true) {
-  let pause = WAIT;
-  while (state.state === "waiting" || state.state === "running") {
-    if (loud) job = state.key;
-    if (loud && state.seconds > 0.4) progress(state);
-    await new Promise((resolve) => setTimeout(resolve, pause));
-    pause = Math.min(1.2 * pause, 1000);
-    state = await ask(`/api/job?key=${state.key}`);
+/** Solve a form that takes long while the page is used; a second one takes the place of the first. */
+async function runBeside(asked) {
+  if (beside === asked) return;
+  beside = asked;
+  problems(standing());
+  try {
+    const state = await finished(await solve(asked, true), { wanted: () => beside === asked, long: true });
+    // elsewhere meanwhile: the server keeps the result for when this form comes back
+    if (beside === asked && asked === asking()) shown(state, asked);
+  } catch (error) {
+    unanswered(error);
+  } finally {
+    if (beside === asked) beside = null;
   }
-  return state;
 }
 
-function progress(state) {
-  at("status").hidden = false;
-  const bar = at("progress");
-  if (state.progress) {
-    bar.max = state.progress[1];
-    bar.value = state.progress[0];
-  } else bar.removeAttribute("value");
-  const done = state.progress ? `${state.progress[0]} of ${state.progress[1]}, ` : "";
-  at("status-text").textContent = state.state === "waiting" ? "Waiting for another job" : `Solving, ${done}${Math.round(state.seconds)} s`;
+function unanswered(error) {
+  problems([{ field: "", text: `The page is not answered; is flatpunch still running? (${error.message})` }]);
 }
 
 function shown(state, asked) {
@@ -128,6 +119,7 @@ function shown(state, asked) {
     return;
   }
   drawn = asked;
+  version += 1;
   at("shown").classList.toggle("stale", asked !== `${tab}?${formText()}`);
   TABS[tab].show(at("shown"), result, tools);
 }
@@ -153,14 +145,14 @@ function long(text) {
 const tools = {
   form: formText,
   async detail(name, step) {
+    const shownNow = version;
     const state = await ask(`/api/detail?tab=${tab}&name=${name}&step=${step}`, { method: "POST", body: formText() });
-    const end = await finished(state);
-    at("status").hidden = true;
+    const end = await finished(state, { wanted: () => version === shownNow });
     return end.result ?? { none: end.message ?? end.problems?.[0]?.text ?? "It was stopped." };
   },
   async preview(name) {
     const state = await ask(`/api/detail?tab=${tab}&name=${name}`, { method: "POST", body: formText() });
-    const end = await finished(state, false);
+    const end = await finished(state, { loud: false });
     return end.result ?? { problems: end.problems ?? [{ field: "", text: end.message ?? "It was stopped." }] };
   },
   async save(kind, button) {
@@ -194,6 +186,7 @@ function choose(name) {
   }
   at("shown").replaceChildren();
   drawn = null;
+  version += 1;
   problems([]);
 }
 
@@ -204,7 +197,8 @@ function tabs() {
     const button = element("button", { type: "button", role: "tab", "data-tab": name, id: `tab-${name}` }, title);
     button.addEventListener("click", () => {
       choose(name);
-      go(true);
+      // the one long job goes on while another tab is looked at
+      go(beside === null);
     });
     at("tabs").append(button);
     at("job").append(element("h2", { "data-tabs": name }, title));
@@ -260,7 +254,7 @@ async function begin() {
     if (found.problems) problems(found.problems);
     else load(new URLSearchParams(found.form), tab);
   });
-  at("stop").addEventListener("click", () => job && ask(`/api/stop?key=${job}`, { method: "POST" }));
+  at("stop").addEventListener("click", stop);
   at("solve").addEventListener("click", () => go(true));
   at("form").addEventListener("keydown", (event) => {
     if (event.key === "Enter" && event.target.tagName === "INPUT") go(true);

@@ -1,9 +1,9 @@
 // The tab *Press*: curve, outline, pressure, table.
 
 import { card, notes, saves, table } from "./cards.js";
-import { lines, quantity, section } from "./charts.js";
+import { legend, lines, quantity, section } from "./charts.js";
 import { element } from "./fields.js";
-import { plane } from "./maps.js";
+import { EARLIER, OUTLINE, plane } from "./maps.js";
 
 function show(box, result, tools) {
   const { curve } = result;
@@ -34,7 +34,9 @@ function show(box, result, tools) {
     curvePicture(force, result, i);
     const widest = Math.max(...result.contour.flat().filter(Number.isFinite)) || curve.radius[i] || 1e-9;
     const earlier = [0.25, 0.5, 0.75].map((share) => Math.round(share * i)).filter((each) => each !== i);
-    plane(outline, { half: 1.2 * widest, outlines: [...earlier.map((each) => ({ phi: result.phi, r: result.contour[each], faint: true })), { phi: result.phi, r: result.contour[i] }], title: "Contact outline" });
+    const outlines = [...earlier.map((each) => ({ phi: result.phi, r: result.contour[each], faint: true })), { phi: result.phi, r: result.contour[i] }];
+    plane(outline, { half: 1.2 * widest, outlines, title: "Contact outline" });
+    legend(outline, [{ ...OUTLINE, label: "this step" }, ...(earlier.length ? [{ ...EARLIER, label: "earlier steps" }] : [])]);
     const said = [["step", `${i + 1} of ${steps}`]];
     if (history) said.push(["time", quantity(curve.time[i], "s")]);
     said.push(["depth", quantity(curve.depth[i], "m", 6)], ["force", quantity(curve.force[i], "N", 6)], ["radius", quantity(curve.radius[i], "m", 6)]);
@@ -116,7 +118,7 @@ function curvePicture(box, result, i) {
     { x: curve.depth, y: held(curve.stiffness, true), colour: "var(--two)", dash: "6 4", label: "stiffness", right: true },
   ];
   if (error && !result.exact) series[0].band = [-1, 1].map((sign) => curve.force.map((value, k) => (value === null ? null : value * (1 + sign * error[k]))));
-  if (error && !result.exact) series[0].label = `force, with its error of ${percent(Math.max(...error))} or less`;
+  if (error && !result.exact) series[0].label = `force (error at most ${percent(Math.max(...error))})`;
   if (curve.valid.includes(false)) {
     series.push({ x: curve.depth, y: held(curve.force, false), colour: "var(--grey)", label: "force where the theory does not hold" });
   }

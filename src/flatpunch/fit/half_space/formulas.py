@@ -200,9 +200,13 @@ def _substrate(medium: Medium, indenter: Any) -> Iterator[Formula]:
     }
     if isinstance(indenter, (Sphere, Paraboloid)):
         laws["Clifford"] = lambda d, film: published.clifford(indenter.radius, d, film, nu, substrate, base.poisson, t)
+    made_for = {
+        "Gao": "for bodies of similar stiffness",
+        "Perriot-Barthel": "for moduli that differ by up to 100 times",
+    }
     for name, law in laws.items():
 
         def force(d: Array, young: float, law: Callable[[Array, float], Array] = law) -> Array:
             return tip.force(d) * law(d, young / (1 - nu**2))
 
-        yield Formula(name, force, linear=False)
+        yield Formula(name, force, linear=False, remark=made_for.get(name, ""))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from flatpunch._support.checks import Array, Flags, real
 from flatpunch.fit.measured.curve import Curve, CurveError
@@ -83,7 +83,7 @@ def speed_of(curve: Curve, settings: Settings) -> Array | None:
         )
     # parabolas through a fiftieth of the readings, over their number: exact to second order at the ends too
     width = 2 * max(curve.time.size // 100, 2) + 1
-    way, time = (savgol_filter(c, width, 2, deriv=1) for c in (curve.position, curve.time))
+    way, time = (scipy.signal.savgol_filter(c, width, 2, deriv=1) for c in (curve.position, curve.time))
     return np.asarray(way / np.maximum(time, 1e-300))
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import isotonic_regression
-from scipy.signal import find_peaks
+import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.segments import wander
@@ -32,7 +31,7 @@ def turns(position: Array) -> list[int]:
     padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
     # share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift
     least = 0.05 * float(np.ptp(smooth))
-    deepest = (find_peaks(padded, prominence=least)[0] - 1).tolist()
+    deepest = (scipy.signal.find_peaks(padded, prominence=least)[0] - 1).tolist()
     found: list[int] = deepest[:1]
     for after in deepest[1:]:
         valley = found[-1] + int(np.argmin(smooth[found[-1] : after]))
@@ -47,7 +46,7 @@ def levelled(values: Array, at: list[int]) -> Array:
     result = np.empty(values.size)
     ends = [0, *at, values.size - 1]
     for i, (begin, end) in enumerate(pairwise(ends)):
-        piece = isotonic_regression(values[begin : end + 1], increasing=i % 2 == 0).x
+        piece = scipy.optimize.isotonic_regression(values[begin : end + 1], increasing=i % 2 == 0).x
         if i:
             # both sides end at the same value, the more extreme one
             piece[0] = (max if i % 2 else min)(piece[0], result[begin])
