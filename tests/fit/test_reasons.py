@@ -51,6 +51,44 @@ def test_data_that_begin_in_contact(name, begin, spring):
     assert "they begin in contact, and no baseline is seen" in row["reason"]
 
 
+@pytest.mark.parametrize("begin", [0.3, 0.9])
+@pytest.mark.parametrize("name", ["cone", "gel"])
+def test_a_tilt_that_nothing_shows(name, begin):
+    """A bend has two explanations, tilt and contact: both are in the interval, and a batch does not count it."""
+    curve = curve_of(name, begin, 0.05)
+    truth = CASES[name][0].surface_modulus * 0.75
+    _, start, tip, free = CASES[name]
+    result = fit(curve, start, tip, [free], engine="normal-equations", baseline="linear")
+    assert result.estimates[free].low < truth < result.estimates[free].high
+    row = fit_batch([curve], start, tip, [free], workers=1, baseline="linear").rows[0]
+    assert not row["ok"]
+    for text in (row["reason"], " ".join(result.notes).lower()):
+        assert "do not show where the contact began" in text or "they begin in contact" in text
+
+
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("share", [0.3, 0.8])
+@pytest.mark.parametrize("periods", [1.75, 3.3, 6.5])
+def test_a_wave_on_the_background(periods, share, spring):
+    """Half a per cent of noise, a wave of 8 %, and a tilt: neither saturated nor a retract, and the modulus is right."""
+    last = np.array([4e-7])
+    if spring is not None:
+        last = last + indent(GEL, Sphere(3e-6), depth=last, angles=8)["force"].values / spring
+    depth = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=depth, angles=8)["force"].values
+    way = last[0] * np.linspace(-share / (1 - share), 1, 1500)
+    read = np.interp(way, depth if spring is None else depth + force / spring, force)
+    rise = read.max()
+    along = (way - way[0]) / np.ptp(way)
+    read = read + rise * (0.08 * np.sin(2 * np.pi * periods * along + 1) + 0.1 * along - 2)
+    read = read + 0.005 * rise * np.random.default_rng(5).normal(size=1500)
+    curve = Curve(way, read) if spring is None else Curve.from_piezo(way, read, spring)
+    found = fitted("gel", curve, baseline="sine")
+    # interpolation of the curve without noise is good to 1e-4
+    assert abs(found.value - 5e3) < 4 * found.stderr + 5.0
+    assert found.stderr < 0.1 * 5e3
+
+
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("name", ["sphere", "cone"])
 def test_a_straight_line_has_no_bend(name, spring):

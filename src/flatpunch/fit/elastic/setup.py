@@ -13,8 +13,9 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_note
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.least_squares.blocks import blocked, towards_the_end, uniform
-from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.fit.elastic.wave import best_wavelength
+from flatpunch.fit.least_squares.blocks import blocked, towards_the_end
+from flatpunch.fit.least_squares.minimum import SOON, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
@@ -148,8 +149,15 @@ class Approach:
             objective, nuisance=tuple(n for n in objective.nuisance if n not in ("sine", "cosine", "wavelength"))
         )
         first = scanned(plain, start[: len(plain.names)], self.moduli, self.contacts(objective))
-        start[objective.names.index("wavelength")] = _wavelength(plain, first) / objective.frame.way
-        return scanned(objective, start, self.moduli, self.contacts(objective))
+        wavelength = best_wavelength(plain, first.x, self.moduli, self.contacts(objective))
+        start[objective.names.index("wavelength")] = wavelength / objective.frame.way
+        scan = scanned(objective, start, self.moduli, self.contacts(objective))
+        # a wave that is a little off leaves a dip or a flat end behind: what is judged later is over its best background
+        lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
+        lower[self.moduli], upper[self.moduli] = -np.inf, np.inf
+        place = objective.split(scan.x)[1]["contact"]
+        found = minimise(blocked(objective, place).evaluate, scan.x, lower, upper, settled=SOON)
+        return replace(scan, x=found.x)
 
     def presses_downwards(self, scan: Scan) -> bool:
         """Whether the force is negative when pressing: a contact of negative amplitude fits better, deepest where it ends."""
@@ -330,24 +338,3 @@ def depth_reached(depth: Array, over: Array, rise: float) -> float:
     """
     pressed = over > 0.1 * rise
     return float("nan") if pressed.all() else float(np.quantile(depth, 1 - pressed.mean()))
-
-
-def _wavelength(objective: Objective, scan: Scan) -> float:
-    """Wavelength of the sine that fits best, beside a straight line, to the background before the contact [m]."""
-    contact = scan.contact(objective)
-    free = objective.depth < contact
-    if free.sum() < 4 * FEWEST:
-        free = np.ones(objective.depth.size, dtype=bool)
-    position, force = objective.position[free], objective.force[free]
-    index = uniform(position, min(WAVES, position.size // 4))
-    size = np.bincount(index).astype(float)
-    filled = size > 0
-    p, f = ((np.bincount(index, c)[filled] / size[filled]) for c in (position - position[0], force))
-    weight, way = np.sqrt(size[filled]), float(np.ptp(p))
-    tried = way / np.linspace(0.4, size.size / 5, 400)
-    costs = []
-    for wavelength in tried:
-        phase = 2 * np.pi * p / wavelength
-        columns = np.array([np.ones_like(p), p / way, np.sin(phase), np.cos(phase)]) * weight
-        costs.append(float(np.linalg.lstsq(columns.T, weight * (f - f.mean()), rcond=None)[1].sum()))
-    return float(tried[int(np.argmin(costs))])

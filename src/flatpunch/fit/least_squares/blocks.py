@@ -28,7 +28,12 @@ def blocked(objective: Objective, contact: float) -> Objective:
 
 
 def towards_the_end(objective: Objective) -> Objective:
-    """The problem on block means that get shorter towards the deepest point, so that the shortest contact is seen; ascending."""
+    """The problem on block means that get shorter towards the deepest point, so that the shortest contact is seen; ascending.
+
+    With a wave in the background they are equal: a mean over much of a wave is no value of it.
+    """
+    if "wavelength" in objective.nuisance:
+        return objective.averaged(uniform(objective.position, min(CONTACT, objective.position.size // 4)))
     left = objective.position.max() - objective.position
     shortest = 1.5 * float(left.max()) / left.size
     # stretches for each doubling of the distance to the deepest point, where the contact point is looked for

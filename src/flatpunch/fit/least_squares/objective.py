@@ -158,7 +158,7 @@ class Objective(Unknowns):
             inside = inside + moving / self.spring
         return inside, np.asarray(rest["baseline"] + moving)
 
-    def averaged(self, index: Array) -> Objective:
+    def averaged(self, index: Indices) -> Objective:
         """The same problem on means over the points with the same index."""
         size = np.bincount(index).astype(float)
         filled = size > 0

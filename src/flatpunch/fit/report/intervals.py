@@ -15,6 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.report.estimate import Estimate, half_width
+from flatpunch.fit.report.findings import tilt_or_contact
 from flatpunch.fit.report.likelihood import ends_of
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Arra
     if result.settings.loss != "linear":
         return estimates
     free = result.objective.model.free
-    cut = bool(result.minimum.at_bound.any()) or bool(len(result.undetermined))
+    cut = bool(result.minimum.at_bound.any()) or bool(len(result.undetermined)) or tilt_or_contact(result)
     for j, name in enumerate(free):
         error = float(np.sqrt(result.covariance[j, j]))
         if not cut and len(free) == 1 and np.isfinite(error) and error <= 10 * _NARROW:
