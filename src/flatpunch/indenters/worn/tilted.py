@@ -302,7 +302,8 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
         return unit * float(start[0]), unit * float(start[1])
 
     def gradient(point: Array) -> Array:
-        rho, angle = np.hypot(*point) * unit, np.arctan2(point[1], point[0])
+        # a step beyond the tip is judged at its end: there may be no height farther out
+        rho, angle = min(np.hypot(*point) * unit, tip.reach), np.arctan2(point[1], point[0])
         radial, around = _gradient(tip, np.array(rho), np.array(angle))
         c, s = math.cos(angle), math.sin(angle)
         return np.array([radial * c - around * s + x, radial * s + around * c + y]) / steepness
