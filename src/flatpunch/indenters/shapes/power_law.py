@@ -97,7 +97,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
         off = np.abs(np.mod(phi - corner + np.pi, FULL_TURN) - np.pi)
         if off.min() > 1e-9:
             raise ValueError(
-                f"PowerLaw.corners contains {corner!r}, which is no angle of the table. Add the corner's "
+                f"PowerLaw.corners contains {float(corner)!r}, which is no angle of the table. Add the corner's "
                 "own value to the table."
             )
         cuts.append(int(np.argmin(off)))
