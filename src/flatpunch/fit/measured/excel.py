@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,8 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         if path.suffix.lower() == ".xls":
             import xlrd
 
-            with xlrd.open_workbook(path) as book:
+            # it prints warnings of damaged files
+            with xlrd.open_workbook(path, logfile=io.StringIO()) as book:
                 return {s.name: [s.row_values(i) for i in range(s.nrows)] for s in book.sheets()}
         import openpyxl
 
