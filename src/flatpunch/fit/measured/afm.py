@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.checks import shown
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.ntmdt import free_tip_first
 
@@ -193,7 +194,7 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
     with _explained(path):
         force = np.asarray(data["force"], dtype=float)
         if height not in columns:
-            raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
+            raise CurveError(f"{path.name}: no column {shown(height)}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
         segment = np.asarray(data["segment"], dtype=float) if "segment" in columns else None
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.archives import check_archive
+from flatpunch._support.checks import shown
 from flatpunch._support.reading import Unreadable
 from flatpunch.fit.measured.columns import Table, split_name
 from flatpunch.fit.measured.curve import CurveError
@@ -30,7 +31,9 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
     sheets = excel_sheets(path)
     if sheet is not None:
         if sheet not in sheets:
-            raise CurveError(f"{path.name}: there is no sheet {sheet!r}; there are {', '.join(map(repr, sheets))}.")
+            raise CurveError(
+                f"{path.name}: there is no sheet {shown(sheet)}; there are {', '.join(map(repr, sheets))}."
+            )
         sheets = {sheet: sheets[sheet]}
     return [table for name, rows in sheets.items() if (table := _table(f"{path.name}, sheet {name}", rows)) is not None]
 

@@ -101,6 +101,8 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
                 "own value to the table."
             )
         cuts.append(int(np.argmin(off)))
+        if cuts[-1] in cuts[:-1]:
+            raise ValueError(f"PowerLaw.corners contains {float(corner)!r} twice. Give each corner once.")
     first = min(cuts, default=0)
     x = np.concatenate([phi[first:], phi[:first] + FULL_TURN, [phi[first] + FULL_TURN]])
     y = np.concatenate([psi[first:], psi[:first], [psi[first]]])

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, real
+from flatpunch._support.checks import Array, real, shown
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
@@ -74,7 +74,7 @@ class Tilted:
     @refused_overflow()
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
-            raise TypeError(f"Tilted.tip = {self.tip!r} must be an indenter such as Sphere(radius=...).")
+            raise TypeError(f"Tilted.tip = {shown(self.tip)} must be an indenter such as Sphere(radius=...).")
         for name in ("tilt_x", "tilt_y"):
             value = real(f"Tilted.{name}", getattr(self, name), "rad")
             if abs(value) >= math.pi / 2:
