@@ -2,6 +2,7 @@
 
 import io
 import random
+import re
 import zipfile
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import flatpunch as fp
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 from flatpunch.files import ResultError
+from flatpunch.fit.measured import afm
 
 GEL = fp.Medium([fp.Layer(5e3, 0.45, 1e-6)], fp.RigidBase())
 
@@ -150,6 +152,20 @@ def test_damaged_zips_of_curves_are_refused_in_our_words(tmp_path, capfd):
         archive.writestr("a.csv", "depth,force\n" + "1e-9,2e-9\n" * 30)
     for _ in range(40):
         path.write_bytes(damaged(whole.getvalue(), rng))
-        with pytest.raises(fp.CurveError, match=r"curve\.zip|a\.csv"):
+        with pytest.raises(fp.CurveError, match=r"curve\.zip|a\.csv") as caught:
             fp.read_curve(path)
+        # the words of Python and of libraries
+        assert not re.search(r"Errno|codec|Error|argument", str(caught.value)), caught.value
     assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("damage", [np.nan, -np.inf, 1e300])
+@pytest.mark.parametrize("column", ["force", "height (measured)"])
+@pytest.mark.parametrize("k", [0.1, None])
+def test_numbers_of_damaged_microscope_files_are_refused_with_the_file(tmp_path, column, k, damage):
+    pytest.importorskip("afmformats")
+    columns = {name: np.linspace(0, 1e-7, 20) for name in ("force", "height (measured)")}
+    columns[column] = np.append(columns[column][1:], damage)
+    data = afm._Columns({"spring constant": k}, columns)
+    with pytest.raises(fp.CurveError, match=r"^curve\.ibw: "):
+        afm._curve(data, tmp_path / "curve.ibw", 0, "height (measured)")

@@ -8,7 +8,7 @@ from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fit import LogNormal, Normal, Uniform, fit, planned, read_fit_case
-from flatpunch.fit.case import plan_of
+from flatpunch.fit.case import describe_fit, plan_of
 from flatpunch.fit.parameters.scaling import replaced, value_of
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
@@ -179,6 +179,20 @@ def _read(tmp_path, text):
     path = tmp_path / "gel.toml"
     path.write_text(text)
     return path, read_fit_case(path)
+
+
+@pytest.mark.parametrize(
+    ("contact", "told"),
+    [
+        ('"free"', "contact free,"),
+        ('"100 nm"', "contact 100 nm,"),
+        ('{ min = "100 nm", max = "600 nm" }', "contact free, between 100 nm and 600 nm,"),
+        ('{ max = "600 nm" }', "contact free, between any and 600 nm,"),
+    ],
+)
+def test_the_contact_point_is_described(tmp_path, contact, told):
+    _, case = _read(tmp_path, f"{CASE}[fit]\ncontact = {contact}\n")
+    assert told in "\n".join(describe_fit(case))
 
 
 def test_case_file(tmp_path):

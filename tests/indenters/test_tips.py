@@ -178,6 +178,17 @@ def test_a_tilted_paraboloid_is_the_paraboloid_elsewhere():
     assert fp.Tilted(fp.Sphere(1.0), 0, 0).apex == (0, 0)
 
 
+@seeded
+@given(st.floats(0.3, 3), st.floats(0.3, 3), st.floats(1e-4, 1), st.floats(0, 2 * math.pi))
+def test_tilted_ellipsoids_touch_where_their_slope_is_the_tilt(half_y, half_z, steepness, angle):
+    """Closed form; the search for the point must not be misled by steps beyond the equator, where there is no height."""
+    slopes = steepness * half_z * np.array([math.cos(angle), math.sin(angle) / half_y])
+    apex = -slopes * np.array([1, half_y**2]) / half_z / math.sqrt(1 + steepness**2)
+    tip = fp.Ellipsoid(1.0, half_y, half_z)
+    if np.hypot(*apex) < 0.999 * tip.reach:
+        np.testing.assert_allclose(fp.Tilted(tip, *np.arctan(slopes)).apex, apex, atol=1e-9 * np.hypot(*apex))
+
+
 @pytest.mark.parametrize(
     "tip", [fp.Knoop(), fp.Cone(0.2), fp.Sphere(1.0), fp.Pyramid(3, 0.3)], ids=lambda t: type(t).__name__
 )

@@ -84,6 +84,18 @@ def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL], ids=["terminate", "kill"])
+def test_workers_at_a_long_point_end_with_their_parent(how, tmp_path):
+    marks, script = tmp_path / "marks", tmp_path / "script.py"
+    marks.mkdir()
+    text = _SCRIPT.format(here=str(HERE), marks=str(marks), store=str(tmp_path / "points")).replace("(0.1,", "(600,")
+    script.write_text(text, encoding="utf-8")
+    with subprocess.Popen([sys.executable, str(script)]) as run:
+        _until(lambda: len(_pids(marks)) == 2)
+        run.send_signal(how)
+    _until(lambda: not any(_alive(pid) for pid in _pids(marks)))
+
+
 _SLOW_TO_START = """
 import pathlib, sys, time
 if any("spawn_main" in part for part in sys.orig_argv):

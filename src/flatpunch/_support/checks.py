@@ -205,7 +205,11 @@ def numbers(name: str, value: Any, unit: str | None = None) -> Array:
         return _from_sequence(name, value, unit)
     if isinstance(value, (bytes, bytearray, memoryview)):
         _no_number(name, value)
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    # foreign objects may refuse to be arrays in any way
+    except Exception:
+        _no_number(name, value)
     if array.dtype.kind == "O":
         if array.ndim == 0:
             return np.array(real(name, array.item(), unit))
@@ -231,7 +235,7 @@ def _from_sequence(name: str, value: Any, unit: str | None) -> Array:
 def _bare(name: str, value: Any, unit: str | None) -> Any:
     """`value` without mask, labels and unit, in the SI unit of the argument."""
     attributes = getattr(value, "attrs", None)
-    if isinstance(attributes, Mapping) and hasattr(value, "dims"):
+    if isinstance(attributes, Mapping) and hasattr(value, "dims") and hasattr(value, "data"):
         stated = attributes.get("units")
         if unit is not None and stated and str(stated).replace("^", "**") != unit:
             raise TypeError(f"{name} is labelled as in {shown(stated)}; it must be {_written(unit)}. Convert it first.")

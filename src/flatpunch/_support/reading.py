@@ -6,14 +6,30 @@ be refused afterwards.
 
 from __future__ import annotations
 
+import os
 import stat
 from pathlib import Path
+
+from flatpunch._support.checks import shown
 
 
 def shown_path(path: object) -> str:
     """Return a path as messages write it: on one line, and not endless."""
     text = "".join(c if c.isprintable() else "?" for c in str(path))
     return text if len(text) <= 300 else f"{text[:300]}..."
+
+
+def as_path(name: str, value: object) -> Path:
+    """Return what was given for a path as one.
+
+    Raises
+    ------
+    TypeError
+        If it is none.
+    """
+    if not isinstance(value, (str, os.PathLike)):
+        raise TypeError(f"{name} = {shown(value)} must be a path: a text or a pathlib.Path.")
+    return Path(value)
 
 
 class Unreadable(ValueError):

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Indices, shown
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
 from flatpunch.atlas.solution import Solution
@@ -81,7 +81,7 @@ def find_table(name: str | Path) -> Any:
         return _read(folder() / f"{name}.nc")
     if Path(name).suffix:
         return _read(Path(name))
-    raise ValueError(f"{name!r} is no table: there are {', '.join(families())}, and files of your own (name.nc).")
+    raise ValueError(f"{shown(name)} is no table: there are {', '.join(families())}, and files of your own (name.nc).")
 
 
 def tabulated(
@@ -124,7 +124,7 @@ def tabulated(
     1.040 nN
     """
     if outside not in ("solve", "refuse"):
-        raise ValueError(f"outside = {outside!r} must be 'solve' or 'refuse'.")
+        raise ValueError(f"outside = {shown(outside)} must be 'solve' or 'refuse'.")
     if table is not None and table.name not in FAMILIES:
         solution = table.at(**parameters)
         _check_same(medium, solution)

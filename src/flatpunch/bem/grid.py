@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import Array, non_negative, point, positive, whole
+from flatpunch._support.checks import Array, non_negative, point, positive, shown, switch, whole
 from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
@@ -61,6 +61,12 @@ class Grid:
     mirrored: tuple[bool, bool] = (False, False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.mirrored, (tuple, list)) or len(self.mirrored) != 2:
+            raise TypeError(
+                f"Grid.mirrored = {shown(self.mirrored)} must be a pair of True or False, one for each axis."
+            )
+        pair = tuple(switch("Grid.mirrored", each) for each in self.mirrored)
+        object.__setattr__(self, "mirrored", pair)
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
             least = -(-SMALLEST // (1 + mirrored))
             hint = "It is the number of cells along an axis."

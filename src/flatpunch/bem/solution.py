@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive
+from flatpunch._support.checks import Array, FlatpunchWarning, positive, switch
 from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
@@ -167,7 +167,7 @@ def check_tolerance(tolerance: float, single: bool) -> None:
     """Refuse a tolerance that cannot be reached."""
     if positive("tolerance", tolerance) >= 1:
         raise ValueError(f"tolerance = {tolerance:g} must be below 1, as it is relative to the depth. Try 1e-6.")
-    if single and tolerance < SINGLE_FLOOR:
+    if switch("single", single) and tolerance < SINGLE_FLOOR:
         raise ValueError(
             f"tolerance = {tolerance:g} is out of reach of single precision. Use {SINGLE_FLOOR:g} or more, or double precision."
         )

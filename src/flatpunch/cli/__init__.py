@@ -1,8 +1,15 @@
 """The command `flatpunch`: one module a command, and what they share."""
 
+import sys
+
 
 def main() -> None:
     """Run the command line."""
-    from flatpunch.cli.app import main as run
+    try:
+        from flatpunch.cli.app import main as run
+    except KeyboardInterrupt:
+        # Ctrl-C while libraries load
+        print("\nInterrupted.", file=sys.stderr)
+        sys.exit(130)
 
     run()

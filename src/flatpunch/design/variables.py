@@ -109,7 +109,7 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
         pair = _bounds(name, bounds)
         if name == _SLOPES:
             if not isinstance(indenter, RadialProfile):
-                raise ValueError(f"vary: {name!r} goes with a RadialProfile, whose heights it varies.")
+                raise ValueError(f"vary: {shown(name)} goes with a RadialProfile, whose heights it varies.")
             slopes = pair
             continue
         chosen = _chosen(name, known)
@@ -177,7 +177,7 @@ def _bounds(name: Any, bounds: Any) -> tuple[float, float]:
         raise TypeError(f"vary: {shown(name)} must be the name of a number, a text.")
     pair = values(f"vary[{name!r}]", bounds, minimum=-np.inf)
     if pair.size != 2 or not pair[0] < pair[1]:
-        raise ValueError(f"vary[{name!r}] = {shown(bounds)} must be two bounds, the smaller one first.")
+        raise ValueError(f"vary[{shown(name)}] = {shown(bounds)} must be two bounds, the smaller one first.")
     return float(pair[0]), float(pair[1])
 
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Indices, shown
 from flatpunch.compliance.depth import interfaces
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
@@ -56,7 +56,7 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
     medium = underlying(medium)
     if side not in ("above", "below"):
         raise ValueError(
-            f"side = {side!r} must be 'above' or 'below': the side of an interface on which points are taken."
+            f"side = {shown(side)} must be 'above' or 'below': the side of an interface on which points are taken."
         )
     if not isinstance(medium, TwoBodies):
         _inside(medium, z, z)

@@ -12,7 +12,7 @@ from pydantic import Field
 from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, brief, positive, shown, whole
 from flatpunch._support.readable import readable
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.indent import check_outlines
@@ -254,7 +254,8 @@ def read_case(path: str | Path) -> Case:
     >>> print(case.title)
     Sphere on articular cartilage, stiffer with depth, on bone
     """
-    path, text = Path(path), case_text(path)
+    path = as_path("path", path)
+    text = case_text(path)
     return replace(case_from(parsed(text, path), path), source=(path, text))
 
 

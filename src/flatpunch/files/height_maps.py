@@ -12,7 +12,7 @@ import numpy as np
 
 from flatpunch._support.archives import UNPACKED, check_archive
 from flatpunch._support.checks import Array, positive, whole
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.files import units
 from flatpunch.indenters import HeightMap
 
@@ -62,7 +62,7 @@ def read_height_map(
     >>> print(f"{float(tip.height(np.array(0.5e-6), np.array(0.0))) * 1e9:.0f} nm above the apex")
     125 nm above the apex
     """
-    path = Path(path)
+    path = as_path("path", path)
     if not path.is_file():
         raise ValueError(f"{shown_path(path)} is no file; the height map is read from there.")
     try:

@@ -19,7 +19,8 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support import whole_file as _whole_file
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.checks import shown
+from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 
 _STAMP = "flatpunch_version"
@@ -81,8 +82,10 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     >>> fp.save(curve, "gel.nc").name
     'gel.nc'
     """
-    path = Path(path)
+    path = as_path("path", path)
     _format(path)
+    if not hasattr(result, "data_vars"):
+        raise TypeError(f"result = {shown(result)} must be a data set, as indent returns it.")
     write(
         path,
         sealed(netcdf(result)) if path.suffix.lower() == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"),
@@ -146,7 +149,7 @@ def load(path: str | Path) -> xr.Dataset:
     >>> fp.load(fp.save(curve, "gel.nc")).identical(curve)
     True
     """
-    path = Path(path)
+    path = as_path("path", path)
     kind = _format(path)
     try:
         written = content(path, LARGEST)
@@ -185,7 +188,7 @@ def from_netcdf(written: bytes) -> xr.Dataset:
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a temporary file next to `path` that takes its place at the end; every failure is raised as a `ResultError`."""
-    path = Path(path)
+    path = as_path("path", path)
     try:
         with _whole_file.whole_file(path) as temporary:
             yield temporary
@@ -199,7 +202,8 @@ def _format(path: Path) -> str:
     kind = path.suffix.lower()
     if kind not in (".nc", ".csv"):
         raise ResultError(
-            f"{path}: results are kept as .nc (NetCDF) or .csv; the ending {kind or 'is missing and'!r} is neither."
+            f"{shown_path(path)}: results are kept as .nc (NetCDF) or .csv; the ending {shown(kind or 'is missing and')} is "
+            "neither."
         )
     return kind
 

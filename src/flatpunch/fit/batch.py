@@ -12,7 +12,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
@@ -22,7 +22,7 @@ from flatpunch.fit.elastic.many import supported
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
-from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.curve import Curve, check_curves
 from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
@@ -234,6 +234,9 @@ def fit_batch(
     >>> print([f"{row['layers[0].young'] / 1e3:.2f} kPa" for row in batch.rows])
     ['5.00 kPa', '5.00 kPa']
     """
+    check_curves(curves)
+    if reading is not None and not isinstance(reading, Mapping):
+        raise TypeError(f"reading = {shown(reading)} must be a mapping of arguments of read_curve.")
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     given: SettingsOf = {"engine": "normal-equations", **settings}
     chosen = Settings(**given)

@@ -35,7 +35,7 @@ from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.plan import Plan, planned
 from flatpunch.fit.report.log_posterior import CALIBRATION
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import between, quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
 from flatpunch.media import HalfSpace
@@ -338,17 +338,20 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     )
     for i, (name, free) in enumerate(case.free.items()):
         unit = unit_of(name)
-        limits = [quantity(v, unit) if v is not None else "" for v in (free.minimum, free.maximum)]
-        between = f", between {limits[0] or 'any'} and {limits[1] or 'any'}" if any(limits) else ""
+        limits = between(free.minimum, free.maximum, unit)
         own = ", for each curve" if name in case.own else ""
-        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{between}{own}"
+        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{limits}{own}"
     if not case.free:
         yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
     for i, entry in enumerate(case.curves):
         others = [f"{name} = {quantity(value, unit_of(name))}" for name, value in entry["values"].items()]
         tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
         yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
-    contact = "free" if settings.contact == "free" else quantity(settings.contact, "m")
+    contact = settings.contact
+    if contact != "free":
+        contact = (
+            f"free{between(contact[0], contact[1], 'm')}" if isinstance(contact, tuple) else quantity(contact, "m")
+        )
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
     method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
     chosen = method or method_for(case.indenter, settings.method)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flatpunch._support.reading import as_path
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
 from flatpunch.parallel.keys import content_key
@@ -36,13 +37,13 @@ def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> l
         try:
             chosen = (reading or {}).get("index")
             if chosen is not None:
-                items.append(Place(Path(item), int(chosen)))
+                items.append(Place(as_path("curves", item), int(chosen)))
                 continue
             count = curves_in(item, **(reading or {}))
         except CurveError:
             # reported again in the record of this file, when its turn comes
             count = 1
-        items += [Place(Path(item), i if count > 1 else None) for i in range(count)]
+        items += [Place(as_path("curves", item), i if count > 1 else None) for i in range(count)]
     return items
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from flatpunch._support.checks import FlatpunchWarning
-from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.reading import Unreadable, as_path, content
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 from flatpunch._support.whole_file import check_folder, remove_left, write_whole
 from flatpunch._version import __version__
@@ -42,7 +42,7 @@ class Records:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = as_path("store", path)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:

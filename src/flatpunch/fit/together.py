@@ -21,7 +21,7 @@ from flatpunch.fit.fitting import setup_of
 from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.least_squares.setup import Setup
-from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import OF
@@ -130,6 +130,7 @@ def fit_together(
     >>> print(f"{found['layers[0].young']:.0f} Pa, {found['layers[0].thickness'] * 1e6:.2f} um")
     5000 Pa, 2.00 um
     """
+    check_curves(curves)
     measured = [m if isinstance(m, Measured) else Measured(m) for m in curves]
     chosen = Settings(**{"engine": "normal-equations", **settings})
     shared, each = as_free(free), as_free(own)

@@ -239,7 +239,10 @@ def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | R
 def _as_layers(layers: Iterable[Any]) -> tuple[Layer | GradedLayer, ...]:
     if isinstance(layers, (Layer, GradedLayer)):
         raise TypeError("Medium.layers is one layer; give a list, also of one: Medium([layer], base=...).")
-    checked = tuple(islice(layers, LAYERS + 1))
+    try:
+        checked = tuple(islice(layers, LAYERS + 1))
+    except TypeError:
+        raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {_ORDER}") from None
     if len(checked) > LAYERS:
         raise ValueError(
             f"Medium.layers has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."

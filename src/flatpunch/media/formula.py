@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch._support.readable import readable
 
 LONGEST = 500
@@ -85,7 +85,7 @@ class Formula:
 
     def __post_init__(self) -> None:
         if not isinstance(self.text, str):
-            raise TypeError(f"Formula.text = {self.text!r} must be a string, for example '1e9*exp(z/2e-6)'.")
+            raise TypeError(f"Formula.text = {shown(self.text)} must be a string, for example '1e9*exp(z/2e-6)'.")
         if len(self.text) > LONGEST:
             raise ValueError(
                 f"Formula.text has {len(self.text)} characters; at most {LONGEST} are read. Give a table instead."
@@ -134,7 +134,7 @@ class _Reader:
             if match is None:
                 place += len(self.text[place:]) - len(self.text[place:].lstrip(" \t"))
                 raise ValueError(
-                    f"Formula.text {self.text!r}: character {place + 1} cannot be read. "
+                    f"Formula.text {shown(self.text)}: character {place + 1} cannot be read. "
                     "A formula has numbers, z, pi, + - * / **, parentheses and a few functions."
                 )
             kind = ("number", "name", "sign")[(match.lastindex or 1) - 1]
@@ -199,7 +199,7 @@ class _Reader:
     def _number(self, word: str) -> float:
         number = float(word)
         if not np.isfinite(number):
-            raise ValueError(f"Formula.text {self.text!r}: the number {word} is too large.")
+            raise ValueError(f"Formula.text {shown(self.text)}: the number {word} is too large.")
         return number
 
     def _arguments(self, count: int) -> list[Tree]:
@@ -230,6 +230,6 @@ class _Reader:
         if self.next < len(self.tokens):
             _, word, place = self.tokens[self.next]
             return ValueError(
-                f"Formula.text {self.text!r}: found '{word}' at character {place + 1}, expected {expected}."
+                f"Formula.text {shown(self.text)}: found '{word}' at character {place + 1}, expected {expected}."
             )
-        return ValueError(f"Formula.text {self.text!r} ends where {expected} was expected.")
+        return ValueError(f"Formula.text {shown(self.text)} ends where {expected} was expected.")

@@ -133,7 +133,7 @@ def _hashable(name: str, law: Law) -> Law:
         hash(law)
     except TypeError:
         raise TypeError(
-            f"{name} = {law!r} cannot be hashed, so solutions of this medium could not be cached. "
+            f"{name} = {shown(law)} cannot be hashed, so solutions of this medium could not be cached. "
             "Give a function, or a frozen dataclass with __call__."
         ) from None
     return law

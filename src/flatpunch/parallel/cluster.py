@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from flatpunch._support.checks import shown
 from flatpunch._version import __version__
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
@@ -108,7 +109,7 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
         from distributed import Client
     except ImportError:
         raise ValueError(
-            f"scheduler = {scheduler!r} needs dask.distributed: install it with `pip install flatpunch[dask]`."
+            f"scheduler = {shown(scheduler)} needs dask.distributed: install it with `pip install flatpunch[dask]`."
         ) from None
     if not isinstance(scheduler, str):
         _check(scheduler)
@@ -118,8 +119,8 @@ def _client(scheduler: str | Client) -> Iterator[Client]:
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ConnectionError(
-            f"scheduler = {scheduler!r} does not answer ({error}). Start one with `dask scheduler`, which says its address, and "
-            "workers with `dask worker ADDRESS --nthreads 1`; the address looks like tcp://host:8786."
+            f"scheduler = {shown(scheduler)} does not answer ({error}). Start one with `dask scheduler`, which says its address, "
+            "and workers with `dask worker ADDRESS --nthreads 1`; the address looks like tcp://host:8786."
         ) from None
     with client:
         _check(client)

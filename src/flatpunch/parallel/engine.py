@@ -6,7 +6,9 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from flatpunch._support.checks import shown, switch
 from flatpunch._support.progress import Report, reporting
+from flatpunch._support.reading import as_path
 from flatpunch._support.threads import cores
 from flatpunch._version import __version__
 from flatpunch.parallel import interruption
@@ -139,8 +141,9 @@ def solve_points(
     """
     named = dict(points) if isinstance(points, Mapping) else dict(enumerate(points))
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise ValueError(f"workers = {workers!r} must be a whole number > 0: that many processes solve points.")
-    place = Memory() if store is None else Folder(store) if isinstance(store, (str, Path)) else store
+        raise ValueError(f"workers = {shown(workers)} must be a whole number > 0: that many processes solve points.")
+    anew, retry_failed = switch("anew", anew), switch("retry_failed", retry_failed)
+    place = _place(store)
     keys = point_keys(function, named, version)
     items = {
         keys[name]: Item(keys[name], point, group(point) if group else None, float(cost(point)) if cost else 1.0)
@@ -161,6 +164,16 @@ def solve_points(
     return Solved(keys, place, len(missing))
 
 
+def _place(store: Any) -> Store:
+    """Where outcomes are kept."""
+    if store is None:
+        return Memory()
+    if not isinstance(store, type) and all(hasattr(store, name) for name in ("states", "read", "write")):
+        place: Store = store
+        return place
+    return Folder(as_path("store", store))
+
+
 def point_keys(function: Function, points: Mapping[Any, Any], version: Any = None) -> dict[Any, str]:
     """Return the keys under which `solve_points` keeps its outcomes, by the names of the points."""
     salt = content_key(function_name(function), __version__, version)
@@ -174,7 +187,7 @@ def function_name(function: Any) -> Any:
     name = getattr(function, "__qualname__", None)
     if name is None or "<" in name:
         raise TypeError(
-            f"function = {function!r} must be a function of a module: other processes cannot load lambdas and functions "
+            f"function = {shown(function)} must be a function of a module: other processes cannot load lambdas and functions "
             "defined inside others. functools.partial adds arguments to one."
         )
     return [function.__module__, name]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
+import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 
 
@@ -48,5 +51,19 @@ def unheard_by_children() -> Iterator[None]:
 
 
 def left_to_parent() -> None:
-    """Ignore Ctrl-C from now on, in a worker: it reaches all processes of a terminal, and the first one answers for all."""
+    """Ignore Ctrl-C from now on, in a worker, which reaches all processes of a terminal; end as soon as the first one has."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # a parent that was killed cannot end its workers, and they may be at a long point
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+    else:
+        # workers of loky
+        first = os.getppid()
+        while os.getppid() == first:
+            time.sleep(1.0)
+    os._exit(1)

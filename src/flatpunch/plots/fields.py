@@ -139,7 +139,7 @@ def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | 
         values, name = result[quantity].values, _NAMES[quantity]
     else:
         known = ", ".join([*_NAMES, *_SYMBOLS])
-        raise ValueError(f"quantity = {quantity!r} is unknown; choose one of {known}.")
+        raise ValueError(f"quantity = {shown(quantity)} is unknown; choose one of {known}.")
     factor, unit = readable(float(np.abs(values[np.isfinite(values)]).max(initial=0.0)), "Pa")
     return values * factor, name, unit
 

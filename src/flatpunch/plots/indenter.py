@@ -71,7 +71,7 @@ def plot_tip(
         solid: Axes = surface(indenter, axes_or_new(axes, (5.0, 4.4), projection="3d"), half)
         return solid
     if view not in ("sections", "levels"):
-        raise ValueError(f"view = {view!r} is unknown; choose 'sections', 'levels' or 'surface'.")
+        raise ValueError(f"view = {shown(view)} is unknown; choose 'sections', 'levels' or 'surface'.")
     drawn = axes_or_new(axes, (5.0, 3.6) if view == "sections" else (4.4, 4.4))
     return sections(indenter, drawn, half) if view == "sections" else level_lines(indenter, drawn, half)
 

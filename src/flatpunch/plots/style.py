@@ -98,7 +98,7 @@ def style_of(name: str) -> Style:
     for known, style in STYLES.items():
         if name == known:
             return style
-    raise ValueError(f"style = {name!r} is unknown; choose one of {', '.join(map(repr, STYLES))}.")
+    raise ValueError(f"style = {shown(name)} is unknown; choose one of {', '.join(map(repr, STYLES))}.")
 
 
 @contextmanager

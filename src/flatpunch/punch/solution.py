@@ -118,6 +118,7 @@ class FlatPunch:
             return np.full_like(rho, 2 * (1 + self.alpha) * self.coefficients[0])
         return np.tensordot(self.coefficients, regular_part(0, self.coefficients.size, rho), axes=1)
 
+    @refused_overflow()
     def moment(self, exponent: float) -> float:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n+1) drho of (P21) for real n > 0 [-]."""
         exponent = positive("exponent", exponent)

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import FlatpunchWarning, positive
+from flatpunch._support.checks import FlatpunchWarning, positive, shown
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
@@ -163,7 +163,7 @@ def pull_off(
     -2.356 nN
     """
     if not isinstance(indenter, Indenter):
-        raise TypeError(f"indenter = {indenter!r} must be an indenter such as Paraboloid(radius=...).")
+        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     result = pull_off_of(case)
     if range_of_action is None:

@@ -13,7 +13,7 @@ from math import gamma
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
 
@@ -55,7 +55,7 @@ def exponential_series(relaxation: Relaxation, shortest: float, longest: float) 
         )
     if isinstance(relaxation, PowerLawRelaxation):
         return _power_series(relaxation, shortest, longest)
-    raise TypeError(f"relaxation = {relaxation!r} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation.")
+    raise TypeError(f"relaxation = {shown(relaxation)} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation.")
 
 
 def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> ExponentialSeries:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning
+from flatpunch._support.checks import Array, FlatpunchWarning, shown
 from flatpunch.compliance import compliance
 from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
@@ -32,7 +32,7 @@ def adhesive_method(indenter: Any, method: FitMethod) -> MethodName:
     name = method if isinstance(method, str) else method.name
     if name not in _METHODS or (name == "first-order" and not indenter.round):
         raise ValueError(
-            f"method = {name!r} does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known "
+            f"method = {shown(name)} does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known "
             "to second order for others."
         )
     return "first-order" if indenter.round else "second-order"

@@ -141,6 +141,8 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
     frame = non_negative("frame", frame, unit="m/N")
     if not isinstance(tip, Tip):
         raise TypeError(f"tip = {shown(tip)} must be a Tip, for example Tip.from_coefficients([24.5, 300.0]).")
+    if not isinstance(curve, Curve):
+        raise TypeError(f"curve = {shown(curve)} must be a Curve.")
     if curve.stiffness is None:
         raise CurveError(
             f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."

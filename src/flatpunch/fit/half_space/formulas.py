@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
@@ -84,7 +84,7 @@ def half_space_model(indenter: Any, name: str | None = None) -> Reported:
         return next(iter(found.values()))
     if name not in found:
         raise ValueError(
-            f"model = {name!r} does not belong to a {type(indenter).__name__}; choose {', '.join(map(repr, found))}."
+            f"model = {shown(name)} does not belong to a {type(indenter).__name__}; choose {', '.join(map(repr, found))}."
         )
     return found[name]
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.checks import shown
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.ntmdt import free_tip_first
 
@@ -114,8 +115,10 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
                 curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
             return curves
     # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-        raise CurveError(f"{path.name}: damaged ({error}).") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError):
+        raise CurveError(
+            f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +147,8 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
     except ImportError:
         raise CurveError(f"{path.name}: reading it needs afmformats: pip install 'flatpunch[afm]'.") from None
     # errors are reported here: without a handler of the caller's own their tracebacks are not printed
-    logging.getLogger("afmformats").addHandler(logging.NullHandler())
+    for library in ("afmformats", "igor2"):
+        logging.getLogger(library).addHandler(logging.NullHandler())
     with _explained(path):
         found = afmformats.load_data(path, meta_override=override)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):
@@ -159,7 +163,9 @@ def _explained(path: Path) -> Iterator[None]:
     from afmformats.errors import AFMFileFormatError, MissingMetaDataError
 
     try:
-        yield
+        # damaged numbers overflow or are none; the curve refuses them
+        with np.errstate(all="ignore"):
+            yield
     except CurveError:
         raise
     except MissingMetaDataError as error:
@@ -168,9 +174,13 @@ def _explained(path: Path) -> Iterator[None]:
             '[curve] spring_constant = "0.05 N/m" and sensitivity = "70 nm/V" (Python: Pass spring_constant=... [N/m] and '
             "sensitivity=... [m/V])."
         ) from None
-    except (Exception, AFMFileFormatError) as error:  # the latter is no Exception
-        kind = type(error).__name__
-        raise CurveError(f"{path.name}: afmformats cannot read it ({kind}: {_first_line(error)}).") from None
+    except AFMFileFormatError as error:  # is no Exception
+        raise CurveError(f"{path.name}: afmformats cannot read it ({_first_line(error)}).") from None
+    except Exception:
+        raise CurveError(
+            f"{path.name}: afmformats cannot read it. It is damaged, or of a form that afmformats does not know; text "
+            "files must be in UTF-8."
+        ) from None
 
 
 def _first_line(error: BaseException) -> str:
@@ -184,7 +194,7 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
     with _explained(path):
         force = np.asarray(data["force"], dtype=float)
         if height not in columns:
-            raise CurveError(f"{path.name}: no column {height!r}; there are {', '.join(columns)}.")
+            raise CurveError(f"{path.name}: no column {shown(height)}; there are {', '.join(columns)}.")
         position = np.asarray(data["tip position" if "tip position" in columns else height], dtype=float)
         segment = np.asarray(data["segment"], dtype=float) if "segment" in columns else None
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None
@@ -200,11 +210,15 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
     k = float(k) if k is not None and np.isfinite(k) else None
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
-    if "tip position" in columns:
-        return Curve(-position, force, spring_constant=k, name=name, meta=meta, time=time, segment=segment)
-    if k is None:
-        raise CurveError(
-            f'{path.name}: the file does not say the cantilever\'s spring constant. Write [curve] spring_constant = "0.05 N/m" '
-            "into the case file, or pass spring_constant=... [N/m]."
-        )
-    return Curve.from_piezo(-position, force, k, name=name, meta=meta, time=time, segment=segment)
+    more: dict[str, Any] = {"name": name, "meta": meta, "time": time, "segment": segment}
+    try:
+        if "tip position" in columns:
+            return Curve(-position, force, spring_constant=k, **more)
+        if k is not None:
+            return Curve.from_piezo(-position, force, k, **more)
+    except ValueError as error:
+        raise CurveError(f"{path.name}: {error}") from None
+    raise CurveError(
+        f'{path.name}: the file does not say the cantilever\'s spring constant. Write [curve] spring_constant = "0.05 N/m" '
+        "into the case file, or pass spring_constant=... [N/m]."
+    )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch.files import units
 from flatpunch.fit.measured.curve import CurveError
 
@@ -83,7 +83,7 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
     found: dict[str, int] = {}
     for role, title in (wanted or {}).items():
         if role not in ROLES:
-            raise CurveError(f"columns: {role!r} is no kind of column; known are {', '.join(ROLES)}.")
+            raise CurveError(f"columns: {shown(role)} is no kind of column; known are {', '.join(ROLES)}.")
         found[role] = _named(table, role, title)
     for role, (dimension, patterns) in ROLES.items():
         if role in found:
@@ -140,7 +140,7 @@ def _named(table: Table, role: str, title: str | int) -> int:
             return i
     near = difflib.get_close_matches(title, table.names, n=1, cutoff=0.5)
     advice = f" Did you mean {near[0]!r}?" if near else ""
-    raise CurveError(f"{table.source}: there is no column {title!r} for {role}; there are {known}.{advice}")
+    raise CurveError(f"{table.source}: there is no column {shown(title)} for {role}; there are {known}.{advice}")
 
 
 def in_si(table: Table, role: str, index: int, given: Mapping[str, str] | None) -> Array:

@@ -6,12 +6,13 @@ cannot be evaluated is refused with the reason; nothing is repaired silently.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, numbers, positive, values
+from flatpunch._support.checks import Array, numbers, positive, shown, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 
@@ -187,3 +188,13 @@ class Curve:
             return replace(self, depth=depth * self.depth, force=force * self.force)
         turned = force * self.force
         return replace(self, depth=depth * self.position - turned / self.spring_constant, force=turned)
+
+
+def check_curves(curves: Any) -> None:
+    """Refuse what holds no curves."""
+    try:
+        if isinstance(curves, (str, bytes, Mapping)):
+            raise TypeError
+        iter(curves)
+    except TypeError:
+        raise TypeError(f"curves = {shown(curves)} must be a list of curves; for a single one write [curve].") from None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
 from flatpunch._support.archives import check_archive
+from flatpunch._support.checks import shown
 from flatpunch._support.reading import Unreadable
 from flatpunch.fit.measured.columns import Table, split_name
 from flatpunch.fit.measured.curve import CurveError
@@ -29,7 +31,9 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
     sheets = excel_sheets(path)
     if sheet is not None:
         if sheet not in sheets:
-            raise CurveError(f"{path.name}: there is no sheet {sheet!r}; there are {', '.join(map(repr, sheets))}.")
+            raise CurveError(
+                f"{path.name}: there is no sheet {shown(sheet)}; there are {', '.join(map(repr, sheets))}."
+            )
         sheets = {sheet: sheets[sheet]}
     return [table for name, rows in sheets.items() if (table := _table(f"{path.name}, sheet {name}", rows)) is not None]
 
@@ -41,7 +45,8 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         if path.suffix.lower() == ".xls":
             import xlrd
 
-            with xlrd.open_workbook(path) as book:
+            # it prints warnings of damaged files
+            with xlrd.open_workbook(path, logfile=io.StringIO()) as book:
                 return {s.name: [s.row_values(i) for i in range(s.nrows)] for s in book.sheets()}
         import openpyxl
 

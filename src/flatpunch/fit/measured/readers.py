@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.archives import check_archive
-from flatpunch._support.checks import Array, whole
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.checks import Array, positive, shown, whole
+from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.fit.measured.columns import Table, chosen_columns, in_si, split_name
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
@@ -98,9 +98,11 @@ def read_curve(
     >>> print(f"{curve.depth.size} points up to {curve.depth.max() * 1e9:.0f} nm")
     60 points up to 195 nm
     """
-    path = Path(path)
+    path = as_path("path", path)
     if not path.is_file():
         raise CurveError(f"{shown_path(path)}: no such file.")
+    if spring_constant is not None:
+        spring_constant = positive("spring_constant", spring_constant, unit="N/m")
     if index is not None:
         index = whole("index", index, 0, "It is counted from 0.")
     if _by_afmformats(path, afm):
@@ -144,7 +146,7 @@ def tables_in(path: Path, columns: Mapping[str, str | int] | None, decimal: str,
     if kind in TEXT:
         return text_tables(path, decimal)
     known = ", ".join((*TEXT, *EXCEL, *AFM))
-    raise CurveError(f"{path}: the ending {kind!r} is none of those that are read: {known}.")
+    raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
 
 
 def curves_in(
@@ -165,7 +167,7 @@ def curves_in(
     spring_constant, columns, decimal, sheet, **reading
         As for `read_curve`.
     """
-    path = Path(path)
+    path = as_path("path", path)
     afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
     if not path.is_file():
         return 1
@@ -294,7 +296,7 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     Words between two runs make them two tables; comments, blank lines and single cells that are no number do not.
     """
     if decimal not in (".", ","):
-        raise ValueError(f"decimal = {decimal!r} must be '.' or ','.")
+        raise ValueError(f"decimal = {shown(decimal)} must be '.' or ','.")
     try:
         raw = content(path, LARGEST)
     except Unreadable as error:
@@ -328,7 +330,8 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     for count, (run, start) in enumerate(long):
         names, unit_row = _titles(rows[start : run[0]], width)
         pairs = [split_name(title) for title in names]
-        found = tuple(unit_row[i] if unit_row and unit_row[i] else unit for i, (_, unit) in enumerate(pairs))
+        own = dict(enumerate(unit_row or ()))
+        found = tuple(own.get(i) or unit for i, (_, unit) in enumerate(pairs))
         body = [row for row in rows[run[0] : run[-1] + 1] if any(cell.strip() for cell in row)]
         if decimal == ",":
             body = [[cell.replace(",", ".") for cell in row] for row in body]

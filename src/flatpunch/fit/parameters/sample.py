@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import positive
+from flatpunch._support.checks import positive, shown
 from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
 from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import check_indenter
 from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
 
 WORK = "work_of_adhesion"
@@ -59,6 +60,7 @@ class Sample:
     relaxation: Any = None
 
     def __post_init__(self) -> None:
+        check_indenter(self.indenter)
         if self.range_of_action is not None:
             action = positive("range_of_action", self.range_of_action, unit="m")
             object.__setattr__(self, "range_of_action", action)
@@ -84,7 +86,7 @@ class Sample:
         if self.relaxation is not None:
             if not isinstance(self.relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):
                 raise TypeError(
-                    f"relaxation = {self.relaxation!r} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation."
+                    f"relaxation = {shown(self.relaxation)} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation."
                 )
             check_medium(self.medium)
 
@@ -111,7 +113,7 @@ class Sample:
         """Refuse a name that is no parameter."""
         if name not in self.names:
             raise ValueError(
-                f"free parameter {name!r} is not part of this case; it has {', '.join(self.names)}.{self._advice(name)}"
+                f"free parameter {shown(name)} is not part of this case; it has {', '.join(self.names)}.{self._advice(name)}"
             )
 
     def _advice(self, name: str) -> str:

@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from flatpunch._support.checks import shown
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 
@@ -130,7 +131,7 @@ def _owner(medium: Any, indenter: Any, name: str) -> tuple[Any, str]:
     match = _NAME.fullmatch(name)
     if match is None or name not in parameter_names(medium, indenter):
         known = ", ".join(parameter_names(medium, indenter))
-        raise ValueError(f"free parameter {name!r} is not part of this case; it has {known}.")
+        raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {known}.")
     side, index, layer, base, tip = match.groups()
     if tip:
         return indenter, tip

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
-from flatpunch._support.checks import real
+from flatpunch._support.checks import real, shown
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName
 from flatpunch.fit.measured.signal import Adhesion
@@ -135,7 +135,7 @@ class Settings:
         for name, known in choices.items():
             if getattr(self, name) not in known:
                 raise ValueError(
-                    f"{name} = {getattr(self, name)!r} is unknown; it is one of {', '.join(map(repr, known))}."
+                    f"{name} = {shown(getattr(self, name))} is unknown; it is one of {', '.join(map(repr, known))}."
                 )
         object.__setattr__(self, "contact", _contact(self.contact))
         if self.drag != "free":
@@ -187,7 +187,7 @@ def _contact(given: Any) -> Any:
         given = (given.get("min"), given.get("max"))
     if isinstance(given, (tuple, list)):
         if len(given) != 2:
-            raise ValueError(f"contact = {given!r} must be 'free', a position, or a pair of limits.")
+            raise ValueError(f"contact = {shown(given)} must be 'free', a position, or a pair of limits.")
         low, high = (None if v is None else real("contact", v, "m") for v in given)
         if low is not None and high is not None and not low < high:
             raise ValueError(f"contact: the minimum {low!r} must be below the maximum {high!r}.")
@@ -198,11 +198,13 @@ def _contact(given: Any) -> Any:
 def as_free(free: Any) -> dict[str, Free]:
     """What the user calls free, as one `Free` for each name."""
     if isinstance(free, str):
-        raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits; write [{free!r}].")
+        raise TypeError(
+            f"free = {shown(free)} must be a list of names or a mapping from names to limits; write [{shown(free)}]."
+        )
     if not isinstance(free, Mapping):
-        if not isinstance(free, Iterable):
-            raise TypeError(f"free = {free!r} must be a list of names or a mapping from names to limits.")
-        return {str(name): Free() for name in free}
+        if not isinstance(free, (list, tuple, set, frozenset)) or not all(isinstance(name, str) for name in free):
+            raise TypeError(f"free = {shown(free)} must be a list of names or a mapping from names to limits.")
+        return {name: Free() for name in free}
     found = {}
     for name, what in free.items():
         if isinstance(what, Free):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
@@ -125,7 +125,7 @@ class JointResult:
     def index(self, name: str) -> int:
         """Position of a parameter in `names`."""
         if name not in self.names:
-            raise ValueError(f"{name!r} was not fitted; fitted were {', '.join(self.names)}.")
+            raise ValueError(f"{shown(name)} was not fitted; fitted were {', '.join(self.names)}.")
         return self.names.index(name)
 
     def external(self, j: int, x: Array) -> Array:

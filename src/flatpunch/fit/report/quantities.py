@@ -87,6 +87,14 @@ def quantity(value: float, unit: str) -> str:
     return f"{value * factor:.4g} {prefixed}"
 
 
+def between(low: float | None, high: float | None, unit: str) -> str:
+    """Limits as the end of a sentence; empty if both are open."""
+    if low is None and high is None:
+        return ""
+    low_text, high_text = ("any" if limit is None else quantity(limit, unit) for limit in (low, high))
+    return f", between {low_text} and {high_text}"
+
+
 def axis_label(name: str, unit: str) -> str:
     """Label of an axis of a parameter."""
     return f"{label(name)} ({unit})" if unit else label(name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, shown
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
@@ -228,7 +228,7 @@ class FitResult:
     def index(self, name: str) -> int:
         """Position of a parameter in `names`."""
         if name not in self.names:
-            raise ValueError(f"{name!r} was not fitted; fitted were {', '.join(self.names)}.")
+            raise ValueError(f"{shown(name)} was not fitted; fitted were {', '.join(self.names)}.")
         return self.names.index(name)
 
     def external(self, j: int, x: Array) -> Array:

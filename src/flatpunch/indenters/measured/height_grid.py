@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices, numbers, values
+from flatpunch._support.checks import Array, Indices, numbers, shown, values
 
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
@@ -38,7 +38,7 @@ def oriented(heights: Array, apex: str) -> Array:
     """Heights that grow away from the apex."""
     if apex not in ("lowest", "highest"):
         raise ValueError(
-            f"HeightMap.apex = {apex!r} must be 'lowest' (heights grow away from the apex) or 'highest' (image of "
+            f"HeightMap.apex = {shown(apex)} must be 'lowest' (heights grow away from the apex) or 'highest' (image of "
             "a tip that points "
             "up)."
         )

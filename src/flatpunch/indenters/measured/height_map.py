@@ -109,6 +109,10 @@ class HeightMap(Shape):
             near = point("HeightMap.near", near, "m")
         if switch("HeightMap.level", level):
             heights = heights - plane(columns, rows, heights)
+        if smoothing > max(np.ptp(columns), np.ptp(rows)):
+            raise ValueError(
+                f"HeightMap.smoothing = {smoothing!r} is wider than the map, which would become flat. Take some of its spacings."
+            )
         if smoothing > 0:
             from scipy.ndimage import gaussian_filter
 

@@ -172,7 +172,7 @@ def _kink_indices(radii: Array, kinks: Sequence[float] | Array) -> list[int]:
         i = int(np.argmin(np.abs(radii - kink)))
         if not (0 < i < radii.size - 1 and abs(radii[i] - kink) <= 1e-9 * radii[-1]):
             raise ValueError(
-                f"RadialProfile.kinks contains {kink!r}, which is no inner radius of the table. Add that "
+                f"RadialProfile.kinks contains {float(kink)!r}, which is no inner radius of the table. Add that "
                 "point to the table."
             )
         cuts.append(i)

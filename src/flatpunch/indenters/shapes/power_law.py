@@ -97,10 +97,12 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
         off = np.abs(np.mod(phi - corner + np.pi, FULL_TURN) - np.pi)
         if off.min() > 1e-9:
             raise ValueError(
-                f"PowerLaw.corners contains {corner!r}, which is no angle of the table. Add the corner's "
+                f"PowerLaw.corners contains {float(corner)!r}, which is no angle of the table. Add the corner's "
                 "own value to the table."
             )
         cuts.append(int(np.argmin(off)))
+        if cuts[-1] in cuts[:-1]:
+            raise ValueError(f"PowerLaw.corners contains {float(corner)!r} twice. Give each corner once.")
     first = min(cuts, default=0)
     x = np.concatenate([phi[first:], phi[:first] + FULL_TURN, [phi[first] + FULL_TURN]])
     y = np.concatenate([psi[first:], psi[:first], [psi[first]]])

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, switch
+from flatpunch._support.checks import Array, positive, shown, switch
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.shape import Shape
@@ -62,7 +62,7 @@ class Rounded(Shape):
     def __post_init__(self) -> None:
         if not isinstance(self.tip, (Pyramid, FacetedPyramid, Cone)):
             raise TypeError(
-                f"Rounded.tip = {self.tip!r} must be a Pyramid, FacetedPyramid or Cone: other shapes are round at the "
+                f"Rounded.tip = {shown(self.tip)} must be a Pyramid, FacetedPyramid or Cone: other shapes are round at the "
                 "apex already."
             )
         object.__setattr__(self, "radius", positive("Rounded.radius", self.radius, unit="m"))

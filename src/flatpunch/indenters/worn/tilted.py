@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, real
+from flatpunch._support.checks import Array, real, shown
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
@@ -74,7 +74,7 @@ class Tilted:
     @refused_overflow()
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
-            raise TypeError(f"Tilted.tip = {self.tip!r} must be an indenter such as Sphere(radius=...).")
+            raise TypeError(f"Tilted.tip = {shown(self.tip)} must be an indenter such as Sphere(radius=...).")
         for name in ("tilt_x", "tilt_y"):
             value = real(f"Tilted.{name}", getattr(self, name), "rad")
             if abs(value) >= math.pi / 2:
@@ -302,7 +302,8 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
         return unit * float(start[0]), unit * float(start[1])
 
     def gradient(point: Array) -> Array:
-        rho, angle = np.hypot(*point) * unit, np.arctan2(point[1], point[0])
+        # a step beyond the tip is judged at its end: there may be no height farther out
+        rho, angle = min(np.hypot(*point) * unit, tip.reach), np.arctan2(point[1], point[0])
         radial, around = _gradient(tip, np.array(rho), np.array(angle))
         c, s = math.cos(angle), math.sin(angle)
         return np.array([radial * c - around * s + x, radial * s + around * c + y]) / steepness

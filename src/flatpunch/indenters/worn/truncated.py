@@ -52,9 +52,9 @@ class Truncated(Shape):
     @refused_overflow()
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
-            raise TypeError(f"Truncated.tip = {self.tip!r} must be an indenter such as Pyramid(4, 0.6).")
+            raise TypeError(f"Truncated.tip = {shown(self.tip)} must be an indenter such as Pyramid(4, 0.6).")
         if isinstance(self.tip, (Cylinder, Truncated)):
-            raise TypeError(f"Truncated.tip = {self.tip!r} is flat already.")
+            raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
         removed = positive(
             "Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.", unit="m"
         )
