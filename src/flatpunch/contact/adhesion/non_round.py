@@ -140,6 +140,11 @@ class PerturbedBranch:
         size = np.sqrt(area / (np.pi * np.mean(np.exp(2 * w), axis=1)))
         return size[:, None] * np.exp(self._waves(h, phi)), size * np.mean(np.exp(w), axis=1), area
 
+    def size(self, radius: Array) -> tuple[Array, Array]:
+        """Mean radius a0 and area at base radii."""
+        _, mean_radius, area = self.shape(radius, np.zeros(1))
+        return mean_radius, area
+
     def base_radius(self, mean_radius: Array) -> Array:
         """Base radii of contacts with given mean radii a0, shape (n,); their ratio varies slowly, plain iteration converges."""
         x = np.log(mean_radius)
