@@ -165,7 +165,8 @@ def _still_pulled(branch: Equilibria, radius: float, reach: float, *, corrected:
     if corrected:
         return (
             f"{asked}to second order in its asymmetry this tip is still drawn outwards at a contact radius of "
-            f"{text(radius, 'm')}, where a round tip of the same mean is held firmly: the tip is too far from round for this theory. Take a rounder "
+            f"{text(radius, 'm')}, where a round tip of the same mean is held firmly: the tip is too far from round for this "
+            "theory. Take a rounder "
             "tip, or leave work_of_adhesion out."
         )
     if radius >= reach * (1 - 1e-9):
