@@ -146,3 +146,15 @@ def test_corrections_are_not_searched_where_the_round_contact_is_held_firmly():
     assert mean.force[0].start < firm < mean.searched / 50
     assert case.stability.searched <= firm * (1 + 1e-9)
     assert case.stability.force[0].start == pytest.approx(mean.force[0].start, rel=0.5)
+
+
+def test_unstable_outlines_have_no_estimate_and_are_marked():
+    film = fp.Medium([fp.Layer(68.45e6, 0.5, 38.89e-6)], base=fp.HalfSpace(13.84e3, 0.3))
+    tip, work = fp.EllipticParaboloid(2988.79, 33146.7), 0.03342262975391665
+    lost = fp.pull_off(film, tip, work_of_adhesion=work).force_minimum
+    branch = PerturbedBranch(compliance(film), tip, work)
+    assert lost.radius > 0
+    assert np.isfinite(lost.force_error) == bool(branch.weakest(branch.base_radius(np.array([lost.radius])))[0] > 0)
+    curve = fp.indent(film, tip, radius=np.geomspace(0.02, 1, 12) * 38.89e-6, work_of_adhesion=work)
+    assert (curve.area > 0).all()
+    assert not curve.valid.values[np.isinf(curve.force_error.values)].any()
