@@ -144,7 +144,8 @@ def test_corrections_are_not_searched_where_the_round_contact_is_held_firmly():
     firm = steady_radius(case.branch.base, mean)
     # the round branch is searched over the distance in which the soft base could turn it, three hundred times as wide
     assert mean.force[0].start < firm < mean.searched / 50
-    assert case.stability.searched <= firm * (1 + 1e-9)
+    # the first look reaches half a decade beyond the pull-off
+    assert firm < case.stability.searched < 5 * firm
     assert case.stability.force[0].start == pytest.approx(mean.force[0].start, rel=0.5)
 
 

@@ -80,7 +80,7 @@ def stability(
     ValueError
         If the pull-off lies beyond the reach of the indenter or the resolution of the medium, or if there is none.
     """
-    most = min(largest_radius(branch.kernel, reach), steady)
+    most = largest_radius(branch.kernel, reach)
     length = (
         branch.kernel.length / effective_beta(branch.kernel, 1.0)
         if not (branch.kernel.homogeneous or branch.kernel.exponent)
@@ -94,7 +94,8 @@ def stability(
         more = np.linspace(x[-1], np.log(reach), 2 + int(PER_DECADE * (np.log10(reach) - x[-1] / np.log(10))))[1:]
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     else:
-        x, slopes = _extend_up(branch, x, slopes, np.log(most), reach, corrected=most == steady)
+        last = np.log(min(most, steady))
+        x, slopes = _extend_up(branch, x, slopes, last, reach, corrected=steady < most)
     return Stability(
         depth=_stretches(branch, x, slopes[0], "depth"),
         force=_stretches(branch, x, slopes[1], "force"),
