@@ -5,7 +5,9 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
+from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from flatpunch.contact.adhesion.stability import stability, steady_radius
 from support.adhesive_ellipse import adhesive_ellipse, force_and_energy, unit_of
 
 UNIT = fp.HalfSpace(1.0, 0.0)
@@ -117,3 +119,43 @@ def test_refusals():
         fp.indent(UNIT, fp.Pyramid(4, 0.3), depth=0.1, work_of_adhesion=0.1, method="fourth-order")
     with pytest.raises(ValueError, match="round indenters only"):
         fp.pressure(UNIT, fp.Pyramid(4, 0.3), 0.0, 0.0, depth=0.1, work_of_adhesion=0.1, method="second-order")
+
+
+@pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.1, 3.0), fp.Pyramid(3, 0.3)], ids=["ellipse", "pyramid"])
+def test_pull_off_and_loop_know_the_mean_radius_and_the_error_of_curves(tip):
+    lost = fp.pull_off(LAYER, tip, work_of_adhesion=0.1).force_minimum
+    curve = fp.indent(LAYER, tip, force=lost.force * (1 - 1e-12), work_of_adhesion=0.1)
+    # beside the minimum the radius goes like the root of the force: 1e-12 of it are 1e-6 of the radius and more
+    assert lost.radius == pytest.approx(float(curve.radius[0]), rel=1e-4)
+    loop = fp.adhesion_loop(LAYER, tip, work_of_adhesion=0.1, force=0.1, points=4)
+    assert loop.attrs["pull_off_radius"] == pytest.approx(lost.radius, rel=1e-6)
+    assert float(loop.radius[-1]) == pytest.approx(lost.radius, rel=1e-6)
+    assert float(loop.area[-1]) == pytest.approx(float(curve.area[0]), rel=1e-3)
+    # the estimate of curves refers to both terms of the force, which cancel in part
+    assert lost.force_error > float(curve.force_error[0]) > 1e-3
+    assert fp.pull_off(LAYER, fp.Paraboloid(1.0), work_of_adhesion=0.1).force_minimum.force_error == 0
+
+
+def test_corrections_are_not_searched_where_the_round_contact_is_held_firmly():
+    film = fp.Medium([fp.Layer(3.15e10, 0.49999, 1.47e-7)], base=fp.HalfSpace(1.75e5, 0.3))
+    tip = fp.Superellipse(1.865e-6, 1.266e-7, 1.266e-7, power=8)
+    case = adhesive_case(compliance(film), tip, 0.021)
+    mean = stability(case.branch.base, case.branch.profile, tip.reach)
+    firm = steady_radius(case.branch.base, mean)
+    # the round branch is searched over the distance in which the soft base could turn it, three hundred times as wide
+    assert mean.force[0].start < firm < mean.searched / 50
+    # the first look reaches half a decade beyond the pull-off
+    assert firm < case.stability.searched < 5 * firm
+    assert case.stability.force[0].start == pytest.approx(mean.force[0].start, rel=0.5)
+
+
+def test_unstable_outlines_have_no_estimate_and_are_marked():
+    film = fp.Medium([fp.Layer(68.45e6, 0.5, 38.89e-6)], base=fp.HalfSpace(13.84e3, 0.3))
+    tip, work = fp.EllipticParaboloid(2988.79, 33146.7), 0.03342262975391665
+    lost = fp.pull_off(film, tip, work_of_adhesion=work).force_minimum
+    branch = PerturbedBranch(compliance(film), tip, work)
+    assert lost.radius > 0
+    assert np.isfinite(lost.force_error) == bool(branch.weakest(branch.base_radius(np.array([lost.radius])))[0] > 0)
+    curve = fp.indent(film, tip, radius=np.geomspace(0.02, 1, 12) * 38.89e-6, work_of_adhesion=work)
+    assert (curve.area > 0).all()
+    assert not curve.valid.values[np.isinf(curve.force_error.values)].any()

@@ -210,3 +210,28 @@ def test_within_a_flat_end_there_is_no_outline_and_the_note_says_why():
     np.testing.assert_array_equal(curve["valid"], [False, True])
     assert "within the flat end of the tip" in curve.attrs["notes"]
     assert "stiff films" not in curve.attrs["notes"]
+
+
+@pytest.mark.parametrize("stiff", [0.1, 3.0, 5.0])
+def test_estimate_grows_with_what_the_medium_makes_of_the_outline(stiff):
+    """The terms that are left out go with the square of the outline's deviation; fourth order knows them."""
+    tip, radius = fp.EllipticParaboloid(1e6, 1.4e6), 0.3 * H
+    film = fp.Medium([fp.Layer(stiff * 1e9, 0.3, H)], base=fp.HalfSpace(1e9, 0.3))
+
+    def solved(medium, method="first-order", **control):
+        return fp.indent(medium, tip, method=method, angles=64, **control).isel(step=0)
+
+    here, there = solved(film, radius=radius), solved(fp.HalfSpace(1e9, 0.3), radius=radius)
+    square, plain = (float(((one.contour / one.radius - 1) ** 2).mean()) for one in (here, there))
+    grown = float(here.force_error / there.force_error)
+    assert grown == pytest.approx(max(square / plain, 1.0), rel=1e-2)
+    assert (grown > 1.2) == (stiff > 1)
+    off = abs(float(here.force / solved(film, "fourth-order", depth=float(here.depth)).force) - 1)
+    assert float(here.force_error) / 12 < off < float(here.force_error)
+
+
+def test_no_outline_no_estimate():
+    film = fp.Medium([fp.Layer(1e11, 0.3, H)], base=fp.HalfSpace(1e9, 0.3))
+    curve = indent(film, fp.Pyramid(4, 0.3), radius=np.array([0.01, 1.0]) * H, angles=8)
+    np.testing.assert_array_equal(np.isfinite(curve.area), [True, False])
+    np.testing.assert_array_equal(np.isfinite(curve.force_error), [True, False])

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch.contact import pull_off
+from flatpunch.contact.curve import NOTABLE_FORCE, percent
 from flatpunch.contact.default import EXACT
 from flatpunch.files.cases import Case
 from flatpunch.files.units import readable, text
@@ -70,6 +71,7 @@ def pull_off_lines(case: Case) -> list[str]:
     )
     lines = [
         f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
+        + (f"; force may be off by {percent(at.force_error)}" if at.force_error > NOTABLE_FORCE else "")
         for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
     ]
     if lost.tabor is not None:

@@ -81,6 +81,12 @@ class Equilibria(Protocol):
     def at(self, radius: Array) -> AdhesiveContact:
         """Equilibria at radii > 0, shape (n,)."""
 
+    def size(self, radius: Array) -> tuple[Array, Array]:
+        """Mean radius a0 of the outline and contact area at radii > 0, shape (n,) each."""
+
+    def error(self, radius: Array) -> Array:
+        """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,)."""
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -120,6 +126,14 @@ class Branch:
             force_slope=plain.stiffness * depth_slope - growth * back,
             plain=plain,
         )
+
+    def size(self, radius: Array) -> tuple[Array, Array]:
+        """Mean radius and area of discs."""
+        return radius, np.pi * radius**2
+
+    def error(self, radius: Array) -> Array:
+        """Nothing: round contacts are exact."""
+        return np.zeros_like(radius)
 
 
 def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from flatpunch._support.checks import Array, positive, shown
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
-from flatpunch.contact.adhesion.stability import Stability, stability
+from flatpunch.contact.adhesion.stability import Stability, stability, steady_radius
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import Moments, RoundProfile
 from flatpunch.contact.round.round_contact import round_contact
@@ -77,9 +77,11 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
                 "or leave work_of_adhesion out."
             )
         perturbed = PerturbedBranch(kernel, indenter, work)
-        # the round contact costs little and is refused for the same reasons, to second order
-        stability(perturbed.base, perturbed.profile, indenter.reach)
-        return AdhesiveCase(kernel, indenter, perturbed, stability(perturbed, perturbed.profile, indenter.reach))
+        # the round contact costs little: it is refused for the same reasons, and says how far the correction can turn the branch
+        mean = stability(perturbed.base, perturbed.profile, indenter.reach)
+        steady = steady_radius(perturbed.base, mean)
+        found = stability(perturbed, perturbed.profile, indenter.reach, steady=steady)
+        return AdhesiveCase(kernel, indenter, perturbed, found)
     pinned = isinstance(indenter, Cylinder)
     profile: RoundProfile = FlatFace() if pinned else mean_profile(indenter)
     branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)

@@ -102,7 +102,7 @@ def adhesion_loop(
     medium : Medium, HalfSpace, ...
         The elastic body, or two of them.
     indenter : Indenter
-        A round indenter.
+        A round indenter, exact, or a power law such as a pyramid, to second order.
     work_of_adhesion : float
         Work of adhesion w [J/m^2].
     depth, force : float
@@ -260,15 +260,15 @@ def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, val
 def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> _State:
     """State on a stretch at one value of the control."""
     radius = np.array([_radius(case, stretch, quantity, value)])
-    contact = case.branch.at(radius)
+    contact, mean_radius = case.branch.at(radius), float(case.branch.size(radius)[0][0])
     if stretch is None:
         stiffness = float(contact.plain.stiffness[0])
         depth = value if quantity == "depth" else value / stiffness
         energy = stiffness * depth**2 / 2 - np.pi * radius[0] ** 2 * case.branch.work
-        return _State(float(radius[0]), depth, stiffness * depth, float(energy))
+        return _State(mean_radius, depth, stiffness * depth, float(energy))
     depth = value if quantity == "depth" else float(contact.depth[0])
     force = value if quantity == "force" else float(contact.force[0])
-    return _State(float(radius[0]), depth, force, float(contact_energy(case, radius)[0]))
+    return _State(mean_radius, depth, force, float(contact_energy(case, radius)[0]))
 
 
 def _jump(
@@ -286,17 +286,18 @@ def _columns(
 ) -> dict[str, Column]:
     """Separated approach, contact, withdrawal, one after the other."""
     legs = [_sample(case, quantity, leg, count) for leg in (*approach, *back)]
-    depth, force, radius = (np.concatenate(parts) for parts in zip(*legs, strict=True))
+    depth, force, radius, area = (np.concatenate(parts) for parts in zip(*legs, strict=True))
     outside = np.linspace(1.2 * min(0.0, float(depth.min())), 0.0, count)
     nothing = np.zeros(count)
-    depth, force, radius = (
-        np.concatenate([lead, values]) for lead, values in ((outside, depth), (nothing, force), (nothing, radius))
+    lead = (outside, nothing, nothing, nothing)
+    depth, force, radius, area = (
+        np.concatenate(parts) for parts in zip(lead, (depth, force, radius, area), strict=True)
     )
     columns = {
         "depth": (depth, "m", "indentation depth"),
         "force": (force, "N", "normal force"),
-        "radius": (radius, "m", "contact radius"),
-        "area": (np.pi * radius**2, "m^2", "contact area"),
+        "radius": (radius, "m", "mean contact radius a0"),
+        "area": (area, "m^2", "contact area"),
     }
     data: dict[str, Column] = {
         name: ("step", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in columns.items()
@@ -306,13 +307,14 @@ def _columns(
     return data
 
 
-def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tuple[Array, Array, Array]:
-    """Depth, force and radius along a leg."""
+def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tuple[Array, Array, Array, Array]:
+    """Depth, force, mean radius and area along a leg."""
     wanted = np.linspace(leg.start, leg.end, count)
     if leg.stretch is None:
         radius = np.full(count, case.indenter.reach)
         stiffness = case.branch.evaluate(radius[:1]).stiffness[0]
-        return (wanted, stiffness * wanted, radius) if quantity == "depth" else (wanted / stiffness, wanted, radius)
+        size = case.branch.size(radius)
+        return (wanted, stiffness * wanted, *size) if quantity == "depth" else (wanted / stiffness, wanted, *size)
     radius = radius_on(case.branch, leg.stretch, quantity, wanted, case.indenter.reach)
-    contact = case.branch.at(radius)
-    return (wanted, contact.force, radius) if quantity == "depth" else (contact.depth, wanted, radius)
+    contact, size = case.branch.at(radius), case.branch.size(radius)
+    return (wanted, contact.force, *size) if quantity == "depth" else (contact.depth, wanted, *size)

@@ -100,7 +100,7 @@ class PerturbedBranch:
 
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
-        """Depth, force and area over ln a: 1e-11 of functions that vary over one unit of it."""
+        """Depth, force and logarithm of the area over ln a: 1e-11 of functions that vary over one unit of it."""
         width = float(np.log(10) / 6)
 
         def edges(x: Array) -> Array:
@@ -132,13 +132,18 @@ class PerturbedBranch:
 
     def shape(self, radius: Array, phi: Array) -> tuple[Array, Array, Array]:
         """Outline, shape (n, p), mean radius a0 and area at base radii."""
-        area = self._table.at(np.log(radius))[:, 2]
+        area = np.exp(self._table.at(np.log(radius))[:, 2])
         h = self._outline_harmonics(radius)
         # over one period, on the grid of the harmonics
         points = self.angles.u.size
         w = np.fft.irfft(np.pad(h, ((0, 0), (1, 1))), n=points) * points / 2
         size = np.sqrt(area / (np.pi * np.mean(np.exp(2 * w), axis=1)))
         return size[:, None] * np.exp(self._waves(h, phi)), size * np.mean(np.exp(w), axis=1), area
+
+    def size(self, radius: Array) -> tuple[Array, Array]:
+        """Mean radius a0 and area at base radii."""
+        _, mean_radius, area = self.shape(radius, np.zeros(1))
+        return mean_radius, area
 
     def base_radius(self, mean_radius: Array) -> Array:
         """Base radii of contacts with given mean radii a0, shape (n,); their ratio varies slowly, plain iteration converges."""
@@ -153,7 +158,8 @@ class PerturbedBranch:
     def error(self, radius: Array) -> Array:
         """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,).
 
-        That of the contact without adhesion, and the square of the second-order change, whichever is larger.
+        That of the contact without adhesion, and the square of the second-order change, whichever is larger; infinite where the
+        outline is unstable.
         """
         assert self.indenter.exponent is not None
         plain = self.plain.evaluate(radius)
@@ -161,7 +167,8 @@ class PerturbedBranch:
         scale = contact.plain.force + contact.plain.stiffness * contact.retraction
         depth, force, _ = self._table.at(np.log(radius)).T
         change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
-        return np.asarray(np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2))
+        error = np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2)
+        return np.where(self.weakest(radius) > 0, error, np.inf)
 
     def weakest(self, radius: Array) -> Array:
         """Smallest of (D1 + D k_m)/D1 over the harmonics: not positive where the outline is unstable."""
@@ -180,7 +187,7 @@ class PerturbedBranch:
         return np.asarray(-response * self.harmonics / (1 + back * k / d1))
 
     def _corrected(self, radius: Array) -> Array:
-        """Depth, force and area, shape (3, n)."""
+        """Depth, force and logarithm of the area, which stays positive beside poles; shape (3, n)."""
         steps = STEP * np.arange(-5, 6)[:, None]
         around = self._left((radius * np.exp(steps)).ravel()).reshape(4, 11, radius.size)
         left_slope, _ = central_derivatives(around[0])
@@ -204,8 +211,7 @@ class PerturbedBranch:
         force = contact.force - v + plain.stiffness * delta + rest + plain.force * (np.expm1(x2) - x2)
         # where the outline is unstable, which results are marked for, these terms have poles
         shrinkage = np.clip((rest + slope_by_depth) / q - weak, -1.0, 1.0)
-        area = without.area * np.exp(-2 * shrinkage)
-        return np.stack([contact.depth + delta, force, area])
+        return np.stack([contact.depth + delta, force, np.log(without.area) - 2 * shrinkage])
 
     def _left(self, radius: Array) -> Array:
         """Y, its derivative by the depth at constant radius, and T and T_k, shape (4, n)."""

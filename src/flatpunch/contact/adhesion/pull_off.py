@@ -29,6 +29,7 @@ from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import Stretch
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -37,11 +38,20 @@ from flatpunch.media import Body
 @readable
 @dataclass(frozen=True, slots=True)
 class Instability:
-    """State of the contact just before it is lost: force [N], depth [m], contact radius [m]."""
+    """State of the contact just before it is lost.
+
+    Attributes
+    ----------
+    force, depth, radius : float
+        Force [N], depth [m] and mean contact radius [m].
+    force_error : float
+        Estimated error of the force over its size; round contacts are exact.
+    """
 
     force: float
     depth: float
     radius: float
+    force_error: float = 0.0
 
 
 @readable
@@ -124,14 +134,14 @@ class PullOff:
 def pull_off(
     medium: Body, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
 ) -> PullOff:
-    """Pull-off of a round indenter from any medium by JKR theory, exact.
+    """Pull-off of an indenter from any medium by JKR theory: round ones exactly, power laws to second order in their asymmetry.
 
     Parameters
     ----------
     medium : Medium, HalfSpace, ...
         The elastic body, or two of them.
     indenter : Indenter
-        A round indenter; a Cylinder has a flat end (Kendall).
+        A round indenter, of which a Cylinder has a flat end (Kendall), or a power law such as a pyramid.
     work_of_adhesion : float
         Work of adhesion w [J/m^2], > 0.
     range_of_action : float, optional
@@ -193,9 +203,15 @@ def _instabilities(case: AdhesiveCase, stretches: tuple[Stretch, ...]) -> tuple[
     reach = case.indenter.reach
     if case.pinned and not any(s.start < reach <= s.end for s in stretches):
         radii.insert(0, reach)
-    contact = case.branch.at(np.array(radii))
-    states = zip(contact.force, contact.depth, contact.radius, strict=True)
-    return tuple(Instability(float(f), float(d), float(a)) for f, d, a in states)
+    at = np.array(radii)
+    contact, (mean_radius, _) = case.branch.at(at), case.branch.size(at)
+    # the estimate refers to both terms of the force, which may cancel
+    terms = contact.plain.force + contact.plain.stiffness * contact.retraction
+    error = case.branch.error(at) * terms / np.abs(contact.force)
+    return tuple(
+        Instability(*(float(value) for value in state))
+        for state in zip(contact.force, contact.depth, mean_radius, error, strict=True)
+    )
 
 
 def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tabor:
@@ -206,7 +222,8 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
         "It is the largest gap across which the adhesive traction acts [m].",
         unit="m",
     )
-    contact = case.branch.at(np.array([result.radius]))
+    radius = np.array([result.radius])
+    contact = case.branch.at(case.branch.base_radius(radius) if isinstance(case.branch, PerturbedBranch) else radius)
     # (T11.4)
     mu = float(contact.retraction[0]) / (np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6) * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2

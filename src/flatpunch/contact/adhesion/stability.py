@@ -37,10 +37,11 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class Stability:
-    """Stable stretches under prescribed depth and force, outermost first."""
+    """Stable stretches under prescribed depth and force, outermost first, and the radius [m] up to which they were searched."""
 
     depth: tuple[Stretch, ...]
     force: tuple[Stretch, ...]
+    searched: float
 
     def of(self, quantity: Quantity) -> tuple[Stretch, ...]:
         """The stretches for one control."""
@@ -52,7 +53,9 @@ def slope_of(contact: AdhesiveContact, quantity: Quantity) -> Array:
     return contact.depth_slope if quantity == "depth" else contact.force_slope
 
 
-def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned: bool = False) -> Stability:
+def stability(
+    branch: Equilibria, profile: RoundProfile, reach: float, *, pinned: bool = False, steady: float = np.inf
+) -> Stability:
     """Find the instabilities of a branch.
 
     Parameters
@@ -65,6 +68,8 @@ def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned
         Largest radius at which the profile is defined [m].
     pinned : bool
         Whether the contact stays at `reach` when pressed further: a flat end.
+    steady : float
+        Radius at which the branch must be stable [m], that of `steady_radius` of the round contact which it corrects.
 
     Returns
     -------
@@ -89,11 +94,28 @@ def stability(branch: Equilibria, profile: RoundProfile, reach: float, *, pinned
         more = np.linspace(x[-1], np.log(reach), 2 + int(PER_DECADE * (np.log10(reach) - x[-1] / np.log(10))))[1:]
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     else:
-        x, slopes = _extend_up(branch, x, slopes, np.log(most), reach)
+        last = np.log(min(most, steady))
+        x, slopes = _extend_up(branch, x, slopes, last, reach, corrected=steady < most)
     return Stability(
         depth=_stretches(branch, x, slopes[0], "depth"),
         force=_stretches(branch, x, slopes[1], "force"),
+        searched=float(np.exp(x[-1])),
     )
+
+
+def steady_radius(branch: Equilibria, found: Stability) -> float:
+    """Radius [m] from which on adhesion takes less than half of both slopes of a round branch, or the end of its search.
+
+    A correction for the shape of the tip would have to be as large as what it corrects to turn the branch beyond.
+    """
+    start = np.log(max(stretch.start for stretch in found.depth + found.force) or found.searched)
+    end = np.log(found.searched)
+    x = np.linspace(start, end, 2 + int(PER_DECADE * (end - start) / np.log(10)))
+    contact = branch.at(np.exp(x))
+    plain = contact.plain.depth_slope * np.stack([np.ones_like(x), contact.plain.stiffness])
+    taken = (np.stack([contact.depth_slope, contact.force_slope]) < plain / 2) | (plain <= 0)
+    last = np.flatnonzero(taken.any(axis=0)).max(initial=0)
+    return float(np.exp(x[min(last + 1, x.size - 1)]))
 
 
 def _slopes(branch: Equilibria, x: Array) -> Array:
@@ -119,7 +141,9 @@ def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Ar
     )
 
 
-def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: float) -> tuple[Array, Array]:
+def _extend_up(
+    branch: Equilibria, x: Array, slopes: Array, most: float, reach: float, *, corrected: bool
+) -> tuple[Array, Array]:
     """Towards large radii until both slopes have been positive over the guard distance."""
     guard = _guard(branch.kernel)
     for _ in range(64):
@@ -130,15 +154,22 @@ def _extend_up(branch: Equilibria, x: Array, slopes: Array, most: float, reach: 
         if x[-1] >= most - 1e-9:
             if (slopes[:, -1] > 0).all():
                 return x, slopes
-            raise ValueError(_still_pulled(branch, float(np.exp(most)), reach))
+            raise ValueError(_still_pulled(branch, float(np.exp(most)), reach, corrected=corrected))
         more = x[-1] + np.log(10) / PER_DECADE * np.arange(1, PER_DECADE // 4 + 1)
         more = np.unique(np.minimum(more, most))
         x, slopes = np.concatenate([x, more]), np.concatenate([slopes, _slopes(branch, more)], axis=1)
     return x, slopes
 
 
-def _still_pulled(branch: Equilibria, radius: float, reach: float) -> str:
+def _still_pulled(branch: Equilibria, radius: float, reach: float, *, corrected: bool) -> str:
     asked = f"work_of_adhesion = {branch.work:.4g} J/m^2: "
+    if corrected:
+        return (
+            f"{asked}to second order in its asymmetry this tip is still drawn outwards at a contact radius of "
+            f"{text(radius, 'm')}, where a round tip of the same mean is held firmly: the tip is too far from round for this "
+            "theory. Take a rounder "
+            "tip, or leave work_of_adhesion out."
+        )
     if radius >= reach * (1 - 1e-9):
         return (
             f"{asked}adhesion draws the contact to the end of the indenter's shape, {text(radius, 'm')} from the first touch: "

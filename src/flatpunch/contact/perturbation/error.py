@@ -2,9 +2,11 @@
 
 Second order is judged by its own third and fourth terms, fourth order by what its Pade form adds to the plain sum and by its
 last term. Outlines are known to first order of their logarithm w only; their error is a fraction of the square of max|w|, the
-swing, and of the swing itself at edges, where outlines have cusps. First order is judged by second order on a half-space, where
-that is a matter of the indenter alone. The factors were fitted to the honesty catalogue (tests/catalogue), in which at least 95 %
-of the true errors are below the estimate; all are proportional, so that doubling one doubles its part of the estimate.
+swing, and of the swing itself at edges, where outlines have cusps. First order is judged by second order on a half-space,
+where that is a matter of the indenter alone; its force by so much more as the medium enlarges the square of the outline's
+deviation from a circle, to which the terms of second order are proportional. The factors were fitted to the honesty catalogue
+(tests/catalogue), in which at least 95 % of the true errors are below the estimate; all are proportional, so that doubling
+one doubles its part of the estimate.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import compliance
+from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control, Extra
 from flatpunch.contact.perturbation.first_order_outline import outline
 from flatpunch.contact.perturbation.general_series import LARGEST_WAVE, general_expansion
@@ -24,6 +26,8 @@ from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.contact.round.radius_search import Loading
+from flatpunch.contact.round.round_contact import RoundContact
+from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.flat_end import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
@@ -118,17 +122,42 @@ def _flat_spread(indenter: Indenter, contact: PerturbedContact) -> Array:
     )
 
 
-def first_order_error(indenter: Indenter, radius: Array) -> tuple[Array, Array]:
-    """Estimates for first order, shape (n,) each: its difference to second order on a half-space."""
+def first_order_error(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> tuple[Array, Array]:
+    """Estimates for first order, shape (n,) each: its difference to second order on a half-space, and what the medium adds.
+
+    Infinite in force where the medium leaves no outline of first order.
+    """
+    radius = contact.radius
     if indenter.exponent is not None:
         force, contour = _half_space_difference(indenter, 1.0)
     else:
         places = radius.max(initial=0.0) * np.array([1.0, 0.3])
         found = [_half_space_difference(indenter, float(a)) for a in places if a > 0]
         force, contour = np.max(found, axis=0) if found else np.zeros(2)
-    return np.full_like(radius, _FACTORS.layers * force + _FACTORS.floor), np.full_like(
+    enlarged = np.maximum(_enlargement(kernel, indenter, contact), 1.0)
+    return _FACTORS.layers * force * enlarged + _FACTORS.floor, np.full_like(
         radius, _FACTORS.layers_outline * contour + _FACTORS.outline_floor
     )
+
+
+def _enlargement(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Array:
+    """Mean square of the outline's deviation from a circle over that on a half-space at the same radius, shape (n,)."""
+    result = np.ones_like(contact.radius)
+    deviates = contact.depth > 0
+    if kernel.homogeneous or not deviates.any():
+        return result
+    half_space = compliance(HalfSpace(1.0, 0.0))
+    _, other = mean_contact(half_space, indenter, Control("radius", contact.radius))
+    phi, weights = angular_rule(indenter)
+    radius = np.where(deviates, contact.radius, 1.0)[:, None]
+    here, there = (
+        (outline(body, indenter, round_, phi) / radius - 1) ** 2 @ weights
+        for body, round_ in ((kernel, contact), (half_space, other))
+    )
+    known = deviates & (there > 0)
+    result[known] = here[known] / there[known]
+    result[deviates & ~np.isfinite(here)] = np.inf
+    return result
 
 
 @byte_cached

@@ -69,7 +69,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
 def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags, control: Control) -> Extra:
     """Error estimates, infinite for lost outlines; round contact is exact up to the interpolation over the radius."""
     if not indenter.round:
-        force, contour = first_order_error(indenter, contact.radius)
+        force, contour = first_order_error(kernel, indenter, contact)
         return estimates(force, np.where(lost, np.inf, contour))
     at_depth, size = (0.0, 0.0) if kernel.homogeneous else punch_family(kernel).error(contact.radius / kernel.length)
     if control.name == "radius":
