@@ -65,8 +65,8 @@ def main(path: str) -> None:
     _, ax = plt.subplots(figsize=(4.4, 3.4), layout="constrained")
     for (name, times), mark in zip(found.items(), "os^v", strict=True):
         ax.loglog(LAYERS, times, marker=mark, markersize=4, label=name)
-    ax.loglog(LAYERS[2:], 2e-4 * np.array(LAYERS[2:]), color="0.6", linewidth=0.8, linestyle="--")
-    ax.annotate("proportional to the number", (100, 2e-2), (14, 3e-3), fontsize=7, color="0.4")
+    ax.loglog(LAYERS[2:], 1e-4 * np.array(LAYERS[2:]), color="0.6", linewidth=0.8, linestyle="--")
+    ax.annotate("proportional to the number", (40, 3e-3), fontsize=7, color="0.4")
     ax.set(xlabel="Layers", ylabel="CPU time (s)")
     ax.legend(fontsize=7, frameon=False)
     ax.grid(True, which="major", alpha=0.25, linewidth=0.6)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import signal
 import threading
@@ -58,12 +57,8 @@ def left_to_parent() -> None:
 
 
 def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-    else:
-        # workers of loky
-        first = os.getppid()
-        while os.getppid() == first:
-            time.sleep(1.0)
+    """Look once a second: workers that loky starts do not know their parent. Windows keeps the number of a parent that ended."""
+    first = os.getppid()
+    while os.getppid() == first:
+        time.sleep(1.0)
     os._exit(1)
