@@ -354,3 +354,20 @@ def test_far_away_only_the_base_is_felt():
     r = np.array([1e-3, 1e-2])
     found = fp.fields(FILM, fp.Sphere(50e-6), r, 0, 0, force=0.5).displacement.sel(axis="z").values
     np.testing.assert_allclose(found, 0.5 * (1 - 0.3**2) / (np.pi * 210e9 * r), rtol=1e-4)
+
+
+R = np.linspace(0, 4e-6, 41)
+GRADED = fp.Medium([fp.GradedLayer(fp.LinearModulus(400e9, 210e9, 2e-6), 0.3, 2e-6)], fp.HalfSpace(210e9, 0.3))
+
+
+@pytest.mark.parametrize("tip", [fp.Sphere(20e-6), fp.RadialProfile(R, R**2 / 40e-6)], ids=["smooth", "table"])
+@pytest.mark.parametrize(
+    "medium", [GRADED, fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3), FILM], ids=["graded", "power", "film"]
+)
+def test_sliding_surface_has_no_rings_where_panels_meet(medium, tip):
+    """The pressure is known on panels that are halved until they are fine enough: stresses there are those beside them."""
+    a = 1.5e-6
+    r = np.arange(-64, 65) / 64 * a
+    at, beside = (fp.fields(medium, tip, r * s, 0, 0, radius=a, friction=0.3).stress.values for s in (1, 1 - 1e-7))
+    # beside the rim the stress changes like the root of the distance
+    np.testing.assert_allclose(at, beside, atol=2e-3 * np.abs(beside).max())

@@ -66,7 +66,7 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     breaks = np.array([0.0, *sorted(rings), radius])
 
     def panels(function: Callable[[Array], Array]) -> RingSources:
-        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough])
+        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough], vanishing=not edge)
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])

@@ -65,7 +65,7 @@ def power_law_load(kernel: Kernel, indenter: Indenter, radius: float, depth: flo
             result += rest * np.maximum((radius - flat) * (radius + flat), 1e-300) ** (e / 2)
         return np.asarray(constant * result.reshape(t.shape))
 
-    return sampled(sources, breaks, _TOLERANCE, _NARROWEST[edge])
+    return sampled(sources, breaks, _TOLERANCE, _NARROWEST[edge], vanishing=not edge)
 
 
 def _piled(growth: RingSources, breaks: Array, t: Array, e: float) -> Array:

@@ -186,8 +186,10 @@ def _oscillating(series: Array, w: Array, phase: Array) -> Array:
     return total
 
 
-def sampled(function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float) -> RingSources:
-    """Ring sources of any function g(t).
+def sampled(
+    function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float, *, vanishing: bool = False
+) -> RingSources:
+    """Ring sources of any continuous function g(t).
 
     Parameters
     ----------
@@ -199,6 +201,8 @@ def sampled(function: Callable[[Array], Array], breaks: Array, tolerance: float,
         Last terms of a panel, over the largest g, at which it is fine enough.
     narrowest : float
         Shortest panel over the radius.
+    vanishing : bool
+        Whether g is zero at the radius.
     """
     nodes = np.cos(np.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
     transform = chebyshev.chebvander(nodes, _TERMS - 1).T * 2 / _TERMS
@@ -221,7 +225,23 @@ def sampled(function: Callable[[Array], Array], breaks: Array, tolerance: float,
     coefficients = np.array([each for _, each in done])
     # what is below rounding costs time without a digit
     coefficients[np.abs(coefficients) < 1e-16 * size] = 0.0
-    return RingSources(np.array([low for low, _ in done] + [breaks[-1]]), coefficients)
+    found = RingSources(np.array([low for low, _ in done] + [breaks[-1]]), coefficients)
+    _join(found, vanishing=vanishing)
+    return found
+
+
+def _join(sources: RingSources, *, vanishing: bool) -> None:
+    """Make panels meet by linear terms within their error: a jump of g is a ring of infinite stress at the surface.
+
+    The shorter panel takes most of it, as the error is largest on short panels beside kinks.
+    """
+    series, width = sources.series, np.diff(sources.breaks)
+    start, end = (np.asarray(chebyshev.chebval(x, series.T)) for x in (-1.0, 1.0))
+    meeting = (width[:-1] * end[:-1] + width[1:] * start[1:]) / (width[:-1] + width[1:])
+    at_start = np.concatenate([[0.0], meeting - start[1:]])
+    at_end = np.concatenate([meeting - end[:-1], [-end[-1] if vanishing else 0.0]])
+    series[:, 0] += (at_end + at_start) / 2
+    series[:, 1] += (at_end - at_start) / 2
 
 
 def _add_end(result: Array, v: Complex, r: Array, of_value: float, of_slope: float) -> None:
