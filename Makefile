@@ -96,6 +96,7 @@ integrations: $(VENV)/.installed-dev  ## Test with nanite and SurfaceTopography,
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
 	$(BIN)/python docs/examples/papers/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
+	$(BIN)/flatpunch fit examples/fit/thin_gel.csv examples/fit/thin_gel.toml --drift docs/images/thin_gel_drift.png
 
 screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium
 	FLATPUNCH_SCREENSHOTS=docs/images $(BIN)/python -m pytest -q -n 0 tests/app/test_browser.py

@@ -47,20 +47,23 @@ fitted = fp.fit(measured, gel, fp.Sphere(radius=5e-6), ["layers[0].young"], base
 modulus: float = fitted["layers[0].young"]
 
 
+BEAD = fp.Sphere(radius=5e-6)
+
+
 def mistakes() -> None:
     """Mistakes that a strict checker must find. Nobody calls this.
 
     Each comment names the error that its line must give: a comment without its error is an error itself, so that the test fails
     as soon as one of these mistakes passes.
     """
-    fp.indent(gel, fp.Sphere(radius=5e-6), depth=1e-8, method="fourth-ordr")  # type: ignore[call-overload]
-    fp.indent(gel, fp.Sphere(radius=5e-6), dept=1e-8)  # type: ignore[call-overload]
-    fp.indent(gel, fp.Sphere(radius=5e-6), depth=1e-8, force=1e-9)  # type: ignore[call-overload]
-    fp.indent(gel, fp.Sphere(radius=5e-6), depth="10 nm")  # type: ignore[arg-type]
-    fp.indent(gel, fp.Sphere(radius=5e-6), depth=1e-8, time=[0.0, 1.0])  # type: ignore[call-overload]
-    fp.indent([gel.layers[0]], fp.Sphere(radius=5e-6), depth=1e-8)  # type: ignore[call-overload]
-    fp.fit(measured, gel, fp.Sphere(radius=5e-6), ["layers[0].young"], basline="none")  # type: ignore[call-arg]
-    fp.fit(measured, gel, fp.Sphere(radius=5e-6), ["layers[0].young"], baseline="flat")  # type: ignore[arg-type]
-    fp.Rounded(fp.Sphere(radius=1e-6), radius=1e-7)  # type: ignore[arg-type]
-    fp.Refined(rtoll=1e-3)  # type: ignore[call-arg]
-    fp.Berkovich(radius=1e-7)  # type: ignore[call-overload]
+    fp.indent(gel, BEAD, depth=1e-8, method="fourth-ordr")  # type: ignore[call-overload]  # a method that does not exist
+    fp.indent(gel, BEAD, dept=1e-8)  # type: ignore[call-overload]  # a misspelt keyword
+    fp.indent(gel, BEAD, depth=1e-8, force=1e-9)  # type: ignore[call-overload]  # two controls at once
+    fp.indent(gel, BEAD, depth="10 nm")  # type: ignore[arg-type]  # a text for a number
+    fp.indent(gel, BEAD, depth=1e-8, time=[0.0, 1.0])  # type: ignore[call-overload]  # times without relaxation
+    fp.indent([gel.layers[0]], BEAD, depth=1e-8)  # type: ignore[call-overload]  # a list for a body
+    fp.fit(measured, gel, BEAD, ["layers[0].young"], basline="none")  # type: ignore[call-arg]  # a misspelt keyword
+    fp.fit(measured, gel, BEAD, ["layers[0].young"], baseline="flat")  # type: ignore[arg-type]  # a baseline that does not exist
+    fp.Rounded(fp.Sphere(radius=1e-6), radius=1e-7)  # type: ignore[arg-type]  # a round tip has no edges to round
+    fp.Refined(rtoll=1e-3)  # type: ignore[call-arg]  # a misspelt setting
+    fp.Berkovich(radius=1e-7)  # type: ignore[call-overload]  # a Berkovich tip has no radius of its own

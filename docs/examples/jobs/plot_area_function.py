@@ -24,25 +24,26 @@ slope = np.sqrt(24.5 / np.pi)  # of the cone with the area of the pyramid
 area = fp.AreaFunction([24.5, 2 * np.pi * RADIUS / 1e-9], limit=300e-9, unit=1e-9)
 depth = np.linspace(1e-9, 120e-9, 40)
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
+_, axes = plt.subplots(figsize=(5, 4), layout="constrained")
 curves = {}
 for name, tip, style in (("pyramid, rounded", pyramid, "-"), ("area function", area, "--")):
     curves[name] = fp.indent(SILICA, tip, depth=depth)
-    left.plot(depth * 1e9, curves[name].force * 1e3, style, label=name)
+    axes.plot(depth * 1e9, curves[name].force * 1e3, style, label=name)
     print(f"{name}: method {curves[name].attrs['method']}, {float(curves[name].force[-1]) * 1e3:.3f} mN at 120 nm")
-left.plot(depth * 1e9, fp.indent(SILICA, fp.Sphere(RADIUS), depth=depth).force * 1e3, ":", color="0.4", label="sphere")
-left.set_xlabel("indentation depth (nm)")
-left.set_ylabel("normal force (mN)")
-left.set_ylim(0, 1.1e3 * float(curves["pyramid, rounded"].force[-1]))
-left.legend(frameon=False)
+axes.plot(depth * 1e9, fp.indent(SILICA, fp.Sphere(RADIUS), depth=depth).force * 1e3, ":", color="0.4", label="sphere")
+axes.set_xlabel("indentation depth (nm)")
+axes.set_ylabel("normal force (mN)")
+axes.set_ylim(0, 1.1e3 * float(curves["pyramid, rounded"].force[-1]))
+axes.legend(frameon=False)
 
 # %%
 # Far above its rounding the pyramid needs some per cent more force than the round tip of its area (2.7 to 7.8 % for sharp
 # pyramids); near the apex the two are rounded in different ways. Results with an area function say so in their notes.
 
 ratio = curves["area function"].force / curves["pyramid, rounded"].force
-right.plot(depth * 1e9, ratio, color="0.2")
-right.axhline(1, color="0.8", lw=0.8)
-right.set_xlabel("indentation depth (nm)")
-right.set_ylabel("force, area function over pyramid")
+_, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+axes.plot(depth * 1e9, ratio, color="0.2")
+axes.axhline(1, color="0.8", lw=0.8)
+axes.set_xlabel("indentation depth (nm)")
+axes.set_ylabel("force, area function over pyramid")
 plt.show()

@@ -21,24 +21,25 @@ GRADED = fp.Medium(
 # %%
 # Von Mises stress in the section y = 0, interfaces drawn.
 
-figure, panels = plt.subplots(1, 3, figsize=(13, 3.8), layout="constrained")
+_, panels = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
 x, z = np.meshgrid(np.linspace(-5e-6, 5e-6, 121), np.linspace(0, 4e-6, 91))
-for axes, medium, name in zip(panels, (PLAIN, GRADED), ("plain", "graded interlayer"), strict=False):
+for axes, medium, name in zip(panels, (PLAIN, GRADED), ("plain", "graded interlayer"), strict=True):
     fp.plot_fields(fp.fields(medium, TIP, x, 0.0, z, force=FORCE), axes, medium=medium)
     axes.set_title(name)
 
 # %%
 # Tension along the surface bends the coating below the axis: radial cracks start at the lower face of the stiff part.
 
+_, axes = plt.subplots(figsize=(5, 4), layout="constrained")
 for medium, colour, name in ((PLAIN, "#c1121f", "plain"), (GRADED, "#1f4e79", "graded interlayer")):
     for low, high in ((1e-9, 0.9999e-6), (1.0001e-6, 1.9999e-6), (2.0001e-6, 4e-6)):
         depth = np.linspace(low, high, 60)
         along = fp.fields(medium, TIP, 0.0, 0.0, depth, force=FORCE).stress.sel(component="xx")
-        panels[2].plot(along / 1e9, depth * 1e6, color=colour, label=name if low < 1e-8 else None)
-panels[2].invert_yaxis()
-panels[2].set_xlabel(r"$\sigma_{xx}$ on the axis (GPa)")
-panels[2].set_ylabel("$z$ (µm)")
-panels[2].legend(frameon=False)
+        axes.plot(along / 1e9, depth * 1e6, color=colour, label=name if low < 1e-8 else None)
+axes.invert_yaxis()
+axes.set_xlabel(r"$\sigma_{xx}$ on the axis (GPa)")
+axes.set_ylabel("$z$ (µm)")
+axes.legend(frameon=False)
 
 # %%
 # The load at which the first layer fails, with assumed strengths: the steel yields below both coatings, or the coating cracks.
@@ -47,6 +48,8 @@ COATING, YIELDS = fp.Strength(tensile=2.5e9), fp.Strength(yield_stress=1.5e9)
 for medium, name in ((PLAIN, "plain"), (GRADED, "graded interlayer")):
     strengths = [*[COATING] * len(medium.layers), YIELDS]
     found = fp.critical_load(medium, TIP, strengths=strengths)
-    where = f"layer {found.layer}, {found.place[2] * 1e6:.1f} µm below the surface"
-    print(f"{name}: {found.kind} at {found.force * 1e3:.1f} mN in {where}")
+    part = "the steel" if found.layer == len(medium.layers) else f"layer {found.layer + 1}"
+    print(
+        f"{name}: {found.kind} at {found.force * 1e3:.1f} mN in {part}, {found.place[2] * 1e6:.1f} µm below the surface"
+    )
 plt.show()

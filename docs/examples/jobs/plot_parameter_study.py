@@ -28,6 +28,8 @@ for radius, style in zip(study["indenter.radius"].values, ("-", "--", ":"), stri
     axes.semilogy(line["layers.0.thickness"] * 1e3, line.force, style, label=f"sphere of {radius * 1e3:g} mm")
 axes.set_xlabel("thickness of the cartilage (mm)")
 axes.set_ylabel(f"normal force at {float(study.depth.max()) * 1e3:.2g} mm (N)")
+axes.set_yticks([0.5, 1, 2, 4], ["0.5", "1", "2", "4"])
+axes.tick_params(axis="y", which="minor", labelleft=False)
 axes.legend(frameon=False)
 print(fp.sweeps.table(study).iloc[:3, :6].to_string(index=False))
 plt.show()

@@ -20,8 +20,8 @@ BODIES = {
 # %%
 # At an indentation depth of a tenth of the thickness, with the share of film and substrate.
 
-figure, panels = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
-for axes, (name, body) in zip(panels, BODIES.items(), strict=False):
+_, panels = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
+for axes, (name, body) in zip(panels, BODIES.items(), strict=True):
     found = fp.sensitivity(body, TIP, depth=THICKNESS / 10)
     fp.plot_sensitivity(found, axes)
     axes.set_title(f"{name}, $d = h/10$")
@@ -30,12 +30,13 @@ for axes, (name, body) in zip(panels, BODIES.items(), strict=False):
 # %%
 # The substrate's share over the depth: far above 1 % at a tenth of the thickness where the film is stiffer.
 
+_, axes = plt.subplots(figsize=(5, 4), layout="constrained")
 depth = THICKNESS * np.geomspace(0.005, 0.5, 16)
 for (name, body), colour in zip(BODIES.items(), ("#1f4e79", "#c1121f"), strict=True):
     share = fp.sensitivity(body, TIP, depth=depth).force.sel(parameter="base.young")
-    panels[2].semilogx(depth / THICKNESS, 100 * share, color=colour, label=name)
-panels[2].axvline(0.1, color="#8c8c8c", linewidth=0.9)
-panels[2].set_xlabel("depth over thickness")
-panels[2].set_ylabel("share of the force from the substrate (%)")
-panels[2].legend(frameon=False)
+    axes.semilogx(depth / THICKNESS, 100 * share, color=colour, label=name)
+axes.axvline(0.1, color="#8c8c8c", linewidth=0.9)
+axes.set_xlabel("depth over thickness")
+axes.set_ylabel("share of the force from the substrate (%)")
+axes.legend(frameon=False)
 plt.show()

@@ -17,20 +17,22 @@ WHEELS = [fp.DiscLoad(pressure=0.7e6, radius=0.1, center=(0.0, y)) for y in (-0.
 # %%
 # Section through both wheels.
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.8), layout="constrained")
+_, axes = plt.subplots(figsize=(6, 3.8), layout="constrained")
 y, z = np.meshgrid(np.linspace(-0.6, 0.6, 161), np.linspace(0, 0.8, 121))
-fp.plot_fields(fp.fields(ROAD, WHEELS, 0.0, y, z), left, medium=ROAD)
+fp.plot_fields(fp.fields(ROAD, WHEELS, 0.0, y, z), axes, medium=ROAD)
 
 # %%
 # The two quantities of design: stress along the road at the lower face of the asphalt, and vertical stress on the subgrade.
 
+_, axes = plt.subplots(figsize=(6, 3.8), layout="constrained")
 across = np.linspace(-0.6, 0.6, 241)
 asphalt = fp.fields(ROAD, WHEELS, 0.0, across, 0.15, side="above").stress.sel(component="xx")
 subgrade = fp.fields(ROAD, WHEELS, 0.0, across, 0.45).stress.sel(component="zz")
-right.plot(across, asphalt / 1e6, color="#c1121f", label="asphalt, lower face, along the road")
-right.plot(across, 10 * subgrade / 1e6, color="#1f4e79", label="subgrade, vertical, ten times")
-right.axhline(0, color="#8c8c8c", linewidth=0.6)
-right.set_xlabel("$y$ (m)")
-right.set_ylabel("stress (MPa)")
-right.legend(frameon=False)
+axes.plot(across, asphalt / 1e6, color="#c1121f", label="asphalt, lower face, along the road")
+axes.plot(across, 10 * subgrade / 1e6, color="#1f4e79", label="subgrade, vertical, ten times")
+axes.axhline(0, color="#8c8c8c", linewidth=0.6)
+axes.set_xlabel("$y$ (m)")
+axes.set_ylabel("stress (MPa)")
+axes.set_ylim(-0.55, 0.8)
+axes.legend(loc="lower center", frameon=False)
 plt.show()

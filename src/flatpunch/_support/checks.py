@@ -59,8 +59,7 @@ def shown(value: Any, most: int = _SHOWN) -> str:
     """Return `value` as messages write it: `repr`, shortened where it is long."""
     try:
         text = repr(value)
-    # integers of thousands of digits have no decimal form, and foreign objects may fail in any way
-    except Exception:
+    except Exception:  # integers of thousands of digits have no decimal form, and a caller's object may raise anything
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else f"{text[: most - 4]} ..."
 
@@ -207,8 +206,7 @@ def numbers(name: str, value: Any, unit: str | None = None) -> Array:
         _no_number(name, value)
     try:
         array = np.asarray(value)
-    # foreign objects may refuse to be arrays in any way
-    except Exception:
+    except (TypeError, ValueError, RuntimeError):  # what array libraries raise for what has no form as a NumPy array
         _no_number(name, value)
     if array.dtype.kind == "O":
         if array.ndim == 0:

@@ -45,7 +45,7 @@ def curve_table(result: xr.Dataset) -> CurveTable:
         finite = np.abs(values[np.isfinite(values)])
         factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
         columns.append((name, prefixed.replace("^2", "²")))
-        shown.append([f"{values[i] * factor:.4g}" for i in chosen])
+        shown.append([_four_digits(values[i] * factor) for i in chosen])
     if "force_error" in result and result.attrs["method_reason"] != EXACT:
         columns.append(("force error", "%"))
         shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
@@ -55,6 +55,12 @@ def curve_table(result: xr.Dataset) -> CurveTable:
         shown.append(["yes" if valid[i] else "no" for i in chosen])
     caption = f"{len(chosen)} of {steps} steps, {_solved_by(result)}"
     return CurveTable(tuple(columns), tuple(zip(*shown, strict=True)), caption)
+
+
+def _four_digits(value: float) -> str:
+    """Four digits; areas up to the next prefix, a million times as much, without a power of ten."""
+    digits = f"{value:.4g}"
+    return f"{float(digits):.0f}" if 1e4 <= abs(value) < 1e6 else digits
 
 
 def _solved_by(result: xr.Dataset) -> str:

@@ -76,8 +76,7 @@ def shared_out(
             elif pending:
                 wait(pending, return_when=FIRST_COMPLETED)
         return [found[index] for index in range(len(items))]
-    # interrupts too: no worker process may go on for a caller that has left
-    except BaseException:
+    except BaseException:  # Ctrl-C too: no worker process may go on for a caller that has left; raised again below
         if futures:
             dismiss()
         raise
@@ -142,8 +141,7 @@ def _outcome(future: Future[Any], function: Callable[[Any, Any], Any], common: A
     """Outcome of a worker, or of a call here if it has none."""
     try:
         return future.result()
-    # whatever the call raised or warned of there, it raises or warns of again here, where the caller sees it
-    except Exception:
+    except Exception:  # whatever the call raised there, it raises again here, where the caller sees it
         return function(common, item)
 
 

@@ -84,6 +84,9 @@ class Equilibria(Protocol):
     def size(self, radius: Array) -> tuple[Array, Array]:
         """Mean radius a0 of the outline and contact area at radii > 0, shape (n,) each."""
 
+    def base_radius(self, mean_radius: Array) -> Array:
+        """Radii at which `size` gives the mean radii a0, shape (n,)."""
+
     def error(self, radius: Array) -> Array:
         """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,)."""
 
@@ -130,6 +133,10 @@ class Branch:
     def size(self, radius: Array) -> tuple[Array, Array]:
         """Mean radius and area of discs."""
         return radius, np.pi * radius**2
+
+    def base_radius(self, mean_radius: Array) -> Array:
+        """The same: discs have one radius."""
+        return mean_radius
 
     def error(self, radius: Array) -> Array:
         """Nothing: round contacts are exact."""

@@ -153,8 +153,7 @@ def _radius(case: AdhesiveCase, control: Control) -> Array:
     """Contact radii; 0 where the surfaces have separated."""
     if control.name == "radius":
         check_reach(case.indenter, control.values)
-        branch = case.branch
-        return branch.base_radius(control.values) if isinstance(branch, PerturbedBranch) else control.values
+        return case.branch.base_radius(control.values)
     return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
 
 

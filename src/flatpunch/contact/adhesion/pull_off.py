@@ -29,7 +29,6 @@ from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
-from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import Stretch
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -222,8 +221,7 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
         "It is the largest gap across which the adhesive traction acts [m].",
         unit="m",
     )
-    radius = np.array([result.radius])
-    contact = case.branch.at(case.branch.base_radius(radius) if isinstance(case.branch, PerturbedBranch) else radius)
+    contact = case.branch.at(case.branch.base_radius(np.array([result.radius])))
     # (T11.4)
     mu = float(contact.retraction[0]) / (np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6) * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2

@@ -37,7 +37,7 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class Stability:
-    """Stable stretches under prescribed depth and force, outermost first, and the radius [m] up to which they were searched."""
+    """Stable stretches under prescribed depth and force, outermost first, and the largest radius [m] of the search."""
 
     depth: tuple[Stretch, ...]
     force: tuple[Stretch, ...]
@@ -104,9 +104,9 @@ def stability(
 
 
 def steady_radius(branch: Equilibria, found: Stability) -> float:
-    """Radius [m] from which on adhesion takes less than half of both slopes of a round branch, or the end of its search.
+    """Radius [m] beyond which adhesion reduces both slopes of a round branch by less than half, or the end of its search.
 
-    A correction for the shape of the tip would have to be as large as what it corrects to turn the branch beyond.
+    Beyond it the correction for the shape of the tip cannot make the branch unstable, unless it is as large as the branch itself.
     """
     start = np.log(max(stretch.start for stretch in found.depth + found.force) or found.searched)
     end = np.log(found.searched)
@@ -167,8 +167,7 @@ def _still_pulled(branch: Equilibria, radius: float, reach: float, *, corrected:
         return (
             f"{asked}to second order in its asymmetry this tip is still drawn outwards at a contact radius of "
             f"{text(radius, 'm')}, where a round tip of the same mean is held firmly: the tip is too far from round for this "
-            "theory. Take a rounder "
-            "tip, or leave work_of_adhesion out."
+            "theory. Take a rounder tip, or leave work_of_adhesion out."
         )
     if radius >= reach * (1 - 1e-9):
         return (

@@ -14,6 +14,7 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.elastic.background import WAVES
 from flatpunch.fit.least_squares.blocks import uniform
 from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.least_squares.scan import beside
 
 _TURNS = 3
 """Searches, each with the moduli of the one before: behind a cantilever they decide the shape over the position."""
@@ -49,20 +50,15 @@ def best_wavelength(plain: Objective, x: Array, moduli: Sequence[int], between: 
     best = tried[0]
     for _ in range(_TURNS):
         shapes = weight * _over_position(plain, theta, position - places[:, None])
-        total = np.einsum("ij,ij->i", shapes, shapes)
         least = np.inf
         for wavelength in tried:
             phase = 2 * np.pi * position / wavelength
             columns = np.array([np.ones_like(phase), position / way, np.sin(phase), np.cos(phase)]) * weight
             basis = np.linalg.qr(columns.T)[0]
-            left = data - basis @ (basis.T @ data)
-            reduced = shapes - (shapes @ basis) @ basis.T
-            square = np.einsum("ij,ij->i", reduced, reduced)
-            along = reduced @ left
-            # a contact that the background can stand in for tells nothing
-            gain = np.where((along > 0) & (square > 1e-12 * total), along**2 / np.maximum(square, 1e-300), 0.0)
+            square, along, total = beside(basis, shapes, data)
+            gain = np.where(along > 0, along**2 / square, 0.0)
             at = int(np.argmax(gain))
-            cost = float(left @ left) - float(gain[at])
+            cost = total - float(gain[at])
             if cost < least:
                 least, best, amplitude = cost, wavelength, float(along[at] / square[at]) if gain[at] else 1.0
         if not moduli:

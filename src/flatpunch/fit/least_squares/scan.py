@@ -159,13 +159,7 @@ def _one_scan(
     basis = np.linalg.qr(columns.T)[0] if fitted else np.zeros((data.size, 0))
     steepness = model.max(axis=1) * span / np.maximum(inside.max(axis=1), 1e-300)
     model *= weight
-    left = data - basis @ (basis.T @ data)
-    reduced = model - (model @ basis) @ basis.T
-    square = np.einsum("ij,ij->i", reduced, reduced)
-    along = reduced @ left
-    total = float(left @ left)
-    # a contact that the background can stand in for tells nothing
-    square = np.where(square > 1e-12 * np.einsum("ij,ij->i", model, model), square, np.inf)
+    square, along, total = beside(basis, model, data)
     # readings that must be in contact, or any curve fits them
     usable = (touching * coarse.counts).sum(axis=1) >= 4
     gain = np.where(usable, along**2 / square, 0.0)
@@ -190,6 +184,25 @@ def _one_scan(
         x[coarse.names.index("contact")] = (candidates[best] - origin) / width
     freedom = max(data.size - len(fitted) - 2, 1)
     return Scan(x, total - max(float(up[best]), 0.0), total, total - down, freedom), float(np.log(amplitude))
+
+
+def beside(basis: Array, shapes: Array, data: Array) -> tuple[Array, Array, float]:
+    """Squares of shapes, their products with the data and the square of the data, all without what the background explains.
+
+    Parameters
+    ----------
+    basis : ndarray, shape (n, terms)
+        Orthonormal terms of the background.
+    shapes : ndarray, shape (shapes, n)
+        Forces of contacts. A combination of the background's terms is not determined: its square is infinite.
+    data : ndarray, shape (n,)
+        Measured force.
+    """
+    left = data - basis @ (basis.T @ data)
+    reduced = shapes - (shapes @ basis) @ basis.T
+    square = np.einsum("ij,ij->i", reduced, reduced)
+    square = np.where(square > 1e-12 * np.einsum("ij,ij->i", shapes, shapes), square, np.inf)
+    return square, reduced @ left, float(left @ left)
 
 
 def _candidates(coarse: Objective, depth: Array, between: tuple[float, float]) -> Array:

@@ -176,7 +176,7 @@ def _explained(path: Path) -> Iterator[None]:
         ) from None
     except AFMFileFormatError as error:  # is no Exception
         raise CurveError(f"{path.name}: afmformats cannot read it ({_first_line(error)}).") from None
-    except Exception:
+    except Exception:  # its readers index and unpack damaged files unchecked: IndexError, struct.error, zlib.error, ...
         raise CurveError(
             f"{path.name}: afmformats cannot read it. It is damaged, or of a form that afmformats does not know; text "
             "files must be in UTF-8."
