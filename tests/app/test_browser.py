@@ -203,6 +203,9 @@ def test_long_job_shows_progress_and_is_stopped(visit):
     window.wait_for_function("() => document.querySelector('#shown').classList.contains('stale')")
     window.click("#stop")
     window.wait_for_selector("#long:has-text('Stopped')")
+    # what is known of the same form does not take the message away
+    window.dispatch_event("[name='method']", "change")
+    window.wait_for_selector("#long:has-text('Stopped'):has-text('Solving takes')")
 
 
 def test_details_of_what_is_no_longer_shown_are_stopped(visit):

@@ -9,12 +9,14 @@ const at = (id) => document.getElementById(id);
 const TYPING = 250; // milliseconds without a key before the form is sent
 const ADDRESS = 200; // milliseconds without a change before the address follows
 const LONGEST = 16000; // characters of an address
+const STOPPED = "Stopped. The results below, if any, belong to an earlier form.";
 
 let tab = "press";
 let sent = null; // form that is being checked, and solved if that is quick
 let drawn = null; // form that is shown
 let version = 0; // of what is shown; details of an earlier one are no longer wanted
 let beside = null; // long job that runs while the page is used: its form
+let halted = null; // form whose solution was stopped last
 let dirty = false; // whether the form has changed meanwhile
 let timer = null;
 let address = null;
@@ -100,7 +102,8 @@ function unanswered(error) {
 function shown(state, asked) {
   if (state.state === "stopped") {
     problems(standing());
-    long("Stopped. The results below, if any, belong to an earlier form.");
+    halted = asked;
+    long(STOPPED);
     return;
   }
   const result = state.result ?? { problems: state.problems ?? [{ field: "", text: state.message ?? "It was not solved." }] };
@@ -115,7 +118,8 @@ function shown(state, asked) {
     return;
   }
   if (result.long) {
-    long(result.about.find((line) => line.startsWith("Takes"))?.replace("Takes", "Solving takes").replace(/\s+/g, " ") ?? "");
+    const takes = result.about.find((line) => line.startsWith("Takes"))?.replace("Takes", "Solving takes").replace(/\s+/g, " ") ?? "";
+    long(asked === halted ? `${STOPPED} ${takes}` : takes);
     return;
   }
   drawn = asked;
