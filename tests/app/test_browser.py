@@ -204,7 +204,7 @@ def test_long_job_shows_progress_and_is_stopped(visit):
     window.click("#stop")
     window.wait_for_selector("#long:has-text('Stopped')")
     # what is known of the same form does not take the message away
-    window.dispatch_event("[name='method']", "change")
+    window.dispatch_event("[name='method']", "input")
     window.wait_for_selector("#long:has-text('Stopped'):has-text('Solving takes')")
 
 
