@@ -1,4 +1,4 @@
-"""Media that take their flat punches from a table: the same calls, the same answers."""
+"""Media that take their flat punches from a table: the same calls, the same responses."""
 
 import numpy as np
 import pytest

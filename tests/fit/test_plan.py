@@ -105,7 +105,7 @@ def test_no_effect_and_little_effect():
     assert plan.judgement(YOUNG) == "determined"
     shallow = planned(GEL, BEAD, [YOUNG, THICK], depth=2e-8, noise=1e-10)
     assert shallow.judgement(THICK) == "not determined"
-    assert any("hardly be told apart" in note for note in shallow.notes)
+    assert any("hardly distinguished" in note for note in shallow.notes)
     assert "not determined" in shallow.summary()
     assert "standard error" in str(shallow)
 

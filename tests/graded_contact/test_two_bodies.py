@@ -34,7 +34,7 @@ def test_two_equal_bodies_are_one_of_half_the_force(name):
     one, pair = solve(BODIES[name]), solve(fp.TwoBodies(BODIES[name], BODIES[name]))
     for variable in VARIABLES:
         share = 0.5 if variable in ("force", "stiffness") else 1.0
-        # Chebyshev panels are those of one kernel; graded pairs know their answers to 1e-10
+        # Chebyshev panels are those of one kernel; graded pairs know their responses to 1e-10
         np.testing.assert_allclose(pair[variable], share * one[variable], rtol=1e-9, err_msg=variable)
 
 

@@ -25,19 +25,19 @@ media = pytest.mark.parametrize("medium", MEDIA.values(), ids=MEDIA)
 
 def compare(medium, betas):
     kernel = compliance(medium)
-    answers = punch_family(kernel).at(betas)
+    responses = punch_family(kernel).at(betas)
     for i, beta in enumerate(betas):
         terms = sufficient_terms(kernel, beta)
         direct = solve_round(kernel, np.array([beta]), terms)
         stiffness = np.pi * direct.flat[0, 0]
         # target 1e-10; rounding of thin incompressible layers, eps Kbar, on top
         allowed = 1e-10 + 20 * np.finfo(float).eps * stiffness
-        assert np.pi * answers.flat[i, 0] == pytest.approx(stiffness, rel=allowed)
+        assert np.pi * responses.flat[i, 0] == pytest.approx(stiffness, rel=allowed)
         strength = 1 + np.pi * direct.edge[0, 0]
-        assert 1 + np.pi * answers.edge[i, 0] == pytest.approx(strength, rel=allowed)
+        assert 1 + np.pi * responses.edge[i, 0] == pytest.approx(strength, rel=allowed)
         size = np.abs(direct.flat).max()
-        short = min(terms, answers.flat.shape[1])
-        np.testing.assert_allclose(answers.flat[i, :short], direct.flat[0, :short], rtol=0, atol=allowed * size)
+        short = min(terms, responses.flat.shape[1])
+        np.testing.assert_allclose(responses.flat[i, :short], direct.flat[0, :short], rtol=0, atol=allowed * size)
 
 
 @media
@@ -51,10 +51,10 @@ def test_family_at_the_seams_of_its_panels(medium):
     seams = 10.0 ** np.concatenate([np.arange(-8, 0) / 2, np.arange(20) / 8])
     betas = np.concatenate([seams * (1 - 1e-13), seams, seams * (1 + 1e-13)])
     compare(medium, betas)
-    answers = punch_family(compliance(medium)).at(betas).flat[:, 0].reshape(3, -1)
+    responses = punch_family(compliance(medium)).at(betas).flat[:, 0].reshape(3, -1)
     # both sides of a seam agree to what the panels leave and the medium's rounding
-    kbar = np.pi * answers[1].max()
-    np.testing.assert_allclose(answers[0], answers[2], rtol=1e-10 + 20 * np.finfo(float).eps * kbar)
+    kbar = np.pi * responses[1].max()
+    np.testing.assert_allclose(responses[0], responses[2], rtol=1e-10 + 20 * np.finfo(float).eps * kbar)
 
 
 @media
@@ -72,7 +72,7 @@ def test_order_and_company_of_radii_do_not_matter(medium):
 
 @media
 def test_the_passage_to_the_half_space_is_smooth(medium):
-    # Below beta = 1e-16 the family answers with the half-space; Kbar - 1 is of the order of the contrast times beta.
+    # Below beta = 1e-16 the family returns the half-space; Kbar - 1 is of the order of the contrast times beta.
     kbar = np.pi * punch_family(compliance(medium)).at(np.array([0.9e-16, 1.1e-16, 1e-12])).flat[:, 0]
     assert kbar[0] == pytest.approx(1, abs=1e-15)
     np.testing.assert_allclose(kbar[1], 1, rtol=0, atol=1e-12)

@@ -45,11 +45,11 @@ MEDIA = {
 
 def depth_and_slope(kernel, beta, n, terms):
     """D and a d'(a)/d of f = r^n at a = 1."""
-    answers = solve_round(kernel, np.array([beta]), terms)
+    responses = solve_round(kernel, np.array([beta]), terms)
     b, edge = power_moments(n, 0, terms), power_edge(n, 0)
-    strength = 1 / np.pi + answers.edge[0, 0]
-    depth = (edge + b @ answers.edge[0]) / strength
-    slope = (depth * answers.slope[0, 0] - (-n * edge + b @ answers.slope[0])) / strength
+    strength = 1 / np.pi + responses.edge[0, 0]
+    depth = (edge + b @ responses.edge[0]) / strength
+    slope = (depth * responses.slope[0, 0] - (-n * edge + b @ responses.slope[0])) / strength
     return depth, slope / depth
 
 
@@ -100,15 +100,15 @@ def test_identities_give_the_edge_functionals_of_layered_media(beta):
     plain = compliance(Medium([Layer(1.0, 0.3, 1.0)], HalfSpace(5.0, 0.2)))
     split = Kernel(plain.modulus, 1.0, plain.response, floor=plain.floor, series=_series(plain))
     radii, terms = np.array([beta]), 40
-    answers = solve_round(plain, radii, terms)
+    responses = solve_round(plain, radii, terms)
     flat, edge, slope = graded_round(split, radii, terms)
-    np.testing.assert_allclose(flat, answers.flat, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(flat, responses.flat, rtol=0, atol=1e-11)
     # high entries are multiplied by 2 q + 1
-    np.testing.assert_allclose(edge[0, :20], answers.edge[0, :20], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(edge[0, :20], responses.edge[0, :20], rtol=0, atol=1e-10)
     for n in (1.0, 2.0, 2.5, 4.0):
         b, s0 = power_moments(n, 0, terms), power_edge(n, 0)
         depth = (s0 + b @ edge[0]) / (1 / np.pi + edge[0, 0])
-        by_sums, by_identity = (depth * t[0] - (-n * s0 + b @ t) for t in (answers.slope[0], slope[0]))
+        by_sums, by_identity = (depth * t[0] - (-n * s0 + b @ t) for t in (responses.slope[0], slope[0]))
         assert by_identity == pytest.approx(by_sums, rel=1e-9)
     orders = [1, 2, 3, 5]
     vectors, sums = graded_harmonics(split, radii, orders)
@@ -239,11 +239,11 @@ def test_thin_layers_behave_like_power_law_grading(name):
     errors = []
     for beta in (25.0, 50.0, 100.0):
         terms = sufficient_terms(kernel, beta)
-        answers = solve_round(kernel, np.array([beta]), terms)
+        responses = solve_round(kernel, np.array([beta]), terms)
         b, edge = power_moments(2.0, 0, terms), power_edge(2.0, 0)
         depth, slope = depth_and_slope(kernel, beta, 2.0, terms)
-        d_star = answers.flat[0, 0] * depth / (3 * b @ answers.flat[0])
-        strength = 1 / np.pi + answers.edge[0, 0]
+        d_star = responses.flat[0, 0] * depth / (3 * b @ responses.flat[0])
+        strength = 1 / np.pi + responses.edge[0, 0]
         harmonic = solve_edges(kernel, np.array([beta]), np.array([2])).power_edge(2.0, np.array([2]))[0, 0]
         assert edge == power_edge(2.0, 0)
         errors.append((d_star - d_star_limit, harmonic / (strength * depth * slope) - 2 / (3 + k)))

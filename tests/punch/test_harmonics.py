@@ -31,7 +31,7 @@ def test_edges_stiffen_as_strengths_grow(medium, width):
     # no slow sums. Differences of order 4 with step 0.002.
     kernel, step = compliance(medium), 2e-3
     beta = radius(kernel, width) * np.exp(step * np.array([-2.0, -1, 0, 1, 2]))
-    # digits that the answers of thin incompressible layers lose
+    # digits that the responses of thin incompressible layers lose
     lost = 20 * np.finfo(float).eps * np.pi * punch_family(kernel).flat(beta[2:3])[0, 0] / step
     lower = np.array([1, 2, 9, 30])
     orders = np.unique([lower, lower + 1])

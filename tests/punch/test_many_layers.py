@@ -45,9 +45,9 @@ def test_the_smooth_half_of_far_integrals_is_enough(layers, beta, monkeypatch):
     assert matrix._table(0, terms, 0, kernel.cutoff * beta).split
 
     def solved():
-        answers, edges = matrix.solve_round(kernel, radii, terms), solve_edges(kernel, radii, orders)
-        flat = answers.flat / answers.flat[0, 0]
-        return flat, answers.edge, answers.slope, edges.stiffening(orders), edges.power_edge(1.0, orders)
+        responses, edges = matrix.solve_round(kernel, radii, terms), solve_edges(kernel, radii, orders)
+        flat = responses.flat / responses.flat[0, 0]
+        return flat, responses.edge, responses.slope, edges.stiffening(orders), edges.power_edge(1.0, orders)
 
     split = solved()
     monkeypatch.setattr(matrix, "_table", lambda parity, n, first, needed: bessel_table(parity, n, first, needed))

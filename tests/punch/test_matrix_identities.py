@@ -43,8 +43,8 @@ def stiffness(medium, beta, terms=None):
     """Kbar and the edge coefficient times pi of each beta."""
     kernel = compliance(medium)
     beta = np.atleast_1d(beta)
-    answers = solve_round(kernel, beta, terms or sufficient_terms(kernel, float(beta.max())))
-    return np.pi * answers.flat[:, 0], 1 + np.pi * answers.edge[:, 0]
+    responses = solve_round(kernel, beta, terms or sufficient_terms(kernel, float(beta.max())))
+    return np.pi * responses.flat[:, 0], 1 + np.pi * responses.edge[:, 0]
 
 
 @by_medium
@@ -92,10 +92,10 @@ def test_cones_need_no_more_terms_than_punches(medium, beta):
 
 
 def cone(medium, beta, terms):
-    answers = solve_round(compliance(medium), np.array([beta]), terms)
+    responses = solve_round(compliance(medium), np.array([beta]), terms)
     b = power_moments(1.0, 0, terms)
-    depth = (power_edge(1.0, 0) + b @ answers.edge[0]) / (1 / np.pi + answers.edge[0, 0])
-    return depth, np.pi * (depth * answers.flat[0, 0] - b @ answers.flat[0])
+    depth = (power_edge(1.0, 0) + b @ responses.edge[0]) / (1 / np.pi + responses.edge[0, 0])
+    return depth, np.pi * (depth * responses.flat[0, 0] - b @ responses.flat[0])
 
 
 def test_edge_of_a_graded_surface_converges_with_the_sixth_power_of_the_terms():

@@ -29,8 +29,8 @@ def layer_row(beta, nu, bonded, exponents):
 def row(medium, beta, exponents):
     kernel = compliance(medium)
     terms = sufficient_terms(kernel, beta)
-    answers = solve_round(kernel, np.array([beta]), terms)
-    c, edge = answers.flat[0], answers.edge[0]
+    responses = solve_round(kernel, np.array([beta]), terms)
+    c, edge = responses.flat[0], responses.edge[0]
     e = 1 / np.pi + edge[0]
     result = {"Kbar": np.pi * c[0]}
     result["dKbar_dbeta"] = ((np.pi * e) ** 2 - np.pi * c[0]) / beta

@@ -12,8 +12,8 @@ def power_law_on_layer(kernel: Kernel, radius: float, exponent: float, coefficie
     beta = np.array([radius / kernel.length])
     # the moments of r^n decay like a power only; 40 terms more than the matrix needs leave 1e-9 for n = 2
     terms = sufficient_terms(kernel, float(beta[0])) + 40
-    answers = solve_round(kernel, beta, terms)
-    c, edge = answers.flat[0], answers.edge[0]
+    responses = solve_round(kernel, beta, terms)
+    c, edge = responses.flat[0], responses.edge[0]
     scale = coefficient * radius**exponent
     b = scale * power_moments(exponent, 0, terms)
     depth = (scale * power_edge(exponent, 0) + b @ edge) / (1 / np.pi + edge[0])

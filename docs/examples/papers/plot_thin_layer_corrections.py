@@ -72,7 +72,7 @@ def pyramid(x, sides=4, **sample):
 
 
 def ranges(x, formula, exact, limits=(0.01, 0.05, 0.10)):
-    """Largest x up to which the error stays within each limit; 0 if it never does, the last x if it always does."""
+    """Largest x at which the error is still within each limit; 0 if it never is, the last x if it always is."""
     error = np.abs(formula / exact - 1)
     ends = [np.flatnonzero(error > limit) for limit in limits]
     return [float(x[-1]) if not end.size else float(x[end[0] - 1]) if end[0] else 0.0 for end in ends]

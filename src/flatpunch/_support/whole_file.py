@@ -22,7 +22,7 @@ UNFINISHED = ".unfinished-"
 """How temporary names begin."""
 
 _HOUR = 3600.0
-"""Age from which on files of other machines, and of earlier versions, count as left behind [s]."""
+"""Age above which files of other machines, and of earlier versions, count as left behind [s]."""
 
 
 def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:

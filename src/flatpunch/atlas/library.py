@@ -207,7 +207,7 @@ class MediumSolution:
         return self.solution.responds_to(exponent)
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
-        """Answers to harmonics of outlines."""
+        """Responses to harmonics of outlines."""
         return self.solution.edges(beta, orders, exponent)
 
 

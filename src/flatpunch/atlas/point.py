@@ -48,12 +48,12 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for i, (low, high) in enumerate(panel_edges(point["low"], point["high"])):
         beta = nodes(float(np.log(low)), float(np.log(high)))
-        answers = solve_round(kernel, beta, point["terms"][i] if "terms" in point else sufficient_terms(kernel, high))
-        flat = answers.flat / answers.flat[:, :1]
-        flat[:, 0] = np.log(np.pi * answers.flat[:, 0])
+        responses = solve_round(kernel, beta, point["terms"][i] if "terms" in point else sufficient_terms(kernel, high))
+        flat = responses.flat / responses.flat[:, :1]
+        flat[:, 0] = np.log(np.pi * responses.flat[:, 0])
         found[f"{i}/flat"] = nodal_transform() @ flat
         if point["responses"]:
-            strength = (1 + np.pi * answers.edge[:, 0]) / np.pi
+            strength = (1 + np.pi * responses.edge[:, 0]) / np.pi
             found |= {f"{i}/{name}": value for name, value in _responses(kernel, beta, high, strength).items()}
     return found
 

@@ -156,7 +156,7 @@ class Solution:
         return self.coefficients(beta)[0]
 
     def round(self, beta: Array) -> tuple[Array, Array, Array]:
-        """Flat punch, edge and slope functionals of harmonic 0 (`flatpunch.punch.matrix.Answers`)."""
+        """Flat punch, edge and slope functionals of harmonic 0 (`flatpunch.punch.matrix.Responses`)."""
         c, first, second = self.coefficients(beta)
         return c, *round_functionals(c, first, second)
 
@@ -165,7 +165,7 @@ class Solution:
         return bool(self.intervals[0].orders.size) and exponent in (1, 2)
 
     def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
-        """Answers to harmonics of outlines.
+        """Responses to harmonics of outlines.
 
         Parameters
         ----------

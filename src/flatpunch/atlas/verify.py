@@ -172,7 +172,7 @@ def solve_directly(point: dict[str, Any]) -> dict[str, float]:
     """Kbar, kappa_1, kappa_2 and the edge coefficient of one punch, without a table."""
     kernel = compliance(point["medium"])
     beta = values("beta", point["beta"])
-    answers = solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0])))
-    flat = answers.flat[0]
+    responses = solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0])))
+    flat = responses.flat[0]
     moments = {f"kappa_{n}": float((n + 1) * np.pi * power_moments(n, 0, flat.size) @ flat) for n in (1, 2)}
-    return {"Kbar": float(np.pi * flat[0]), **moments, "edge": float(1 + np.pi * answers.edge[0, 0])}
+    return {"Kbar": float(np.pi * flat[0]), **moments, "edge": float(1 + np.pi * responses.edge[0, 0])}

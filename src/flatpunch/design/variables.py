@@ -167,7 +167,7 @@ def _height(known: Mapping[str, Parameter], indenter: RadialProfile, j: int) -> 
     name = f"indenter.f[{j}]"
     if name not in known:
         raise ValueError(
-            f"vary: {_SLOPES!r} needs a profile that ascends from its first radius on; its height {j} is {indenter.f[j]:g} m."
+            f"vary: {_SLOPES!r} needs a profile that ascends everywhere; its height {j} is {indenter.f[j]:g} m."
         )
     return known[name]
 

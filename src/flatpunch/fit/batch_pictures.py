@@ -111,7 +111,7 @@ def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags)
     scale, length = scale_of([span], "m")
     x, y = ((along - along[placed].min()) * scale for along in (x, y))
     columns, rows = (np.unique(np.round(along[placed] / (span * scale), 4)) * span * scale for along in (x, y))
-    # cells of a grid for each curve up to which positions are drawn as a grid; scattered positions are drawn as squares
+    # most cells of a grid for each curve; positions that would need more are scattered, and drawn as squares
     if min(columns.size, rows.size) > 1 and columns.size * rows.size <= 2 * placed.sum():
         cells = np.full((rows.size, columns.size), np.nan)
         at = tuple(

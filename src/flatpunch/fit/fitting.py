@@ -67,7 +67,7 @@ def fit(
     Returns
     -------
     FitResult
-        Values, intervals, correlations, notes about what the data cannot tell, and the fitted curve.
+        Values, intervals, correlations, notes about what the data do not determine, and the fitted curve.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def _rounding(setup: Setup, found: Minimum) -> Array:
         free[objective.loaded] = False
     if not free.any():
         return none
-    # readings that alternate between two levels have up to q^2/4 without telling s
+    # readings that alternate between two levels have up to q^2/4 without showing s
     s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
     j = np.arange(1, 6)
     variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))

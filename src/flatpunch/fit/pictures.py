@@ -100,7 +100,7 @@ def plot_fit(
 
 
 def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName | str = "screen") -> Figure:
-    """Curve with fit, residuals, and, where two parameters are hard to tell apart, their ridge.
+    """Curve with fit, residuals, and, where two parameters are hardly distinguished, their ridge.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
 
 WELL, POORLY = 0.1, 1.0
-"""Relative standard error up to which a parameter counts as determined, and from which it counts as not determined."""
+"""Largest relative standard error of a parameter that counts as determined, and smallest of one that does not."""
 
 
 @readable
@@ -320,7 +320,7 @@ def _degenerate(plan: Plan) -> list[str]:
 
 
 def _tangled(plan: Plan, count: int) -> list[str]:
-    """Pairs that can hardly be told apart."""
+    """Pairs that are hardly distinguished."""
     table, notes = plan.correlation, []
     for j in range(count):
         for k in range(j):
@@ -328,7 +328,7 @@ def _tangled(plan: Plan, count: int) -> list[str]:
             bad = [name for name in pair if plan.judgement(name) != "determined"]
             if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > 0.98:
                 notes.append(
-                    f"{pair[0]} and {pair[1]} can hardly be told apart: correlation {table[j, k]:.4f}. Hold one of them, give "
+                    f"{pair[0]} and {pair[1]} are hardly distinguished: correlation {table[j, k]:.4f}. Hold one of them, give "
                     "it a prior, or press deeper."
                 )
     return notes

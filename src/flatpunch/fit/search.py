@@ -43,7 +43,7 @@ def _why_not(setup: Setup, found: Minimum) -> str:
         inside = setup.objective.indentation(setup.part, found.x)[setup.used]
         if inside.min() > 0:
             return (
-                "the data begin in contact, no baseline is seen, and the curve bends too little to tell where the contact began: "
+                "the data begin in contact, no baseline is seen, and the curve bends too little to show where the contact began: "
                 f"contact point and modulus run off together ({inside.min():.3g} m before the first reading so far). Record from "
                 "further out, or give the contact point, contact = '...', and baseline = 'none' where the force begins at zero."
             )

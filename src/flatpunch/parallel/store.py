@@ -122,7 +122,7 @@ class Folder:
                 self._told = True
                 warnings.warn(
                     f"{error.filename or self.path}: points cannot be kept ({error.strerror or error}). The run goes on, and "
-                    "what is solved from here on is lost at its end unless its result is saved.",
+                    "later results, too, are lost at its end unless they are saved.",
                     FlatpunchWarning,
                     stacklevel=2,
                 )

@@ -87,7 +87,7 @@ def chosen_step(result: xr.Dataset, step: int | None) -> int:
     if step is None:
         return last_valid(result)
     count = result.sizes["step"]
-    whole("step", step, -count, f"The result has {count} steps, from 0 on.", most=count - 1)
+    whole("step", step, -count, f"The result has {count} steps, counted from 0.", most=count - 1)
     return int(step) % count
 
 

@@ -1,6 +1,6 @@
-"""Flat-punch answers as smooth functions of the punch radius.
+"""Flat-punch responses as smooth functions of the punch radius.
 
-The answers of `solve_round` are sampled on panels of log(beta) and kept with the kernel, so that a whole curve costs a few
+The responses of `solve_round` are sampled on panels of log(beta) and kept with the kernel, so that a whole curve costs a few
 dozen small linear systems.
 """
 
@@ -16,7 +16,7 @@ from flatpunch.numerics.piecewise import Piece
 from flatpunch.punch.basis import power_edge, power_moments, projection, regular_part
 from flatpunch.punch.matrix import (
     RESOLVED,
-    Answers,
+    Responses,
     edge_strength,
     effective_beta,
     largest_beta,
@@ -52,8 +52,8 @@ class PunchFamily:
         self._panels = panels(kernel, self._sample, _judge, _rounding)
         self._lowest: dict[tuple[float, float], float] = {}
 
-    def at(self, beta: Array, *, nodes: bool = False) -> Answers:
-        """Answers of the unit-disc matrices at radii beta = a/l.
+    def at(self, beta: Array, *, nodes: bool = False) -> Responses:
+        """Responses of the unit-disc matrices at radii beta = a/l.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class PunchFamily:
 
         Returns
         -------
-        Answers
+        Responses
             Arrays of shape (n, terms), padded with zeros to the largest number of terms needed.
 
         Raises
@@ -73,14 +73,14 @@ class PunchFamily:
             If a radius is too large for the resolution of the thinnest layer.
         """
         values = self._gather(beta, 3, nodes=nodes)
-        return Answers(values[:, 0], values[:, 1], values[:, 2], np.full(beta.size, np.finfo(float).eps))
+        return Responses(values[:, 0], values[:, 1], values[:, 2], np.full(beta.size, np.finfo(float).eps))
 
     def flat(self, beta: Array) -> Array:
         """Coefficients c* of the flat punch alone, shape (n, terms)."""
         return self._gather(beta, 1)[:, 0]
 
     def _gather(self, beta: Array, kinds: int, *, nodes: bool = False) -> Array:
-        """The first `kinds` answers (flat, edge, slope), shape (n, kinds, terms)."""
+        """The first `kinds` responses (flat, edge, slope), shape (n, kinds, terms)."""
         if self.kernel.exponent:
             return self._power_law(beta)[:, :kinds]
         live = self._live(beta)
@@ -96,7 +96,7 @@ class PunchFamily:
         return values
 
     def _power_law(self, beta: Array) -> Array:
-        """Answers of a power-law half-space in the one term that its punch pressure is, shape (n, 3, 1).
+        """Responses of a power-law half-space in the one term that its punch pressure is, shape (n, 3, 1).
 
         The term is p_0 = 2 (1 + alpha)(1 - r^2)^alpha with b[1] = 1; its edge strength is the one that Krein's identity
         K' = 2 pi^2 E* e^2 asks for.
@@ -120,7 +120,7 @@ class PunchFamily:
     def error(self, beta: Array) -> tuple[float, float]:
         """Relative errors of forces at given depth (or depths at given force), and of radii, at `beta`.
 
-        Those of the answers count: the Chebyshev tail over the panels that hold them. Under graded surfaces, and where layers are
+        Those of the responses count: the Chebyshev tail over their panels. Under graded surfaces, and where layers are
         thin beyond `RESOLVED`, also what terms beyond the last leave, of cones too. Forces at given depth are stationary in the
         radius, and feel the error of the stiffness and the square of the radius' own.
         """
@@ -144,10 +144,10 @@ class PunchFamily:
         A quarter of the terms is left out.
         """
         terms, found = sufficient_terms(self.kernel, beta), []
-        for answers in solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4):
-            b = power_moments(1.0, 0, answers.flat.shape[1])
-            depth = (power_edge(1.0, 0) + b @ answers.edge[0]) / edge_strength(answers)[0]
-            found.append((answers.flat[0, 0], depth, depth * answers.flat[0, 0] - b @ answers.flat[0]))
+        for responses in solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4):
+            b = power_moments(1.0, 0, responses.flat.shape[1])
+            depth = (power_edge(1.0, 0) + b @ responses.edge[0]) / edge_strength(responses)[0]
+            found.append((responses.flat[0, 0], depth, depth * responses.flat[0, 0] - b @ responses.flat[0]))
         (stiffness, depth, whole), (stiff, shallow, force) = found
         at_depth = (force + stiff * (depth - shallow)) / whole - 1
         return float(max(abs(stiff / stiffness - 1), abs(at_depth))), float(abs(shallow / depth - 1))
@@ -190,8 +190,8 @@ class PunchFamily:
         known = self.kernel.solution
         if known is not None and known.covers(beta):
             return np.hstack(known.round(beta))
-        answers = solve_round(self.kernel, beta, sufficient_terms(self.kernel, float(beta.max())))
-        return np.hstack([answers.flat, answers.edge, answers.slope])
+        responses = solve_round(self.kernel, beta, sufficient_terms(self.kernel, float(beta.max())))
+        return np.hstack([responses.flat, responses.edge, responses.slope])
 
     def _lowest_at(self, beta: Array) -> float:
         """The same at ascending radii alone, from the largest to the first that pulls.
@@ -245,7 +245,7 @@ def _terms(panel: Piece) -> int:
 
 
 def _judge(series: Array) -> float:
-    """Tails of the flat and the edge answers; edge strengths are 1/pi and more where the medium hardly matters."""
+    """Tails of the flat and the edge responses; edge strengths are 1/pi and more where the medium hardly matters."""
     terms = series.shape[1] // 3
     edge = series[:, terms : 2 * terms]
     return max(tail(series[:, :terms]), tail(edge) * min(1.0, np.pi * float(np.abs(edge).max())))

@@ -270,7 +270,7 @@ class _All:
 
 
 def graded_round(kernel: Kernel, beta: Array, terms: int) -> tuple[Array, Array, Array]:
-    """Flat punch c*, edge functional and slope functional of harmonic 0, as of `matrix.Answers`; (nb, terms) each."""
+    """Flat punch c*, edge functional and slope functional of harmonic 0, as of `matrix.Responses`; (nb, terms) each."""
     blocks = graded_matrices(kernel, beta, terms, order=2)
     inverse = _inverse_factor(0, blocks[0])
     c = _solve(inverse, np.broadcast_to(np.eye(1, terms), (beta.size, terms)))

@@ -1,4 +1,4 @@
-"""Answers of the punch matrices of all angular harmonics at once.
+"""Responses of the punch matrices of all angular harmonics at once.
 
 The matrices of one parity are trailing blocks of D + B (T3.2). Turned end to end they are leading blocks, and one
 Cholesky factor holds the factors of all of them. Only the edge functionals are wanted: S[A_m^-1 b] = S0[b] + b.v_m with

@@ -1,4 +1,4 @@
-"""The punch matrix A of each harmonic, and its answers, for a batch of punch radii (T3.2).
+"""The punch matrix A of each harmonic, and its responses, for a batch of punch radii (T3.2).
 
 A_ln = pi/(2(m + 2n) + 1) delta_ln + B_pq with p = m + 2l, q = m + 2n and B_pq = 2 int_0^inf (L - 1) j_p j_q dx, L taken at
 k l = x/beta. The matrices of all harmonics of one parity are trailing blocks of one B. Where the modulus varies at the
@@ -155,7 +155,7 @@ def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
 
 
 @dataclass(frozen=True, slots=True)
-class Answers:
+class Responses:
     """What the matrices of a batch of radii say; unit disc, modulus 1; shapes (nb, terms).
 
     Attributes
@@ -177,16 +177,16 @@ class Answers:
     rounding: Array
 
 
-def solve_round(kernel: Kernel, beta: Array, terms: int) -> Answers:
+def solve_round(kernel: Kernel, beta: Array, terms: int) -> Responses:
     """Flat punch and edge functionals of harmonic 0 at radii beta, shape (nb,)."""
     return solve_with_fewer(kernel, beta, terms)[0]
 
 
-def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> list[Answers]:
+def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> list[Responses]:
     """The same with all terms, and with smaller numbers of them: leading blocks of the same matrix."""
     if kernel.graded:
         found = [graded_round(kernel, beta, n) for n in (terms, *fewer)]
-        return [Answers(flat, edge, slope, _rounding(flat, np.pi)) for flat, edge, slope in found]
+        return [Responses(flat, edge, slope, _rounding(flat, np.pi)) for flat, edge, slope in found]
     rule = remainder_rule(kernel, beta, terms, 0)
     matrix = rule.matrix()
     # B D^-1 s and B D^-1 t without truncating the sums over n: sum_n (4n + 1) (-1)^n j_2n(x) P_2n(t) = cos(xt), so
@@ -200,13 +200,13 @@ def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> li
     right = np.stack([np.broadcast_to(first, (beta.size, terms)), -value, -slope], axis=-1)
     size = np.pi if rule.whole is None else matrix[:, 0, 0]
     solutions = [np.asarray(np.linalg.solve(matrix[:, :n, :n], right[:, :n]), dtype=float) for n in (terms, *fewer)]
-    return [Answers(s[..., 0], s[..., 1], s[..., 2], _rounding(s[..., 0], size)) for s in solutions]
+    return [Responses(s[..., 0], s[..., 1], s[..., 2], _rounding(s[..., 0], size)) for s in solutions]
 
 
 def _rounding(flat: Array, size: float | Array) -> Array:
     return np.asarray(16 * np.finfo(float).eps * np.maximum(1.0, flat[:, 0] * size))
 
 
-def edge_strength(answers: Answers) -> Array:
+def edge_strength(responses: Responses) -> Array:
     """Edge coefficient e of the flat punches, unit disc; 1/pi on a half-space; shape (n,)."""
-    return np.asarray(1 / np.pi + answers.edge[:, 0])
+    return np.asarray(1 / np.pi + responses.edge[:, 0])

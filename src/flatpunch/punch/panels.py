@@ -28,7 +28,7 @@ _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
 _NODES = {8: NODES, 4: NODES, 2: 16, 1: 12}
-"""Nodes by width: 16 and 12 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge answers."""
+"""Nodes by width: 16 and 12 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge responses."""
 
 
 _ENDS = np.array([0.1, 4.0, 12.0, 1.06 * RESOLVED])

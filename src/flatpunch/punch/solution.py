@@ -18,7 +18,7 @@ from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
-from flatpunch.punch.matrix import RESOLVED, Answers, effective_beta, solve_with_fewer, sufficient_terms
+from flatpunch.punch.matrix import RESOLVED, Responses, effective_beta, solve_with_fewer, sufficient_terms
 
 
 @readable
@@ -174,19 +174,19 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     if kernel.homogeneous:
         return FlatPunch(radius, kernel.modulus, 0.0, np.array([1 / np.pi]), 0.0, np.zeros(1))
     if kernel.exponent:
-        answers = punch_family(kernel).at(values("beta", beta))
+        responses = punch_family(kernel).at(values("beta", beta))
         rounding = 16 * float(np.finfo(float).eps)
         alpha = (kernel.exponent - 1) / 2
-        return FlatPunch(radius, kernel.modulus, beta, answers.flat[0], rounding, answers.edge[0], alpha, rounding)
+        return FlatPunch(radius, kernel.modulus, beta, responses.flat[0], rounding, responses.edge[0], alpha, rounding)
     known = kernel.solution
     if known is not None and known.covers(values("beta", beta)):
         flat, edge, _ = known.round(values("beta", beta))
         return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error))
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
-    answers, fewer = _solve(kernel, beta, terms, max(terms - max(terms // 4, 2), 2))
-    error, edge_error = _errors(kernel, beta, answers, fewer)
-    punch = FlatPunch(radius, kernel.modulus, beta, answers.flat[0], error, answers.edge[0], edge_error=edge_error)
+    responses, fewer = _solve(kernel, beta, terms, max(terms - max(terms // 4, 2), 2))
+    error, edge_error = _errors(kernel, beta, responses, fewer)
+    punch = FlatPunch(radius, kernel.modulus, beta, responses.flat[0], error, responses.edge[0], edge_error=edge_error)
     return _checked(punch)
 
 
@@ -203,8 +203,8 @@ def _checked(punch: FlatPunch) -> FlatPunch:
     return punch
 
 
-def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Answers, Answers]:
-    """Answers at one radius, with all terms and with fewer.
+def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Responses, Responses]:
+    """Responses at one radius, with all terms and with fewer.
 
     Where the rim is not resolved, its strength is that of Krein's identity: (pi e)^2 = d(beta Kbar)/d beta takes from the
     stiffness what the alternating sum over all terms cannot give there.
@@ -219,23 +219,25 @@ def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Answers
     return many, few
 
 
-def _with_rim(around: Answers, derivative: Array) -> Answers:
+def _with_rim(around: Responses, derivative: Array) -> Responses:
     """The answer in the middle of seven radii, with the rim's strength from the growth of the stiffness."""
     kbar = np.pi * around.flat[:, 0]
     strength = np.sqrt((kbar + derivative @ kbar)[3])
     edge = np.append((strength - 1) / np.pi, around.edge[3, 1:])
-    return Answers(around.flat[3:4], edge[None], around.slope[3:4], around.rounding[3:4])
+    return Responses(around.flat[3:4], edge[None], around.slope[3:4], around.rounding[3:4])
 
 
-def _errors(kernel: Kernel, beta: float, answers: Answers, fewer: Answers) -> tuple[float, float]:
+def _errors(kernel: Kernel, beta: float, responses: Responses, fewer: Responses) -> tuple[float, float]:
     """Changes of stiffness and moments, and of the edge coefficient, without a quarter of the terms; plus rounding."""
-    stiffness = abs(fewer.flat[0, 0] / answers.flat[0, 0] - 1)
+    stiffness = abs(fewer.flat[0, 0] / responses.flat[0, 0] - 1)
     # the first moment is that of a cone, which needs the most terms
-    first, second = (solution.flat[0] @ power_moments(1.0, 0, solution.flat.shape[1]) for solution in (fewer, answers))
+    first, second = (
+        solution.flat[0] @ power_moments(1.0, 0, solution.flat.shape[1]) for solution in (fewer, responses)
+    )
     stiffness = max(stiffness, abs(first / second - 1))
-    edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * answers.edge[0, 0]) - 1)
+    edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * responses.edge[0, 0]) - 1)
     # largest error of the quadrature over wavenumbers, over random stacks with modulus ratios up to 1e4 (tests measure it)
-    floor = float(answers.rounding[0]) + 2e-12
+    floor = float(responses.rounding[0]) + 2e-12
     if not kernel.graded and effective_beta(kernel, beta) > RESOLVED:
         # terms converge slowly there, so that those left out may add as much again
         stiffness *= 2

@@ -66,12 +66,12 @@ def contact_at(kernel: Kernel, indenter: Indenter, radius: float, depth: float) 
     """The contact of a radius; under a flat end, of a depth."""
     a = np.array([radius])
     if isinstance(indenter, Cylinder):
-        answers = punch_family(kernel).at(a / kernel.length if not kernel.homogeneous else a)
-        stiffness = float(2 * np.pi * kernel.modulus * radius * answers.flat[0, 0])
-        strength = float(1 / np.pi + answers.edge[0, 0])
+        responses = punch_family(kernel).at(a / kernel.length if not kernel.homogeneous else a)
+        stiffness = float(2 * np.pi * kernel.modulus * radius * responses.flat[0, 0])
+        strength = float(1 / np.pi + responses.edge[0, 0])
         return Contact(radius, depth, stiffness * depth, stiffness, np.inf, _stiffening(kernel, strength))
     found = round_contact(kernel, mean_profile(indenter), a)
-    strength = float(1 / np.pi + found.answers.edge[0, 0])
+    strength = float(1 / np.pi + found.responses.edge[0, 0])
     return Contact(
         radius,
         float(found.depth[0]),
@@ -119,8 +119,8 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
         first, last = 0, max(4.0, reach)
     else:
         beta = a / kernel.length
-        answers = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
-        flat, edge = answers.flat[0], answers.edge[0]
+        responses = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
+        flat, edge = responses.flat[0], responses.edge[0]
         first = min(0, int(np.floor(np.log(kernel.floor * beta) / np.log(4))))
         last = max(4.0, kernel.cutoff * beta, reach)
     table = bessel_table(0, flat.size, first, _rounded_up(last))
@@ -144,8 +144,8 @@ def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Wave
     assert kernel.series is not None
     a, beta = contact.radius, contact.radius / kernel.length
     terms = sufficient_terms(kernel, beta)
-    answers = solve_round(kernel, np.array([beta]), terms)
-    flat, edge = answers.flat[0], answers.edge[0]
+    responses = solve_round(kernel, np.array([beta]), terms)
+    flat, edge = responses.flat[0], responses.edge[0]
     if isinstance(indenter, Cylinder):
         series = contact.depth * flat
     else:

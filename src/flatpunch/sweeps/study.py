@@ -98,7 +98,7 @@ def sweep(
     in_file = data.pop("vary", None)
     axes = axes_of(data, in_file if vary is None else vary)
     cases = _cases(data, axes, path, contours=contours)
-    # the last of the points tells for all what would be chosen
+    # what is chosen for the last of the points is chosen for all
     slow = any(_slow(found) for found in (cases if "method" in data else cases[-1:]))
     # points of a fast method, up to 0.1 s each with a body of their own, that take as long as starting a process
     few = len(cases) if slow else 1 + len(cases) // 32

@@ -160,12 +160,12 @@ def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Arra
     family = punch_family(kernel)
     steps = STEP * np.arange(1, 6)
     beta = a / kernel.length * np.exp(np.concatenate([-steps[::-1], [0.0], steps]))[:, None]
-    answers = family.at(beta.ravel())
+    responses = family.at(beta.ravel())
     if kernel.tail == 0.0:
-        strength = edge_strength(answers).reshape(beta.shape)
+        strength = edge_strength(responses).reshape(beta.shape)
         first, _ = central_derivatives(np.log(np.abs(strength)))
         return 2 * np.pi**2 * kernel.modulus * a * strength[5] ** 2, 2 * first
-    first, second = central_derivatives(np.log(answers.flat[:, 0].reshape(beta.shape)))
+    first, second = central_derivatives(np.log(responses.flat[:, 0].reshape(beta.shape)))
     power = 1 + first
     return stiffness * power, first + second / power
 

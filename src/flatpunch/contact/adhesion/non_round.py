@@ -247,11 +247,11 @@ class PerturbedBranch:
             return np.array([response + [punch.stiffening(int(m)) for m in self.orders]])
         edges = solve_edges(self.kernel, beta, self.orders) if beta.all() else Edges.half_space(beta.size)
         unit = PowerProfile(self.profile.exponent, 1.0)
-        answers = punch_family(self.kernel).at(beta)
-        moments = unit.moments(np.ones(beta.size), answers.flat.shape[1])
-        strength = edge_strength(answers)
-        depth = (moments.edge + np.sum(moments.b * answers.edge, axis=1)) / strength
-        tangent = -moments.edge_slope + np.sum(moments.b * answers.slope, axis=1)
-        d1 = (depth * answers.slope[:, 0] - tangent) / strength
+        responses = punch_family(self.kernel).at(beta)
+        moments = unit.moments(np.ones(beta.size), responses.flat.shape[1])
+        strength = edge_strength(responses)
+        depth = (moments.edge + np.sum(moments.b * responses.edge, axis=1)) / strength
+        tangent = -moments.edge_slope + np.sum(moments.b * responses.slope, axis=1)
+        d1 = (depth * responses.slope[:, 0] - tangent) / strength
         response = edges.power_edge(self.profile.exponent, self.orders) / (strength * d1)[:, None]
         return np.hstack([response, edges.stiffening(self.orders)])

@@ -74,10 +74,10 @@ def area(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Array:
 
 def growth_factor(contact: RoundContact, exponent: float) -> Array:
     """(n + 2)/((n + 1)(n + 2 - 2 d*)) of (P23), NaN where the denominator is not positive; shape (n,)."""
-    b, answers = contact.moments.b, contact.answers
-    moment = (exponent + 1) * np.sum(b * answers.flat, axis=1)
+    b, responses = contact.moments.b, contact.responses
+    moment = (exponent + 1) * np.sum(b * responses.flat, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        d_star = np.where(contact.radius > 0, contact.depth * answers.flat[:, 0] / moment, 1.0)
+        d_star = np.where(contact.radius > 0, contact.depth * responses.flat[:, 0] / moment, 1.0)
     denominator = exponent + 2 - 2 * d_star
     return np.where(
         denominator > 0, (exponent + 2) / (exponent + 1) / np.where(denominator > 0, denominator, 1), np.nan
@@ -100,7 +100,7 @@ def _general(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Arr
         terms[read] = _table(kernel, indenter, different.tobytes()).at(np.log(a[read]))
     terms[~read] = _terms(kernel, indenter, a[~read], different)
     terms = terms[:, [*of_ray, -1]]
-    denominator = 2 * contact.depth[live] / a * contact.answers.flat[live, 0] - terms[:, -1]
+    denominator = 2 * contact.depth[live] / a * contact.responses.flat[live, 0] - terms[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         result[live] = np.where(denominator[:, None] < 0, terms[:, :-1] / denominator[:, None], np.nan)
     return result

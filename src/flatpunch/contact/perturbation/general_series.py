@@ -176,20 +176,20 @@ class GeneralExpansion:
         beta = self._beta(radius)
         edges = edges_of(self.kernel, np.where(beta > SMALLEST, beta, 0.0), self._orders)
         value, growth, curvature, rho, weight = self._harmonics(radius, base)
-        e = edge_strength(base.answers)
+        e = edge_strength(base.responses)
         strength = self._edge(edges, e, value, growth, rho, weight)
         h, w = _waves(-strength, e * base.depth_slope)
         k = edges.stiffening(self._orders)
         mean_square = np.mean(w * w, axis=1)
         stiffened = mean_square + np.sum(k[:, :-1] * np.abs(h[:, :-1]) ** 2, axis=1) / 2
-        rise = np.pi * e**2 / base.answers.flat[:, 0]
+        rise = np.pi * e**2 / base.responses.flat[:, 0]
         # X2 = (a K' D1 <w^2>/2 - int p* f_b <g^2>/2)/F_b, both over E* a
         rate = np.pi**2 * e**2 * base.depth_slope
         pull = rate * mean_square - curvature
         shift = np.zeros_like(radius)
         if self._geometric is None and self._orders[0] == 1:
             first = rate * np.abs(h[:, 0]) ** 2 / 2
-            pull, shift = pull - first, first / (2 * np.pi * base.answers.flat[:, 0])
+            pull, shift = pull - first, first / (2 * np.pi * base.responses.flat[:, 0])
         force = base.force / (self.kernel.modulus * radius)
         x2 = pull / np.maximum(force, TINY)
         return Terms(
@@ -197,7 +197,7 @@ class GeneralExpansion:
             depth_slope=base.depth_slope / radius,
             shift=shift / radius,
             force=force / radius,
-            stiffness=2 * np.pi * base.answers.flat[:, 0],
+            stiffness=2 * np.pi * base.responses.flat[:, 0],
             x2=np.clip(x2, -LARGEST_TERM, LARGEST_TERM),
             stiffening=rise * stiffened,
             log_mean=np.log(np.mean(np.exp(w), axis=1)),
@@ -223,7 +223,7 @@ class GeneralExpansion:
             value *= f_b[..., None]
             growth += (r * rate)[..., None] * value
             excess = f_b * square / 2
-        flat = base.answers.flat
+        flat = base.responses.flat
         if self.kernel.exponent:
             pressure = flat * (1 + self.kernel.exponent) * weight
         else:
@@ -298,11 +298,11 @@ def _pressure(coefficients: Array, m: int, rho: Array, weight: Array) -> Array:
 
 
 def _rows(base: RoundContact, rows: slice) -> RoundContact:
-    answers = replace(
-        base.answers, flat=base.answers.flat[rows], edge=base.answers.edge[rows], slope=base.answers.slope[rows]
+    responses = replace(
+        base.responses, flat=base.responses.flat[rows], edge=base.responses.edge[rows], slope=base.responses.slope[rows]
     )
     shape = {name: getattr(base, name)[rows] for name in ("radius", "depth", "force", "stiffness", "depth_slope")}
-    return replace(base, answers=answers, **shape)
+    return replace(base, responses=responses, **shape)
 
 
 @byte_cached

@@ -168,8 +168,8 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     high = np.minimum(low + 3.0, np.log(resolved_radius(kernel)))
     x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -LARGEST_TERM, LARGEST_TERM)
     for _ in range(20):
-        answers = punch_family(kernel).at(np.exp(x) / kernel.length)
-        flat, edge = answers.flat[:, 0], 1 / np.pi + answers.edge[:, 0]
+        responses = punch_family(kernel).at(np.exp(x) / kernel.length)
+        flat, edge = responses.flat[:, 0], 1 / np.pi + responses.edge[:, 0]
         # dln K/dln a = pi e^2/c_0, positive for every medium (Krein)
         step = (wanted - x - np.log(2 * np.pi * kernel.modulus * flat)) * flat / (np.pi * edge**2)
         x = np.clip(x + np.clip(step, -1, 1), low, high)

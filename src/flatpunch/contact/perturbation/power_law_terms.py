@@ -224,19 +224,19 @@ def higher_force(
 
 def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
     """Round contact of r^n on discs beta, shape (nb,)."""
-    answers = punch_family(kernel).at(beta, nodes=True)
-    flat, edge = answers.flat[:, 0], edge_strength(answers)
+    responses = punch_family(kernel).at(beta, nodes=True)
+    flat, edge = responses.flat[:, 0], edge_strength(responses)
     if kernel.exponent:
         punch = power_law_punch(kernel)
         depth = np.full_like(beta, punch.power_depth(exponent))
         slope, force = exponent * depth, 2 * np.pi * depth * flat * punch.power_force(exponent)
         excess = 2 * np.pi * depth * flat - force
     else:
-        b = power_moments(exponent, 0, answers.flat.shape[1])
+        b = power_moments(exponent, 0, responses.flat.shape[1])
         closed = power_edge(exponent, 0)
-        depth = (closed + answers.edge @ b) / edge
-        slope = (depth * answers.slope[:, 0] + exponent * closed - answers.slope @ b) / edge
-        excess = 2 * np.pi * answers.flat @ b
+        depth = (closed + responses.edge @ b) / edge
+        slope = (depth * responses.slope[:, 0] + exponent * closed - responses.slope @ b) / edge
+        excess = 2 * np.pi * responses.flat @ b
         force = 2 * np.pi * depth * flat - excess
     return Base(*(value[:, None] for value in (depth, slope, force, excess, edge, flat)))
 

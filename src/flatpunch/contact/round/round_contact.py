@@ -21,7 +21,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.round.profile import TINY, Moments, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family
-from flatpunch.punch.matrix import Answers, edge_strength
+from flatpunch.punch.matrix import Responses, edge_strength
 from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
 
 POWER_LAW_NODES = 256
@@ -40,7 +40,7 @@ class RoundContact:
         dF/dd = K(a) [N/m].
     depth_slope : ndarray
         a dd/da [m]; not positive where the contact cannot grow steadily.
-    answers : Answers
+    responses : Responses
         Punch solutions at these radii.
     moments : Moments
         Moments of the profile.
@@ -53,7 +53,7 @@ class RoundContact:
     force: Array
     stiffness: Array
     depth_slope: Array
-    answers: Answers
+    responses: Responses
     moments: Moments
     rings: tuple[float, ...] = ()
 
@@ -75,29 +75,29 @@ def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> Round
     RoundContact
         Depth, force, stiffness and what they were made from.
     """
-    answers = punch_family(kernel).at(radius / kernel.length)
+    responses = punch_family(kernel).at(radius / kernel.length)
     if kernel.exponent:
-        moments = _power_law_moments(kernel, profile, radius, answers)
+        moments = _power_law_moments(kernel, profile, radius, responses)
     else:
-        moments = profile.moments(radius, answers.flat.shape[1])
-    strength = edge_strength(answers)
-    depth = (moments.edge + np.sum(moments.b * answers.edge, axis=1)) / strength
-    reaction = np.sum(moments.b * answers.flat, axis=1)
+        moments = profile.moments(radius, responses.flat.shape[1])
+    strength = edge_strength(responses)
+    depth = (moments.edge + np.sum(moments.b * responses.edge, axis=1)) / strength
+    reaction = np.sum(moments.b * responses.flat, axis=1)
     scale = 2 * np.pi * kernel.modulus * radius
-    tangent = -moments.edge_slope + np.sum(moments.b * answers.slope, axis=1)
+    tangent = -moments.edge_slope + np.sum(moments.b * responses.slope, axis=1)
     return RoundContact(
         radius=radius,
         depth=depth,
-        force=scale * (depth * answers.flat[:, 0] - reaction),
-        stiffness=scale * answers.flat[:, 0],
-        depth_slope=(depth * answers.slope[:, 0] - tangent) / strength,
-        answers=answers,
+        force=scale * (depth * responses.flat[:, 0] - reaction),
+        stiffness=scale * responses.flat[:, 0],
+        depth_slope=(depth * responses.slope[:, 0] - tangent) / strength,
+        responses=responses,
         moments=moments,
         rings=getattr(profile, "rings", ()),
     )
 
 
-def _power_law_moments(kernel: Kernel, profile: RoundProfile, radius: Array, answers: Answers) -> Moments:
+def _power_law_moments(kernel: Kernel, profile: RoundProfile, radius: Array, responses: Responses) -> Moments:
     """Moments in the one term of a power-law half-space, scaled so that the general formulas hold (`PunchFamily`)."""
     punch = power_law_punch(kernel)
     if isinstance(profile, PowerProfile):
@@ -107,8 +107,8 @@ def _power_law_moments(kernel: Kernel, profile: RoundProfile, radius: Array, ans
     else:
         assert isinstance(profile, SampledProfile)
         depth, mean, growth = _power_law_depth(punch, profile, radius)
-    strength = edge_strength(answers)
-    return Moments(mean[:, None], depth * strength - mean * answers.edge[:, 0], growth * strength)
+    strength = edge_strength(responses)
+    return Moments(mean[:, None], depth * strength - mean * responses.edge[:, 0], growth * strength)
 
 
 def _power_law_depth(punch: PowerLawPunch, profile: SampledProfile, radius: Array) -> tuple[Array, Array, Array]:

@@ -33,7 +33,7 @@ class UniformDisc:
 
     @property
     def shallow(self) -> float:
-        """Depth to which the closed form is used under a power-law half-space [m]: far below it no cell is told from a disc."""
+        """Depth to which the closed form is used under a power-law half-space [m]: far below it a cell acts like a disc."""
         return self.radius * 16 / 3
 
     @property

@@ -1,6 +1,6 @@
 """From a curve and a model to a least-squares problem: which part of the curve, which points, limits, where to start.
 
-The order matters: the position tells the approach, the scan of contact points tells the background, and only then is the force
+The order matters: the position determines the approach, the scan of contact points the background, and only then is the force
 judged (sign, noise, saturation, adhesion), over its background.
 """
 

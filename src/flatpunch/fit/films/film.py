@@ -303,7 +303,7 @@ def fit_film(
     if memory > 0.5:
         notes.append(
             f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
-            "The intervals tell the scatter only."
+            "The intervals are those of the scatter only."
         )
     film = isinstance(sample, Medium) and len(sample.layers) == 1 and isinstance(sample.base, HalfSpace)
     others = by_formulas(points, tip, medium) if film and compare else {}

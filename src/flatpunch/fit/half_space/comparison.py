@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WITHIN = (0.01, 0.05, 0.10)
-"""Errors up to which the range of a formula is given."""
+"""Errors for which the range of a formula is given."""
 
 
 def compare_formulas(
@@ -51,7 +51,7 @@ def compare_formulas(
     xarray.Dataset
         Over `step`: depth [m], the exact force [N], `factor` [-], that force over the half-space formula's, and force_error [-].
         Over `formula` and `step`: formula_force [N] and `deviation` [-], the formula's force over the exact one less 1. Over
-        `formula` and `limit`: `valid_to` [m], the largest depth up to which the deviation stays within the limit. `remark` says
+        `formula` and `limit`: `valid_to` [m], the largest depth at which the deviation is still within the limit. `remark` says
         what a formula was made for. First are the half-space formulas without a correction.
 
     Raises
@@ -137,7 +137,7 @@ def compare_case(case: Case) -> xr.Dataset:
 
 
 def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
-    """Largest depth up to which the deviation stays within the limit; 0 if it never does."""
+    """Largest depth at which the deviation is still within the limit; 0 if it never is."""
     order = np.argsort(depth, kind="stable")
     order = order[depth[order] > 0]
     if not order.size:
@@ -149,7 +149,7 @@ def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
 
 
 def comparison_rows(found: xr.Dataset) -> list[list[str]]:
-    """Table of a comparison: name, deviation at the largest depth, depths up to which it is within the limits, remark.
+    """Table of a comparison: name, deviation at the largest depth, largest depths at which it is within the limits, remark.
 
     Parameters
     ----------

@@ -199,7 +199,7 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
         segment = np.asarray(data["segment"], dtype=float) if "segment" in columns else None
         time = np.asarray(data["time"], dtype=float) if "time" in columns else None
     if segment is not None and ((np.diff(segment) < 0).any() or np.unique(segment).size < 2):
-        # one segment, or numbers that do not count up, tell nothing
+        # one segment, or numbers that do not count up, show nothing
         segment = None
     used = "tip position" if "tip position" in columns else height
     meta = {

@@ -43,7 +43,7 @@ _DERIVED = re.compile(
 
 _UNIT = re.compile(r"^(.*?)\s*(?:\(([^()]*)\)|\[([^\[\]]*)\]|/\s*([^/\s]+)|,\s*(\S+))\s*$")
 _NO_VALUE = 1e300
-"""Numbers from here on stand for a value that was not measured."""
+"""Numbers of this size or larger mark a value that was not measured."""
 _COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 
 

@@ -71,7 +71,7 @@ def _direction(curve: Curve) -> int:
 
 def wander(position: Array) -> float:
     """Standard deviation of the noise of readings, from second differences, in which steady motion cancels."""
-    # neighbours of a thousand points tell as much as those of all
+    # neighbours of a thousand points show as much as those of all
     # points from which the noise of a position is taken
     at = np.arange(0, max(position.size - 2, 0), max(position.size // 1000, 1))
     second = position[at + 2] - 2 * position[at + 1] + position[at]

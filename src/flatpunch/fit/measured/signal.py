@@ -88,7 +88,7 @@ def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> lis
     """Lengths of the ends of an approach, in readings, over which the force stays where it is.
 
     The force of a contact grows ever faster. An end that is less steep than a quarter of what is before it, in the upper half of
-    the rise, is flat: by more than the noise explains (`sure`), or as far as the noise can tell.
+    the rise, is flat: by more than the noise explains (`sure`), or as far as the noise allows to see.
     """
     # the second largest of a few: less than the largest moved by noise
     top = float(np.partition(force, -3)[-2])

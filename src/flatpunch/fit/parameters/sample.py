@@ -80,8 +80,8 @@ class Sample:
                 )
             if isinstance(self.indenter, Cylinder):
                 raise ValueError(
-                    "The curve of a flat end is a straight line whatever the work of adhesion: nothing but its pull-off "
-                    "tells it. Compare the measured pull-off force with flatpunch.pull_off(...)."
+                    "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
+                    "alone. Compare the measured one with flatpunch.pull_off(...)."
                 )
         if self.relaxation is not None:
             if not isinstance(self.relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):

@@ -32,7 +32,7 @@ class Estimate:
     at_bound : bool
         Whether the value sits on a limit.
     by : "covariance" or "profile"
-        Where the interval comes from: the likelihood profile where the covariance does not tell the whole story.
+        Where the interval comes from: the likelihood profile where the covariance is not enough.
 
     See Also
     --------

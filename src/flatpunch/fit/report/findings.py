@@ -1,4 +1,4 @@
-"""Fitted values in words: units, summary, and what the data cannot tell."""
+"""Fitted values in words: units, summary, and what the data do not determine."""
 
 from __future__ import annotations
 
@@ -115,12 +115,12 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     noted = set()
     for j in range(len(free)):
         for k in range(j):
-            # correlation from which two parameters count as hard to tell apart, if their intervals are wide as well
+            # correlation from which two parameters count as hardly distinguished, if their intervals are wide as well
             if abs(table[j, k]) > 0.98 and {names[j], names[k]} & wide:
                 noted |= {names[j], names[k]}
                 first, second = (interval_text(result.estimates[n], n) for n in (names[k], names[j]))
                 notes.append(
-                    f"The data can hardly tell {names[k]} and {names[j]} apart: correlation {table[j, k]:.4f}, intervals "
+                    f"The data hardly distinguish {names[k]} and {names[j]}: correlation {table[j, k]:.4f}, intervals "
                     f"{first} and {second}. Fix one of them, or press deeper."
                 )
     for name in free:

@@ -1,4 +1,4 @@
-"""Intervals by the likelihood profile, where the covariance does not tell the whole story.
+"""Intervals by the likelihood profile, where the covariance is not enough.
 
 The covariance is a parabola through the minimum. It fails where two parameters trade off along a curved valley, where a limit
 cuts the valley, and where the sum of squares is flat. It is believed where it is narrow, and where the profile at both ends of

@@ -72,7 +72,7 @@ class Profile:
         Values of the parameter [SI], ascending.
     signed_root : ndarray, shape (n,)
         Square root of the growth of the sum of squares over its variance, negative below the best value: a straight line
-        where the covariance tells the whole story.
+        where the covariance is enough.
     low, high : float
         Interval [SI]; infinite (or a limit) where the profile does not reach the threshold.
 

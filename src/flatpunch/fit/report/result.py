@@ -1,4 +1,4 @@
-"""What a fit returns: values with intervals, correlations, what the data cannot tell, profiles and ridges."""
+"""What a fit returns: values with intervals, correlations, what the data do not determine, profiles and ridges."""
 
 from __future__ import annotations
 

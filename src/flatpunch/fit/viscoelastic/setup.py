@@ -132,7 +132,7 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
         if begin <= top + 1:
             raise CurveError(
                 f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is held, and "
-                "without a hold before it the approach alone tells little of the relaxation. Adhesion of viscoelastic bodies is "
+                "without a hold before it the approach alone shows little of the relaxation. Adhesion of viscoelastic bodies is "
                 "not solved; adhesion = 'above' fits the retract as well, down to the start of the dip."
             )
         return curve.taken(slice(0, begin)), (
