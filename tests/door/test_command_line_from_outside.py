@@ -216,3 +216,12 @@ def test_tracebacks_on_request(case, monkeypatch):
     monkeypatch.setenv("FLATPUNCH_TRACEBACK", "1")
     assert isinstance(run("solve", case).exception, KeyError)
     assert Path(case).exists()
+
+
+@pytest.mark.parametrize("command", ["fit", "fit-film"])
+def test_a_case_file_before_the_curve_is_in_the_wrong_place(case, tmp_path, command):
+    refused(run(command, case, tmp_path), "this is the case file; give the curve before it")
+
+
+def test_a_folder_for_a_case_file_is_called_a_folder(tmp_path):
+    refused(run("solve", tmp_path), "it is a folder, not a file")

@@ -99,8 +99,9 @@ def test_indenters(read, table, expected):
     assert read(GOOD.replace(INDENTER, f"[indenter]\n{table}\n")).indenter == expected
 
 
-def test_profile_from_a_csv_beside_the_case(read, tmp_path):
-    (tmp_path / "tip.csv").write_text("# measured\nr [um], f [nm]\n0, 0\n1, 50\n2, 200\n", encoding="utf-8")
+@pytest.mark.parametrize("heading", ["r [um], f [nm]", "radius (um), height (nm)"])
+def test_profile_from_a_csv_beside_the_case(read, tmp_path, heading):
+    (tmp_path / "tip.csv").write_text(f"# measured\n{heading}\n0, 0\n1, 50\n2, 200\n", encoding="utf-8")
     indenter = read(GOOD.replace(INDENTER, '[indenter]\nkind = "radial-profile"\nfile = "tip.csv"\n')).indenter
     assert indenter.r == close((0, 1e-6, 2e-6))
     assert indenter.f == close((0, 5e-8, 2e-7))
@@ -110,6 +111,7 @@ def test_profile_from_a_csv_beside_the_case(read, tmp_path):
     ("text", "message"),
     [
         ("r, f\n0, 0\n1, 50\n2, 200\n", "column heading 'r'"),
+        ("r [um), f [nm]\n0, 0\n1, 50\n2, 200\n", "column heading"),
         ("r [um], f [s]\n0, 0\n1, 50\n2, 200\n", r"'f \[s\]', whose unit has the dimension of a time"),
         ("r [um], f [nm]\n0, 0\n1\n2, 200\n", "1 columns in line 3"),
         ("r [um], f [nm]\n0, 0\n1, x\n2, 200\n", "no two numbers in line 3: '1, x'"),

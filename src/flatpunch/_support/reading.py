@@ -52,14 +52,17 @@ def content(path: Path, most: int) -> bytes:
         If it is missing, no regular file, may not be read, or is larger.
     """
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a folder" if path.is_dir() else "a pipe or a device"
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or a device"
             raise Unreadable(f"not readable (it is {kind}, not a file)")
         with path.open("rb") as file:
             # what the system says of the size need not be true
             found = file.read(most + 1)
     except OSError as error:
         raise Unreadable(f"not readable ({error.strerror or error})") from None
+    except Unreadable:
+        raise
     except ValueError:
         # a null character in the name
         raise Unreadable("not readable (no name of a file)") from None

@@ -73,6 +73,7 @@ def add_commands(app: typer.Typer) -> None:
             check_target("--posterior", posterior, (*PICTURES, ".nc", ".csv"))
             from flatpunch.fit.case import read_fit_case
 
+            _check_order(curve, case)
             loaded = read_fit_case(curve if case is None else case)
             if case is None or loaded.curves:
                 _check_alone(curve, case, loaded, drift)
@@ -100,6 +101,7 @@ def add_commands(app: typer.Typer) -> None:
         with friendly():
             check_target("--output", output, (".csv",))
             check_target("--plot", plot, PICTURES)
+            _check_order(curve, case)
             _fit_film(curve, case, output, plot, style)
 
     @app.command("nanite-model", epilog=examples("nanite-model"))
@@ -119,6 +121,11 @@ def add_commands(app: typer.Typer) -> None:
             loaded = read_fit_case(case)
             method = loaded.settings.method
             say_written([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
+
+
+def _check_order(curve: Path, case: Path | None) -> None:
+    if case is not None and curve.suffix == ".toml" and case.suffix != ".toml":
+        raise ValueError(f"{curve}: this is the case file; give the curve before it: {case} {curve}.")
 
 
 def _check_alone(curve: Path, case: Path | None, loaded: FitCase, drift: Path | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -208,14 +209,16 @@ def _cells(line: tuple[int, str], name: str) -> list[str]:
 
 
 def _column_scale(cell: str, expected: str, name: str) -> float:
-    """Length of one unit of a column [m], from a heading such as "r [um]"."""
-    quantity, _, unit = cell.partition("[")
-    if quantity.strip() != expected or not unit.endswith("]"):
+    """Length of one unit of a column [m], from a heading such as "r [um]" or "radius (um)"."""
+    words = {"r": "r|radius", "f": "f|height"}[expected]
+    found = re.fullmatch(rf"(?:{words})\s*(?:\[(.*)\]|\((.*)\))", cell)
+    if found is None:
         raise ValueError(
-            f"file = {shown(name)} has the column heading {shown(cell)}; the first line must read like 'r [um], f [nm]'."
+            f"file = {shown(name)} has the column heading {shown(cell)}; the first line must read like 'r [um], f [nm]' "
+            "or 'radius (um), height (nm)'."
         )
     try:
-        return units.to_si(f"1 {unit[:-1]}", units.LENGTH)
+        return units.to_si(f"1 {found[1] or found[2]}", units.LENGTH)
     except ValueError as error:
         raise ValueError(f"file = {shown(name)} has the column heading {shown(cell)}, whose unit {error}") from None
 
