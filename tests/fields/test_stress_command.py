@@ -148,6 +148,11 @@ def test_pictures():
     drawn = pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": 0.1})
     lines = drawn.axes[1].get_lines()
     assert len(lines) >= 5  # two stresses in two layers, and the interface
+    # over the yield stress only where no layer would be blank
+    steel = fp.Strength(yield_stress=1e9)
+    for strengths, words in (([steel, steel], "yield stress"), ([None, steel], "GPa"), ([steel], "GPa")):
+        drawn = pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1}, strengths=strengths)
+        assert any(words in axes.get_ylabel() and "Mises" in axes.get_ylabel() for axes in drawn.axes)
     with pytest.raises(ValueError, match="plane"):
         fp.plot_fields(found.isel(axis_0=0))
     with pytest.raises(ValueError, match="unknown"):

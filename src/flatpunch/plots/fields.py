@@ -255,7 +255,9 @@ def _draw(
     axes: tuple[Axes, Axes, Axes],
 ) -> None:
     left, middle, right = axes
-    judged = any(strength is not None and strength.yield_stress is not None for strength in strengths)
+    limited = [strength is not None and strength.yield_stress is not None for strength in strengths]
+    # a layer without a yield stress would be blank
+    judged = len(limited) > int(result["layer"].max()) and all(limited)
     plot_fields(result, left, quantity="utilisation" if judged else "von_mises", medium=medium, strengths=strengths)
     span = [float(np.ptp(result[name].values)) for name in ("x", "y", "z")]
     axis_stresses(medium, indenter, middle, deepest=span[2] or max(span), **contact)
