@@ -1,5 +1,7 @@
 """Curves without a baseline, a contact or a bend: fitted where they can be, else refused for the right reason."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -260,3 +262,25 @@ def test_each_way_of_the_tip_has_its_line():
     assert len(drawn) == 2
     for _, force in drawn:
         assert np.abs(np.diff(force)).max() < 0.05 * np.ptp(drawn[0][1])
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5, 6])
+@pytest.mark.parametrize("spring", [None, 0.05])
+@pytest.mark.parametrize("begin", [0.7, 0.9])
+@pytest.mark.parametrize("name", ["sphere", "cone", "gel"])
+def test_a_tilt_is_asked_for_and_no_background_is_seen(name, begin, spring, seed):
+    """Whether refused or fitted, the reason is that the data begin in contact: no saturation, no missing rise."""
+    curve, (_, start, tip, free) = curve_of(name, begin, spring, seed), CASES[name]
+    try:
+        said = fit(curve, start, tip, [free], engine="normal-equations", baseline="linear").notes[0]
+    except CurveError as error:
+        said = str(error)
+    assert re.search("begin in contact|data do not show where the contact began", said, re.IGNORECASE)
+
+
+def test_an_interval_reaches_across_two_minima():
+    """Contact at the first reading over a tilt, or far before it over none: both describe the data."""
+    found = fitted("gel", curve_of("gel", 0.7, None, 6), baseline="linear")
+    assert found.low < 5e3 < found.high
+    found = fitted("sphere", curve_of("sphere", 0.9, None, 6), baseline="linear")
+    assert found.low < 2e3 < found.high

@@ -23,7 +23,7 @@ from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import no_drag, shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles, turns
-from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves, turning, without_pause
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves, turning, wander, without_pause
 from flatpunch.fit.measured.signal import (
     CLEAR,
     adhesion_dip,
@@ -299,10 +299,12 @@ class Approach:
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
         step = converter_step(part.force)
-        noise = noise_of(force[before], step)
         order = np.argsort(part.position, kind="stable")
+        # where no background is seen neighbours show the noise
+        noise = noise_of(force[before], step) if before.any() else max(wander(part.force), step / np.sqrt(12))
         rise = float(force.max())
-        check_rise(part, rise, noise)
+        tilt = objective.split(scan.x)[1]["tilt"] if "tilt" in objective.nuisance else 0.0
+        check_rise(part, rise, noise, tilt * objective.frame.way)
         check_saturation(part, part.position[order], force[order], noise)
         self._check_end(scan, order, force, noise)
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
