@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.batch_pictures import bars, first_parameter
 from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
@@ -164,18 +164,28 @@ def _measured_and_fitted(result: FitResult, axes: Axes) -> None:
     """Points pale, the fitted line dark and on top, over depth or time."""
     x, label = _along(result)
     factor, unit = scale_of(result.curve.force, "N")
-    order, left = np.argsort(x, kind="stable"), ~result.used
+    left = ~result.used
     measured = result.curve.force * factor
     axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=PALE, label="measured", rasterized=True)
     if left.any():
         axes.plot(x[left], measured[left], "x", ms=3.5, mew=0.7, color=GREY, label="left out", rasterized=True)
-    axes.plot(x[order], result.force[order] * factor, color=BLUE, lw=1.2, label="fitted")
+    for at, name in zip(_ways(result, x), ("fitted", None), strict=False):
+        axes.plot(x[at], result.force[at] * factor, color=BLUE, lw=1.2, label=name)
     if label.startswith("indentation"):
         axes.axvline(0, color=GREY, lw=0.6, ls=":")
     axes.set_xlabel(label)
     axes.set_ylabel(f"normal force $F$ ({unit})")
     axes.legend(loc="best", markerscale=1.3)
     axes.set_title(_title(result.curve.name, result, result.objective.model.free))
+
+
+def _ways(result: FitResult, x: Array) -> list[Indices]:
+    """Points of each line of the fit, ascending: drag makes the force on the way back another one."""
+    order = np.argsort(x, kind="stable")
+    speed = result.curve.meta.get("speed") if result.settings.drag != 0 else None
+    if speed is None or isinstance(result.objective.model, HistoryModel):
+        return [order]
+    return [way for way in (order[speed[order] >= 0], order[speed[order] < 0]) if way.size]
 
 
 def _residuals(result: FitResult, axes: Axes) -> None:

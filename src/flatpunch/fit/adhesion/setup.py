@@ -18,7 +18,8 @@ from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
+from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.segments import approach_end, arrival, forwards, retract_start, turning
 from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of
@@ -203,6 +204,7 @@ class _Start:
         """The problem with some points; behind its cantilever once there is a start."""
         taken, speed = self.part.taken(used), speed_of(self.part, self.settings)
         if speed is not None:
+            check_drag(self.part, self.settings)
             self.part.meta["speed"] = speed
         # the same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go
         objective = Objective(

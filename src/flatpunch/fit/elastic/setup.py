@@ -13,15 +13,17 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_note
 from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.elastic.retract import free_retract
 from flatpunch.fit.elastic.wave import best_wavelength
 from flatpunch.fit.least_squares.blocks import blocked, towards_the_end
 from flatpunch.fit.least_squares.minimum import SOON, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
-from flatpunch.fit.least_squares.setup import Setup, cut, enough, speed_of, with_nuisance
+from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import no_drag, shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles, turns
-from flatpunch.fit.measured.segments import approach, approach_end, forwards, turning, without_pause
+from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves, turning, wander, without_pause
 from flatpunch.fit.measured.signal import (
     CLEAR,
     adhesion_dip,
@@ -65,7 +67,11 @@ def elastic_setup(
             f"The curve has {advance.size} loading cycles; the largest approach, of cycle {chosen // 2 + 1}, is fitted.",
         )
     part = without_pause(approach(cut(curve, settings, turned)))
-    problem = Approach(part, model, limits, settings, turned)
+    # drag that the approach does not show is a constant there, and is left to the baseline
+    shown = settings.drag != "free" or shows_drag([part], settings)
+    if not shown and leaves(curve) >= curve.depth.size:
+        raise no_drag(part, settings, ", and there is no retraction")
+    problem = Approach(part, model, limits, settings if shown else replace(settings, drag=0.0), turned)
     scan = problem.scan()
     if problem.presses_downwards(scan):
         force_sign = -1.0
@@ -88,6 +94,8 @@ def elastic_setup(
         )
     scan, keep, more = problem.judged(scan)
     problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
+    if settings.drag == "free":
+        problem, scan, keep = problem.with_retract(scan, keep, curve.turned(force=force_sign), settings)
     return problem.setup(scan, keep, (*notes, *more))
 
 
@@ -100,10 +108,11 @@ class Approach:
     limits: tuple[Array, Array]
     settings: Settings
     turned: float
+    speed: Array | None = None
 
     def objective(self, keep: Flags | None = None) -> Objective:
         """All points, or some."""
-        speed = speed_of(self.part, self.settings)
+        speed = speed_of(self.part, self.settings) if self.speed is None else self.speed
         if speed is not None:
             self.part.meta["speed"] = speed
         used = self.part if keep is None or keep.all() else self.part.taken(keep)
@@ -143,16 +152,17 @@ class Approach:
         """Best contact point, with a wave in the background if one is fitted."""
         objective = self.objective(keep)
         start = np.append(self.model.start(), np.zeros(len(objective.nuisance)))
-        if "wavelength" not in objective.nuisance:
-            return scanned(objective, start, self.moduli, self.contacts(objective))
-        plain = replace(
-            objective, nuisance=tuple(n for n in objective.nuisance if n not in ("sine", "cosine", "wavelength"))
-        )
-        first = scanned(plain, start[: len(plain.names)], self.moduli, self.contacts(objective))
-        wavelength = best_wavelength(plain, first.x, self.moduli, self.contacts(objective))
-        start[objective.names.index("wavelength")] = wavelength / objective.frame.way
+        if "wavelength" in objective.nuisance:
+            plain = replace(
+                objective, nuisance=tuple(n for n in objective.nuisance if n not in ("sine", "cosine", "wavelength"))
+            )
+            first = scanned(plain, start[: len(plain.names)], self.moduli, self.contacts(objective))
+            wavelength = best_wavelength(plain, first.x, self.moduli, self.contacts(objective))
+            start[objective.names.index("wavelength")] = wavelength / objective.frame.way
         scan = scanned(objective, start, self.moduli, self.contacts(objective))
-        # a wave that is a little off leaves a dip or a flat end behind: what is judged later is over its best background
+        if not {"wavelength", "drag"} & set(objective.nuisance):
+            return scan
+        # a wave or a drag that is a little off leaves a dip or a flat end: what is judged later is over its best background
         lower, upper = with_nuisance(objective, self.limits, self.contacts(objective))
         lower[self.moduli], upper[self.moduli] = -np.inf, np.inf
         place = objective.split(scan.x)[1]["contact"]
@@ -289,10 +299,12 @@ class Approach:
             rest = objective.split(scan.x)[1]
             force = part.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
         step = converter_step(part.force)
-        noise = noise_of(force[before], step)
         order = np.argsort(part.position, kind="stable")
+        # where no background is seen neighbours show the noise
+        noise = noise_of(force[before], step) if before.any() else max(wander(part.force), step / np.sqrt(12))
         rise = float(force.max())
-        check_rise(part, rise, noise)
+        tilt = objective.split(scan.x)[1]["tilt"] if "tilt" in objective.nuisance else 0.0
+        check_rise(part, rise, noise, tilt * objective.frame.way)
         check_saturation(part, part.position[order], force[order], noise)
         self._check_end(scan, order, force, noise)
         keep, dips = adhesion_dip(part, force, noise, rise, before, self.settings.adhesion)
@@ -303,6 +315,43 @@ class Approach:
         if not keep.all():
             scan = self.scan(keep)
         return scan, keep, (*notes, *dips)
+
+    def with_retract(self, scan: Scan, keep: Flags, curve: Curve, settings: Settings) -> tuple[Approach, Scan, Flags]:
+        """The problem with the retraction's points without contact, which tell drag from the baseline.
+
+        Raises
+        ------
+        CurveError
+            If neither approach nor retraction shows the drag.
+        """
+        part, objective = self.part, self.objective()
+        inside = objective.indentation(part, scan.x)
+        before = inside < (1 - SAFE) * min(float(inside.min()), 0.0)
+        found = free_retract(curve, part, before)
+        back = curve.taken(found) if found.size else None
+        if back is None or not shows_drag([part.taken(before), back], settings):
+            if self.settings.drag != "free":
+                raise no_drag(part, settings, ", and the retraction has no part without contact to compare with")
+            return self, scan, keep
+        size = part.depth.size
+        whole = curve.taken(np.append(np.arange(size), found))
+        whole = replace(whole, meta=dict(whole.meta))
+        speeds = [speed_of(c, settings) for c in (part, back)]
+        speed = np.concatenate([s for s in speeds if s is not None])
+        longer = replace(self, part=whole, settings=settings, speed=speed)
+        kept = np.append(keep, np.ones(found.size, dtype=bool))
+        # to start from: baseline and drag through what is free of contact, over the background that was scanned
+        rest = objective.split(scan.x)[1]
+        free = np.append(np.flatnonzero(before), np.arange(size, whole.depth.size))
+        over = whole.force - objective.background({**rest, "drag": 0.0}, whole.position, None)
+        level, drag = np.linalg.lstsq(np.array([np.ones(free.size), speed[free]]).T, over[free], rcond=None)[0]
+        if part.spring_constant is not None:
+            rest["contact"] += (drag - rest["drag"]) * float(np.median(speed[:size])) / part.spring_constant
+        rest |= {"drag": float(drag), "baseline": float(level)}
+        target = longer.objective(kept)
+        scales = target.scales()
+        x = [(rest[name] - scales[name][0]) / scales[name][1] for name in target.nuisance]
+        return longer, replace(scan, x=np.append(scan.x[: len(self.model.free)], x)), kept
 
     def setup(self, scan: Scan, keep: Flags, notes: tuple[str, ...]) -> Setup:
         """The least-squares problem."""

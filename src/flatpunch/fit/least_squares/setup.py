@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 
 from flatpunch._support.checks import Array, Flags, real
 from flatpunch.fit.measured.curve import Curve, CurveError
@@ -64,27 +63,6 @@ def with_nuisance(objective: Any, limits: tuple[Array, Array], contact: tuple[fl
     }
     ends = [bounds.get(name, (-np.inf, np.inf)) for name in objective.nuisance]
     return np.append(limits[0], [low for low, _ in ends]), np.append(limits[1], [high for _, high in ends])
-
-
-def speed_of(curve: Curve, settings: Settings) -> Array | None:
-    """Speed of the cantilever's base [m/s] where the drag counts.
-
-    Raises
-    ------
-    CurveError
-        If the curve has no times.
-    """
-    if settings.drag == 0:
-        return None
-    if curve.time is None:
-        raise CurveError(
-            f"{curve.name}: drag is a force per speed, and the curve has no times. {curve.meta.get('no time', '')} "
-            "Name the column of times, or leave drag out."
-        )
-    # parabolas through a fiftieth of the readings, over their number: exact to second order at the ends too
-    width = 2 * max(curve.time.size // 100, 2) + 1
-    way, time = (scipy.signal.savgol_filter(c, width, 2, deriv=1) for c in (curve.position, curve.time))
-    return np.asarray(way / np.maximum(time, 1e-300))
 
 
 def cut(curve: Curve, settings: Settings, depth_sign: float = 1.0, force_sign: float = 1.0) -> Curve:

@@ -122,6 +122,12 @@ def _edges(segment: Array) -> list[int]:
     return [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), segment.size]
 
 
+def pieces(curve: Curve) -> list[slice]:
+    """The segments that a curve knows, or all of it as one."""
+    edges = [0, curve.depth.size] if curve.segment is None else _edges(curve.segment)
+    return [slice(begin, end) for begin, end in pairwise(edges)]
+
+
 def leaves(curve: Curve) -> int:
     """First point of the retract: that of its segment, or the last one near the largest position."""
     if curve.segment is not None and np.ptp(curve.segment) > 0:

@@ -48,19 +48,33 @@ def noise_of(force: Array, step: float = 0.0) -> float:
     return float(1.4826 * np.median(np.abs(force - np.median(force))))
 
 
-def check_rise(curve: Curve, rise: float, noise: float) -> None:
+def check_rise(curve: Curve, rise: float, noise: float, tilted: float = 0.0) -> None:
     """Refuse a curve whose force does not leave its noise.
+
+    Parameters
+    ----------
+    curve : Curve
+        For the message.
+    rise, noise : float
+        Of the force over its background [N].
+    tilted : float
+        By how much a background that is fitted grows over the curve [N].
 
     Raises
     ------
     CurveError
         If it does not.
     """
-    if rise < CLEAR * noise or rise <= 0:
+    if rise >= CLEAR * noise and rise > 0:
+        return
+    over = f"{curve.name}: the force rises {max(rise, 0.0):.3g} N above its baseline, the noise is {noise:.3g} N. "
+    if tilted > rise:
         raise CurveError(
-            f"{curve.name}: the force rises {max(rise, 0.0):.3g} N above its baseline, the noise is {noise:.3g} N. "
-            "Nothing can be fitted; press deeper or average."
+            f"{over}The fitted tilt of the baseline takes {tilted:.3g} N of the force: data that begin in contact show no "
+            "background, and a straight line describes most of what they show. Record from further out, or choose baseline = "
+            "'constant' or 'none'."
         )
+    raise CurveError(f"{over}Nothing can be fitted; press deeper or average.")
 
 
 def check_saturation(curve: Curve, position: Array, force: Array, noise: float) -> None:

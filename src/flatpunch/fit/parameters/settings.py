@@ -84,7 +84,8 @@ class Settings:
     baseline : "constant", "linear", "sine" or "none"
         Force without contact: fitted constant, fitted straight line, straight line with a sine (laser interference), or zero.
     drag : "free" or float
-        Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times.
+        Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times, and to
+        be fitted another speed than one: of the approach, or of a retraction that ends without contact.
     loss : "linear", "soft_l1", "huber" or "cauchy"
         Least squares, or a loss that outliers disturb less.
     adhesion : "refuse", "above" or "ignore"

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import interval_text
+from flatpunch.fit.report.likelihood import tilt_or_contact
 from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
@@ -71,30 +71,6 @@ def _spacing(depth: Array) -> float:
 def without_baseline(result: FitResult) -> bool:
     """Whether no reading was taken before the contact."""
     return "contact" in result.estimates and bool(result.depth[result.used].min() >= -_spacing(result.depth))
-
-
-def tilt_or_contact(result: FitResult | JointResult) -> bool:
-    """Whether a contact that began at the first reading, over another tilt, is within the interval of the contact point.
-
-    Then nothing shows the tilt by itself. Judged where most readings are in contact; more before it show the tilt.
-    """
-    from scipy.stats import t as student
-
-    objective, found = result.objective, result.minimum
-    if not {"contact", "tilt"} <= set(result.names) or getattr(objective, "loaded", True) is not None:
-        return False
-    x, contact = found.x.copy(), result.index("contact")
-    before = objective.depth < objective.split(x)[1]["contact"]
-    if 2 * before.sum() > before.size:
-        return False
-    lower, upper = result.bounds
-    # contacts are counted from the first reading
-    x[contact] = np.clip(0.0, lower[contact], upper[contact])
-    held = np.arange(x.size) == contact
-    other = minimise(objective.evaluate, x, lower, upper, fixed=held)
-    freedom = max(objective.depth.size - x.size, 1)
-    reach = float(student.ppf((1 + result.settings.level) / 2, freedom))
-    return bool(before.any()) and other.cost - found.cost < reach**2 * found.cost / freedom
 
 
 def judged(result: FitResult | JointResult) -> tuple[str, ...]:

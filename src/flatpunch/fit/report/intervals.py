@@ -15,8 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.report.estimate import Estimate, half_width
-from flatpunch.fit.report.findings import tilt_or_contact
-from flatpunch.fit.report.likelihood import ends_of
+from flatpunch.fit.report.likelihood import ends_of, tilt_or_contact
 
 if TYPE_CHECKING:
     from flatpunch.fit.report.joint import JointResult

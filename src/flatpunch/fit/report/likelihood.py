@@ -117,8 +117,9 @@ def profile(result: Fitted, name: str, level: float | None = None, points: int =
     j = result.index(name)
     freedom = max(result.objective.depth.size - len(result.names), 1)
     threshold = float(student.ppf((1 + (level or result.settings.level)) / 2, freedom))
-    root = _held_root(result, j)
-    ends = [_crossing(result, root, j, side, threshold) for side in (-1, 1)]
+    minima = _minima(result)
+    root = _held_root(result, minima, j)
+    ends = [_crossing(result, root, minima, j, side, threshold) for side in (-1, 1)]
     best = float(result.minimum.x[j])
     reach = [e if np.isfinite(e) else best + side * _FAR for e, side in zip(ends, (-1, 1), strict=True)]
     x = np.linspace(best + 1.2 * (reach[0] - best), best + 1.2 * (reach[1] - best), points)
@@ -144,12 +145,13 @@ def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float
     j = result.index(name)
     freedom = max(result.objective.depth.size - len(result.names), 1)
     threshold = float(student.ppf((1 + result.settings.level) / 2, freedom))
-    root = _held_root(result, j, coarse)
-    low, high = (_crossing(result, root, j, side, threshold) for side in (-1, 1))
+    minima = _minima(result, coarse)
+    root = _held_root(result, minima, j, coarse)
+    low, high = (_crossing(result, root, minima, j, side, threshold) for side in (-1, 1))
     return low, high
 
 
-def _held_root(result: Fitted, j: int, coarse: Any = None) -> Callable[[float], float]:
+def _held_root(result: Fitted, minima: list[Array], j: int, coarse: Any = None) -> Callable[[float], float]:
     """Signed root of the growth of the sum of squares when parameter j is held."""
     freedom = max(result.objective.depth.size - len(result.names), 1)
     variance = result.minimum.cost / freedom
@@ -163,9 +165,12 @@ def _held_root(result: Fitted, j: int, coarse: Any = None) -> Callable[[float], 
     warm = {"x": result.minimum.x}
 
     def root(value: float) -> float:
-        start = warm["x"].copy()
-        start[j] = value
-        found = minimise(problem.evaluate, start, *result.bounds, fixed=fixed)
+        starts = [warm["x"].copy(), *(x.copy() for x in minima)]
+        for start in starts:
+            start[j] = value
+        found = min(
+            (minimise(problem.evaluate, x, *result.bounds, fixed=fixed) for x in starts), key=lambda end: end.cost
+        )
         warm["x"] = found.x
         growth = max(found.cost - least, 0.0) / max(variance, 1e-300)
         return float(np.copysign(np.sqrt(growth), value - result.minimum.x[j]))
@@ -173,13 +178,55 @@ def _held_root(result: Fitted, j: int, coarse: Any = None) -> Callable[[float], 
     return root
 
 
-def _crossing(result: Fitted, root: Callable[[float], float], j: int, side: int, threshold: float) -> float:
+def tilt_or_contact(result: Fitted) -> bool:
+    """Whether a contact that began at the first reading, over another tilt, is within the interval of the contact point.
+
+    Then nothing shows the tilt by itself. Judged where most readings are in contact; more before it show the tilt.
+    """
+    from scipy.stats import t as student
+
+    objective, found = result.objective, result.minimum
+    if not {"contact", "tilt"} <= set(result.names) or getattr(objective, "loaded", True) is not None:
+        return False
+    x, contact = found.x.copy(), result.index("contact")
+    before = objective.depth < objective.split(x)[1]["contact"]
+    if 2 * before.sum() > before.size:
+        return False
+    lower, upper = result.bounds
+    # contacts are counted from the first reading
+    x[contact] = np.clip(0.0, lower[contact], upper[contact])
+    held = np.arange(x.size) == contact
+    other = minimise(objective.evaluate, x, lower, upper, fixed=held)
+    freedom = max(objective.depth.size - x.size, 1)
+    reach = float(student.ppf((1 + result.settings.level) / 2, freedom))
+    return bool(before.any()) and other.cost - found.cost < reach**2 * found.cost / freedom
+
+
+def _minima(result: Fitted, coarse: Any = None) -> list[Array]:
+    """Other minima: a contact before the first reading over less tilt, where the data show neither by itself."""
+    if "contact" not in result.names or not tilt_or_contact(result):
+        return []
+    # contacts that are descended from, in ranges of the data before their first reading
+    starts = [result.minimum.x.copy() for _ in range(4)]
+    for x, place in zip(starts, (0.0, -0.3, -1.0, -3.0), strict=True):
+        x[result.index("contact")] = place
+    problem = result.objective if coarse is None else coarse
+    return [result.minimum.x, *(minimise(problem.evaluate, x, *result.bounds).x for x in starts)]
+
+
+def _crossing(
+    result: Fitted, root: Callable[[float], float], minima: list[Array], j: int, side: int, threshold: float
+) -> float:
     """Where the profile reaches the threshold on one side, by secants; infinite if it does not within the limits."""
     best, limit = float(result.minimum.x[j]), float(result.bounds[0 if side < 0 else 1][j])
     error = np.sqrt(result.covariance[j, j])
     step = threshold * (error if np.isfinite(error) and error > 0 else 0.1)
     inner, outer = (0.0, 0.0), None
-    x = best + side * min(step, 3.0)
+    for other in minima:
+        # the interval reaches across what lies between two minima
+        if side * (other[j] - best) > inner[0] and (value := abs(root(float(other[j])))) < threshold:
+            inner = (side * float(other[j] - best), value)
+    x = best + side * (inner[0] + min(step, 3.0))
     for _ in range(30):
         x = float(np.clip(x, result.bounds[0][j], result.bounds[1][j]))
         value = abs(root(x))

@@ -9,7 +9,8 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.elastic.background import over_line
 from flatpunch.fit.elastic.setup import Approach
-from flatpunch.fit.least_squares.setup import Setup, enough, speed_of, with_nuisance
+from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
@@ -38,6 +39,7 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     part, more = _checked(curve, settings, contact, approach_end(first) - 1)
     speed = speed_of(part, settings)
     if speed is not None:
+        check_drag(part, settings)
         part.meta["speed"] = speed
     at = turns(part.position)
     if len(at) > 1:
