@@ -1,5 +1,7 @@
 """First failure: closed forms of Hertz contact, a brute-force search, scaling, bad input. Energy by layer."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -264,3 +266,19 @@ def test_energy_of_one_material_does_not_know_interfaces():
     assert found.attrs["total"] == pytest.approx(whole.attrs["total"], rel=1e-10)
     below = whole.energy_below.values
     np.testing.assert_allclose(found.energy[1:], [below[0] - below[1], below[1]], rtol=1e-9)
+
+
+def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
+    """Strong bodies fail nowhere; whether the contact ends with the tip or with what is solved must not look alike."""
+    strong = [None, fp.Strength(yield_stress=1e15)]
+    thin = fp.Medium([fp.Layer(300e9, 0.25, 1e-9)], base=STEEL)
+    with pytest.raises(ValueError, match=r"not reached .*yield of layer 1.*Leave out") as refused:
+        fp.critical_load(thin, fp.Paraboloid(1e-3), strong)
+    named = re.search(r"load of (\S+) (\S?)N", str(refused.value))
+    assert named is not None
+    # the film is too thin to matter: the load at that radius is Hertz's
+    radius = 200_000 * 1e-9
+    hertz = 4 / 3 * STEEL.young / (1 - STEEL.poisson**2) * radius**3 / 1e-3
+    assert float(named[1]) * {"k": 1e3, "": 1, "m": 1e-3}[named[2]] == pytest.approx(hertz, rel=0.01)
+    thick = fp.Medium([fp.Layer(300e9, 0.25, 1e-6)], base=STEEL)
+    assert fp.critical_load(thick, fp.Sphere(1e-4), strong).force == np.inf

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 
 NU = 0.3
 BODY = fp.HalfSpace(1e9, NU)
@@ -371,3 +373,12 @@ def test_sliding_surface_has_no_rings_where_panels_meet(medium, tip):
     at, beside = (fp.fields(medium, tip, r * s, 0, 0, radius=a, friction=0.3).stress.values for s in (1, 1 - 1e-7))
     # beside the rim the stress changes like the root of the distance
     np.testing.assert_allclose(at, beside, atol=2e-3 * np.abs(beside).max())
+
+
+@pytest.mark.parametrize("tip", [fp.Paraboloid(1e-3), fp.Sphere(4e-4), fp.Cone(0.1)])
+def test_transform_interpolated_over_dense_wavenumbers(tip):
+    """P at many wavenumbers is P at each by itself, to rounding of P(0), whatever their order."""
+    load = contact_load(compliance(FILM), tip, 1.5e-4, 0.0, edge=False)
+    k = np.random.default_rng(1).permutation(np.concatenate([np.linspace(0, 300, 3000), [1e3, 1e5]])) / load.radius
+    alone = np.array([load.transform(each)[0] for each in k[:200, None]])
+    assert load.transform(k)[:200] == pytest.approx(alone, abs=1e-14 * load.force)

@@ -121,7 +121,7 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
     if first.force == 0:
         return [f"First failure: {first.kind} in {where} at the first touch: the tip is sharp."]
     if math.isinf(first.force):
-        return ["No failure up to the largest contact that the tip or the layers allow."]
+        return ["No failure up to the largest contact of this tip."]
     at = f"x = {text(first.place[0], 'm')}, z = {text(first.place[2], 'm')}"
     margins = ", ".join(
         f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])

@@ -19,12 +19,14 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
 from numpy.polynomial import legendre as polynomial
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import in_threads
+from flatpunch.numerics.chebyshev import unit_nodes
 from flatpunch.numerics.gauss import gauss
 
 ORDERS = 4
@@ -36,6 +38,10 @@ _TERMS = 16
 
 _SLOW = 24.0
 """Largest k times half a panel at which Gauss quadrature is used for its transform; more than the terms on a panel."""
+
+_SPAN, _SAMPLES = 64.0, 72
+"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_72(32) = 2e-19 of
+cos(kt)."""
 
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
@@ -105,18 +111,44 @@ class RingSources:
         return np.asarray(found.reshape(t.shape))
 
     def transform(self, k: Array) -> Array:
-        """P(k) = int g cos(kt) dt [Pa m], shape of k.
+        """P(k) = int g cos(kt) dt [Pa m], shape of k, (n,).
+
+        g ends at the radius, so that P is as smooth as cos(ka): where wavenumbers are dense it is interpolated between
+        Chebyshev nodes.
+        """
+        span, total = np.floor(k * (self.radius / _SPAN)), np.empty_like(k)
+        spans, which, counts = np.unique(span, return_inverse=True, return_counts=True)
+        crowded = counts > 2 * _SAMPLES
+        few = ~crowded[which]
+        total[few] = self._on_product(k[few], np.zeros(1))[:, 0]
+        length = _SPAN / self.radius
+        values = self._on_product(spans[crowded] * length, length * (1 + unit_nodes(_SAMPLES)) / 2)
+        series = scipy.fft.dct(values, axis=1) / _SAMPLES
+        series[:, 0] /= 2
+        for i, own in zip(np.flatnonzero(crowded), series, strict=True):
+            here = np.flatnonzero(which == i)
+            total[here] = chebyshev.chebval(2 * (k[here] / length - spans[i]) - 1, own)
+        return total
+
+    def _on_product(self, start: Array, offset: Array) -> Array:
+        """P at start_i + offset_j, shape (starts, offsets), offsets >= 0.
 
         Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
         """
-        total = np.zeros_like(k)
+        total = np.zeros((start.size, offset.size))
+        if not start.size:
+            return total
+        k = start[:, None] + offset
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
             half, middle = (high - low) / 2, (high + low) / 2
             own = chebyshev.chebtrim(series)
-            slow = k * half <= _SLOW
-            x, w = gauss(own.size + 8 + int(0.6 * _SLOW))
-            total[slow] += np.cos(np.outer(k[slow], middle + half * x)) @ (chebyshev.chebval(x, own) * w * half)
-            total[~slow] += 2 * half * _oscillating(own, k[~slow] * half, k[~slow] * middle)
+            slow = start * half <= _SLOW
+            if slow.any():
+                x, w = gauss(own.size + 8 + int(0.6 * (_SLOW + offset.max() * half)))
+                t, weight = middle + half * x, chebyshev.chebval(x, own) * w * half
+                total[slow] += _cosines(start[slow], t, weight, offset)
+            fast = k[~slow]
+            total[~slow] += 2 * half * _oscillating(own, fast * half, fast * middle)
         return total
 
     def integrals(self, r: Array, z: Array) -> Array:
@@ -171,6 +203,13 @@ def _to_legendre(terms: int) -> Array:
     x, w = gauss(terms)
     values = polynomial.legvander(x, terms - 1) * (np.arange(terms) + 0.5)
     return np.asarray((values.T * w) @ chebyshev.chebvander(x, terms - 1))
+
+
+def _cosines(start: Array, t: Array, weight: Array, offset: Array) -> Array:
+    """Sum over t of weight cos((start_i + offset_j) t), shape (starts, offsets)."""
+    first, second = np.outer(start, t), np.outer(t, offset)
+    cosines = (np.cos(first) * weight) @ np.cos(second)
+    return np.asarray(cosines - (np.sin(first) * weight) @ np.sin(second) if offset.any() else cosines)
 
 
 def _oscillating(series: Array, w: Array, phase: Array) -> Array:

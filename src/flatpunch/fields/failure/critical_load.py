@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.compliance import compliance
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.fields.failure.events import Event, Judged, first_event, margins
 from flatpunch.fields.failure.on_cells import CellSearch
 from flatpunch.fields.failure.round import RoundSearch
@@ -25,6 +27,8 @@ from flatpunch.fields.fields import checked_friction, residual_stresses
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.punch import UnresolvedLayer
+from flatpunch.punch.matrix import largest_beta
 
 __all__ = ["CriticalLoad", "Event", "critical_load"]
 
@@ -40,7 +44,8 @@ class CriticalLoad:
     ----------
     force, depth, radius : float
         Load [N], depth and (mean) contact radius [m] at which it happens: zero if at the first touch already (sharp tips),
-        infinite if up to no contact that the medium or the tip allows.
+        infinite if nothing fails before the tip is in contact all over, or up to contacts a million times larger than those at
+        which failure was to be expected.
     kind : str
         "yield", "tensile", "shear", "interface tension" or "interface shear".
     layer : int
@@ -113,7 +118,8 @@ def critical_load(
     Raises
     ------
     ValueError, TypeError
-        On bad input, and where the residual stress alone exceeds a strength.
+        On bad input, where the residual stress alone exceeds a strength, and where nothing fails up to the largest contact that
+        layers allow to solve.
 
     See Also
     --------
@@ -149,6 +155,8 @@ def critical_load(
     search = kind(bodies, kernel, indenter, friction)
     size, worst, events = first_event(search)
     named = isinstance(underlying(medium), TwoBodies)
+    if size == np.inf and search.limits()[2] == resolved_radius(kernel):
+        raise UnresolvedLayer(_undecided(search, kernel, worst))
     if not 0 < size < np.inf:
         return CriticalLoad(
             size, size, size, worst.kind, worst.layer, worst.place, margins(events, named=named), worst.body
@@ -164,6 +172,19 @@ def critical_load(
         margins(events, named=named),
         worst.body,
         search.error(worst, size),
+    )
+
+
+def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -> str:
+    """Up to which load nothing fails, and why the search ends there."""
+    high = search.limits()[2]
+    kind, layer, body = worst.what
+    share = max(worst.utilisation, 0.0)
+    return (
+        f"strengths are not reached up to a load of {text(search.contact(high)[0], 'N')} (the nearest is {kind} of layer {layer} "
+        f"of the {body} body, at {share:.2g} of its strength), and the search ends there: the contact radius is "
+        f"{text(high, 'm')}, {largest_beta(kernel):g} times the shortest length of the layers, the largest contact that is solved. Leave out the "
+        "thinnest layer, or check the units of strengths and thicknesses."
     )
 
 
