@@ -11,6 +11,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices, shown
+from flatpunch._support.kinds import one_of
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
 from flatpunch.atlas.solution import Solution
@@ -123,8 +124,7 @@ def tabulated(
     >>> print(f"{float(curve.force[0]) * 1e9:.3f} nN")
     1.040 nN
     """
-    if outside not in ("solve", "refuse"):
-        raise ValueError(f"outside = {shown(outside)} must be 'solve' or 'refuse'.")
+    one_of("outside", outside, ("solve", "refuse"))
     if table is not None and table.name not in FAMILIES:
         solution = table.at(**parameters)
         _check_same(medium, solution)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, numbers, real, shown, values
+from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 
 Scale = Literal["linear", "log", "upper"]
@@ -62,8 +63,7 @@ class Parameter:
             object.__setattr__(self, name, real(f"{self.name}.{name}", getattr(self, name)))
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise ValueError(f"{self.name}: the range {self.low!r} ... {self.high!r} must be finite and ascending.")
-        if self.scale not in ("linear", "log", "upper"):
-            raise ValueError(f"{self.name}: scale = {shown(self.scale)} must be 'linear', 'log' or 'upper'.")
+        one_of(f"{self.name}.scale", self.scale, ("linear", "log", "upper"))
         if self.scale == "log" and self.low <= 0:
             raise ValueError(f"{self.name}: a logarithmic range begins above zero, not at {self.low!r}.")
         if self.scale == "upper" and not self.shift > 0:

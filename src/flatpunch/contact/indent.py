@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, OUTLINES
-from flatpunch._support.checks import Array, Values, numbers, positive, shown, values, whole
+from flatpunch._support.checks import Array, Values, numbers, positive, shown, switch, values, whole
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
@@ -268,7 +268,14 @@ def pressure(
         work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
-    x, y = np.broadcast_arrays(numbers("x", x, "m"), numbers("y", y, "m"))
+    return_error = switch("return_error", return_error)
+    x, y = numbers("x", x, "m"), numbers("y", y, "m")
+    try:
+        x, y = np.broadcast_arrays(x, y)
+    except ValueError:
+        raise ValueError(
+            f"x and y have shapes {x.shape} and {y.shape}; they must be equal or broadcast to one another."
+        ) from None
     if control.name == "depth" and control.values[0] >= deepest(medium):
         raise ValueError(
             f"depth = {text(float(control.values[0]), 'm')} is more than the {text(deepest(medium), 'm')} of the "

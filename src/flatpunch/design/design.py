@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from flatpunch._support.checks import Array, shown, whole
+from flatpunch._support.kinds import listed
 from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
@@ -89,11 +90,7 @@ def design(
         raise TypeError(
             f"objective = {shown(objective)} must be a Target(quantity, value, depth=... or force=...) or LargestLoad(strengths)."
         )
-    kept: list[Limit] = [limits] if isinstance(limits, Limit) else list(limits)
-    if not all(isinstance(limit, Limit) for limit in kept):
-        raise TypeError(
-            f"limits = {shown(limits)} must be a list of Limit(quantity, minimum=, maximum=, depth=, force=)."
-        )
+    kept = listed("limits", limits, Limit, "Limit(quantity, minimum=, maximum=, depth=, force=)")
     count = whole("starts", starts, 1, "It is the number of starts of the search.", most=1000)
     chosen = derivable(method, indenter)
     problem = Problem(variables(underlying(medium), indenter, vary), chosen)

@@ -8,7 +8,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch._support.checks import Array, non_negative, positive, values
+from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
 from flatpunch.fields.failure.strength import Strength
@@ -187,11 +188,7 @@ def achieved(found: list[Gradient], control: Control, quantity: Quantity) -> tup
 
 
 def _control(owner: str, quantity: Any, depth: Any, force: Any) -> Control:
-    if quantity not in get_args(Quantity):
-        raise ValueError(
-            f"{owner}.quantity = {shown(quantity)} is no quantity of a contact; it is one of "
-            f"{', '.join(map(repr, get_args(Quantity)))}."
-        )
+    one_of(f"{owner}.quantity", quantity, get_args(Quantity), wrong="is no quantity of a contact")
     if (depth is None) == (force is None):
         raise ValueError(f"{owner} takes exactly one of depth and force, at which {quantity} is meant.")
     name: Literal["depth", "force"] = "force" if depth is None else "depth"

@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices, shown
+from flatpunch._support.checks import Array, Indices
+from flatpunch._support.kinds import one_of
 from flatpunch.compliance.depth import interfaces
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
@@ -54,10 +55,7 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
         If a point is outside the bodies or inside a rigid one.
     """
     medium = underlying(medium)
-    if side not in ("above", "below"):
-        raise ValueError(
-            f"side = {shown(side)} must be 'above' or 'below': the side of an interface on which points are taken."
-        )
+    one_of("side", side, ("above", "below"), "It is the side of an interface on which points are taken.")
     if not isinstance(medium, TwoBodies):
         _inside(medium, z, z)
         return [Located(medium, np.arange(z.size), z, layer_at(medium, z, side))]

@@ -20,6 +20,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from flatpunch._support.kinds import one_of
 from flatpunch.files import units
 
 _LEGEND, _PANELS = 7, 9
@@ -110,13 +111,12 @@ def checked(result: xr.Dataset, quantity: str | None, step: int) -> xr.DataArray
     ]
     if not known:
         raise ValueError("no point of this study was solved, so there is nothing to show; its `reason` says why.")
-    shown = quantity or ("depth" if result.attrs.get("control") == "force" else "force")
-    if shown not in known:
-        raise ValueError(f"quantity = {shown!r} is not in this study; it has {', '.join(known)}.")
+    default = "depth" if result.attrs.get("control") == "force" else "force"
+    wanted = one_of("quantity", default if quantity is None else quantity, known, wrong="is not in this study")
     steps = result.sizes["step"]
     if not -steps <= step < steps:
         raise ValueError(f"step = {step} is not in this study, whose points have {steps} steps: 0 to {steps - 1}.")
-    return result[shown]
+    return result[wanted]
 
 
 def where(result: xr.Dataset, step: int = -1) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.checks import FlatpunchWarning, switch
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
@@ -93,6 +93,7 @@ def sweep(
     >>> print(dict(study.sizes)["layers.0.thickness"], set(study.status.values.ravel().tolist()))
     3 {'solved'}
     """
+    contours = switch("contours", contours)
     path, text = case.source if isinstance(case, Case) and case.source else _source(case)
     data = parsed(text, path)
     in_file = data.pop("vary", None)

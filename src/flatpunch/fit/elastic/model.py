@@ -44,7 +44,7 @@ def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method
     method : str or method
         "auto", or a method of `indent`: its short name, or its configuration such as `Refined(cells=128)`.
     """
-    if method != "auto":
+    if not isinstance(method, str) or method != "auto":
         method_of(method)
         return method
     if indenter.round:

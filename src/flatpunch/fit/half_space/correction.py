@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from flatpunch._support.checks import Array, poisson_ratio, positive, shown
+from flatpunch._support.checks import Array, poisson_ratio, positive
+from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -195,8 +196,7 @@ def correct(
     """
     reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
     top = layer_on_top(medium)
-    if over not in ("curve", "depth"):
-        raise ValueError(f"over = {shown(over)} must be 'curve' or 'depth'.")
+    one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
     formula = half_space_model(indenter, model)
     grid = depth * (np.arange(1, _POINTS + 1) / _POINTS if over == "curve" else np.ones(1))

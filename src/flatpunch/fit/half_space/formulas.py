@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array
+from flatpunch._support.kinds import one_of
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
@@ -82,11 +83,7 @@ def half_space_model(indenter: Any, name: str | None = None) -> Reported:
     found = half_space_models(indenter)
     if name is None:
         return next(iter(found.values()))
-    if name not in found:
-        raise ValueError(
-            f"model = {shown(name)} does not belong to a {type(indenter).__name__}; choose {', '.join(map(repr, found))}."
-        )
-    return found[name]
+    return found[one_of("model", name, found, wrong=f"does not belong to a {type(indenter).__name__}")]
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,8 +82,6 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
     """
     found: dict[str, int] = {}
     for role, title in (wanted or {}).items():
-        if role not in ROLES:
-            raise CurveError(f"columns: {shown(role)} is no kind of column; known are {', '.join(ROLES)}.")
         found[role] = _named(table, role, title)
     for role, (dimension, patterns) in ROLES.items():
         if role in found:
@@ -130,6 +128,8 @@ def _fits(unit: str | None, dimension: units.Dimension) -> bool:
 
 def _named(table: Table, role: str, title: str | int) -> int:
     known = ", ".join(repr(name) for name in table.names) or "none"
+    if not isinstance(title, (str, int)) or isinstance(title, bool):
+        raise CurveError(f"columns: {shown(title)} for {role} must be a title or the number of a column, from 0.")
     if isinstance(title, int):
         if not 0 <= title < len(table.names):
             raise CurveError(f"{table.source}: column {title} for {role} does not exist; there are {len(table.names)}.")

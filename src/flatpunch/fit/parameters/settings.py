@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
 from flatpunch._support.checks import real, shown
+from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
-from flatpunch.contact import Method, MethodName
+from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
@@ -134,12 +135,11 @@ class Settings:
             "engine": ("lmfit", "normal-equations"),
         }
         for name, known in choices.items():
-            if getattr(self, name) not in known:
-                raise ValueError(
-                    f"{name} = {shown(getattr(self, name))} is unknown; it is one of {', '.join(map(repr, known))}."
-                )
+            one_of(name, getattr(self, name), known)
+        if not isinstance(self.method, str) or self.method != "auto":
+            method_of(self.method)
         object.__setattr__(self, "contact", _contact(self.contact))
-        if self.drag != "free":
+        if not isinstance(self.drag, str) or self.drag != "free":
             real("drag", self.drag, "N*s/m")
         for name, unit in (("depth_to", "m"), ("force_to", "N")):
             if getattr(self, name) is not None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices, numbers, shown, values
+from flatpunch._support.checks import Array, Indices, numbers, values
+from flatpunch._support.kinds import one_of
 
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
@@ -36,13 +37,8 @@ def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
 
 def oriented(heights: Array, apex: str) -> Array:
     """Heights that grow away from the apex."""
-    if apex not in ("lowest", "highest"):
-        raise ValueError(
-            f"HeightMap.apex = {shown(apex)} must be 'lowest' (heights grow away from the apex) or 'highest' (image of "
-            "a tip that points "
-            "up)."
-        )
-    return heights if apex == "lowest" else -heights
+    hint = "In an image of a tip that points up the apex is the highest point."
+    return heights if one_of("HeightMap.apex", apex, ("lowest", "highest"), hint) == "lowest" else -heights
 
 
 def even_spacing(columns: Array, rows: Array) -> tuple[float, float]:
