@@ -317,7 +317,7 @@ class Approach:
         return scan, keep, (*notes, *dips)
 
     def with_retract(self, scan: Scan, keep: Flags, curve: Curve, settings: Settings) -> tuple[Approach, Scan, Flags]:
-        """The problem with the retraction's points without contact, which tell drag from the baseline.
+        """The problem with the retraction's points without contact, which distinguish drag from the baseline.
 
         Raises
         ------
