@@ -19,6 +19,7 @@ from flatpunch.punch.matrix import (
     Responses,
     edge_strength,
     effective_beta,
+    fewer_terms,
     largest_beta,
     solve_round,
     solve_with_fewer,
@@ -139,12 +140,9 @@ class PunchFamily:
         return force + interpolation**2 + max(tail(p.series[:, : _terms(p)]) for p in panels), radius + interpolation
 
     def _skin(self, beta: float) -> tuple[float, float]:
-        """Changes of stiffness and force at given depth, and of depth at given radius, under a cone.
-
-        A quarter of the terms is left out.
-        """
+        """Changes of stiffness and force at given depth, and of depth at given radius, under a cone, with fewer terms."""
         terms, found = sufficient_terms(self.kernel, beta), []
-        for responses in solve_with_fewer(self.kernel, np.array([beta]), terms, 3 * terms // 4):
+        for responses in solve_with_fewer(self.kernel, np.array([beta]), terms, fewer_terms(self.kernel, beta, terms)):
             b = power_moments(1.0, 0, responses.flat.shape[1])
             depth = (power_edge(1.0, 0) + b @ responses.edge[0]) / edge_strength(responses)[0]
             found.append((responses.flat[0, 0], depth, depth * responses.flat[0, 0] - b @ responses.flat[0]))

@@ -18,7 +18,7 @@ from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
 from flatpunch.punch.basis import power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
-from flatpunch.punch.matrix import RESOLVED, Responses, effective_beta, solve_with_fewer, sufficient_terms
+from flatpunch.punch.matrix import RESOLVED, Responses, effective_beta, fewer_terms, solve_with_fewer, sufficient_terms
 
 
 @readable
@@ -37,8 +37,8 @@ class FlatPunch:
     coefficients : ndarray, shape (terms,)
         c_n of the pressure E*/a sum c_n p_n(r/a) per unit depth (basis of `flatpunch.punch.basis`, m = 0).
     error : float
-        Estimated relative error of stiffness and moments: change when the last quarter of the terms is left out, plus
-        rounding and the quadrature over wavenumbers.
+        Estimated relative error of stiffness and moments: change when the last quarter of the terms is left out, or
+        three eighths of them where the rim is not resolved, plus rounding and the quadrature over wavenumbers.
     edge_error : float
         The same of the edge coefficient, which depends most on the shortest length of the medium. At radii above about 3000 such
         lengths the pressure within one length of the rim is not resolved.
@@ -184,7 +184,7 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
         return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error))
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
-    responses, fewer = _solve(kernel, beta, terms, max(terms - max(terms // 4, 2), 2))
+    responses, fewer = _solve(kernel, beta, terms, fewer_terms(kernel, beta, terms))
     error, edge_error = _errors(kernel, beta, responses, fewer)
     punch = FlatPunch(radius, kernel.modulus, beta, responses.flat[0], error, responses.edge[0], edge_error=edge_error)
     return _checked(punch)
@@ -228,7 +228,7 @@ def _with_rim(around: Responses, derivative: Array) -> Responses:
 
 
 def _errors(kernel: Kernel, beta: float, responses: Responses, fewer: Responses) -> tuple[float, float]:
-    """Changes of stiffness and moments, and of the edge coefficient, without a quarter of the terms; plus rounding."""
+    """Changes of stiffness and moments, and of the edge coefficient, with fewer terms; plus rounding."""
     stiffness = abs(fewer.flat[0, 0] / responses.flat[0, 0] - 1)
     # the first moment is that of a cone, which needs the most terms
     first, second = (
@@ -239,8 +239,6 @@ def _errors(kernel: Kernel, beta: float, responses: Responses, fewer: Responses)
     # largest error of the quadrature over wavenumbers, over random stacks with modulus ratios up to 1e4 (tests measure it)
     floor = float(responses.rounding[0]) + 2e-12
     if not kernel.graded and effective_beta(kernel, beta) > RESOLVED:
-        # terms converge slowly there, so that those left out may add as much again
-        stiffness *= 2
         # the strength of the rim follows from the stiffness, and is no better
         # error of the edge coefficient from seven nodes on that interval; five leave 4e-9 (tests, 300 stacks)
         edge = max(edge, stiffness) + 1e-9
