@@ -107,15 +107,15 @@ class RingSources:
     def transform(self, k: Array) -> Array:
         """P(k) = int g cos(kt) dt [Pa m], shape of k.
 
-        Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
+        Gauss quadrature where a panel holds few oscillations, for many k from a table over these. Beyond, Legendre's series:
+        int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
         """
         total = np.zeros_like(k)
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
             half, middle = (high - low) / 2, (high + low) / 2
             own = chebyshev.chebtrim(series)
             slow = k * half <= _SLOW
-            x, w = gauss(own.size + 8 + int(0.6 * _SLOW))
-            total[slow] += np.cos(np.outer(k[slow], middle + half * x)) @ (chebyshev.chebval(x, own) * w * half)
+            total[slow] += half * _few_oscillations(own, k[slow] * half, k[slow] * middle)
             total[~slow] += 2 * half * _oscillating(own, k[~slow] * half, k[~slow] * middle)
         return total
 
@@ -171,6 +171,24 @@ def _to_legendre(terms: int) -> Array:
     x, w = gauss(terms)
     values = polynomial.legvander(x, terms - 1) * (np.arange(terms) + 0.5)
     return np.asarray((values.T * w) @ chebyshev.chebvander(x, terms - 1))
+
+
+def _few_oscillations(series: Array, w: Array, phase: Array) -> Array:
+    """Re exp(i phase) int g(x) exp(iwx) dx over (-1, 1) by Gauss quadrature, shape of w."""
+    largest = float(w.max(initial=0.0))
+    x, weight = gauss(series.size // 2 + 10 + int(0.75 * largest))
+    g = chebyshev.chebval(x, series) * weight
+    # int g cos(wx) dx and int g sin(wx)/w dx are even in w: Chebyshev coefficients over w^2 fall like J_2n(largest)
+    terms = 9 + int(0.95 * largest)
+    if w.size < 4 * terms:
+        return np.asarray(np.cos(phase[:, None] + np.outer(w, x)) @ g)
+    nodes = chebyshev.chebpts1(terms)
+    at = np.outer(largest * np.sqrt((1 + nodes) / 2), x)
+    table = np.stack([np.cos(at) @ g, (x * np.sinc(at / np.pi)) @ g], axis=1)
+    coefficients = chebyshev.chebvander(nodes, terms - 1).T @ table * (2 / terms)
+    coefficients[0] /= 2
+    even, odd = chebyshev.chebval(2 * (w / largest) ** 2 - 1, coefficients)
+    return np.asarray(np.cos(phase) * even - np.sin(phase) * w * odd)
 
 
 def _oscillating(series: Array, w: Array, phase: Array) -> Array:
