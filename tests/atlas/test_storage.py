@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from flatpunch import atlas
+from flatpunch._support.sealed import sealed
 from flatpunch.atlas.library import folder
 from flatpunch.atlas.storage import LICENCE
 
@@ -78,9 +79,16 @@ def test_what_is_no_table(tmp_path):
     later.write_bytes(whole)
     with h5py.File(later, "a") as file:
         file.attrs["flatpunch_atlas_schema"] = 99
+    later.write_bytes(sealed(later.read_bytes()))
     with pytest.raises(atlas.AtlasFileError, match="its layout is version 99"):
         atlas.read_table(later)
-    with h5py.File(tmp_path / "other.nc", "w") as file:
+    other = tmp_path / "other.nc"
+    with h5py.File(other, "w") as file:
         file.attrs["title"] = "something else"
+    with pytest.raises(
+        atlas.AtlasFileError, match=r"no line of its checksum at the end; `flatpunch atlas build` makes it"
+    ):
+        atlas.read_table(other)
+    other.write_bytes(sealed(other.read_bytes()))
     with pytest.raises(atlas.AtlasFileError, match="does not say which layout"):
         atlas.read_table(tmp_path / "other.nc")

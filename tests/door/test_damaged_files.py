@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import atlas
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch.atlas.library import folder
 from flatpunch.files import ResultError
 from flatpunch.fit.measured import afm
 
@@ -51,6 +53,26 @@ def test_damaged_results_are_refused(result, tmp_path, ending, count):
         path.write_bytes(spoilt)
         with pytest.raises(ResultError, match=rf"curve\{ending}: "):
             fp.load(path)
+
+
+@pytest.mark.parametrize("count", [60, pytest.param(2000, marks=pytest.mark.slow)])
+def test_damaged_tables_of_the_atlas_are_refused(tmp_path, count, capfd):
+    path = atlas.write_table(atlas.table("sliding-layer"), tmp_path / "own.nc")
+    whole, rng = path.read_bytes(), random.Random(count)
+    for _ in range(count):
+        spoilt = damaged(whole, rng)
+        if spoilt == whole:
+            continue
+        path.write_bytes(spoilt)
+        with pytest.raises(atlas.AtlasFileError, match=r"own\.nc is no table of the atlas: "):
+            atlas.read_table(path)
+    # HDF5 prints when a damaged file is closed
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", atlas.families())
+def test_shipped_tables_are_sealed(name):
+    assert unsealed((folder() / f"{name}.nc").read_bytes())[1]
 
 
 def test_other_programs_read_sealed_files(result, tmp_path):

@@ -199,8 +199,10 @@ def read_table(path: str | Path) -> Table:
     if not path.exists():
         raise FileNotFoundError(f"{shown_path(path)}: there is no such file. `flatpunch atlas build` makes one.")
     try:
-        # tables that came with earlier versions have no seal
-        body, _ = unsealed(content(path, LARGEST))
+        body, has_seal = unsealed(content(path, LARGEST))
+        if not has_seal:
+            # HDF5 may return other numbers for damaged bytes, or never return
+            raise BrokenSeal("it has no line of its checksum at the end; `flatpunch atlas build` makes it again")
         with h5netcdf.File(io.BytesIO(body), "r") as file:
             return _read(file, path)
     except AtlasFileError:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Values, values
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -42,6 +43,9 @@ if TYPE_CHECKING:
 
 _DIRECTIONS = 48
 """Directions of waves over half a turn under a pressure on cells."""
+
+_LARGEST_ROUND, _LARGEST_ON_CELLS = 2e7, 4e8
+"""Wavenumbers times panels of a round pressure, and times cells: two or three seconds each."""
 
 _FARTHEST = 2048.0
 """Wavenumber times radius at which the integral for the whole body ends where the modulus varies at the surface: 1e-9 is left."""
@@ -164,6 +168,7 @@ class _Round:
         return 1e-3 * self.load.radius
 
     def square(self, k: Array) -> Array:
+        _check_cost(k, len(self.load.series), _LARGEST_ROUND, self.radius)
         return self.load.transform(k) ** 2
 
 
@@ -181,6 +186,7 @@ class _OnCells:
 
     def square(self, k: Array) -> Array:
         """Mean of |P|^2 over directions, P = (1/2 pi) sum p h^2 sinc sinc exp(-i k.x)."""
+        _check_cost(k, self.cells.pressure.size, _LARGEST_ON_CELLS, self.radius)
         h, total = self.cells.spacing, np.zeros_like(k)
         for angle in np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS:
             along = [k * factor for factor in (np.cos(angle), np.sin(angle))]
@@ -193,11 +199,22 @@ class _OnCells:
         return total / _DIRECTIONS
 
 
+def _check_cost(k: Array, parts: int, most: float, radius: float) -> None:
+    """Refuse loads that are so wide, compared with the depths of interest, that their transform would take minutes."""
+    if k.size * parts > most:
+        raise ValueError(
+            f"the contact, with a radius of {text(radius, 'm')}, is too wide for the energy in layers this thin: the waves that "
+            f"resolve both take {k.size * parts / most:.2g} times the largest effort. Ask for a smaller contact or for larger "
+            "depths z, or join thin layers."
+        )
+
+
 def _load(kernel: Kernel, indenter: Indenter, source: Source, depth: float) -> tuple[_Transformed, float]:
     """The load, and the energy of the whole body [J]."""
     if isinstance(source, RoundSource):
         assert isinstance(source.load, RingSources)
-        return _Round(source.load), _total(kernel, source.load)
+        load = _Round(source.load)
+        return load, _total(kernel, load)
     assert isinstance(source, CellSource)
     cells = source.cells.cropped
     x, y = np.meshgrid(cells.x, cells.y)
@@ -218,22 +235,22 @@ def _check_depths(z: Array, load: _Transformed, body: Solid) -> None:
         raise ValueError(f"z has depths inside the rigid base, which begins at {body.thickness:.6g} m.")
 
 
-def _total(kernel: Kernel, load: RingSources) -> float:
+def _total(kernel: Kernel, load: _Round) -> float:
     """Energy of the whole body [J]."""
     if kernel.exponent:
         k, weight = wavenumbers(_FARTHEST / load.radius, 2 * load.radius, load.radius)
-        return float(np.pi * (weight * k * load.transform(k) ** 2) @ kernel(k))
+        return float(np.pi * (weight * k * load.square(k)) @ kernel(k))
     x, w = gauss(40)
     square = 0.0
-    for low, high in zip(load.breaks[:-1], load.breaks[1:], strict=True):
+    for low, high in zip(load.load.breaks[:-1], load.load.breaks[1:], strict=True):
         half = (high - low) / 2
-        square += half * float(w @ load.value(low + half * (1 + x)) ** 2)
+        square += half * float(w @ load.load.value(low + half * (1 + x)) ** 2)
     total = np.pi**2 / kernel.modulus * square
     if not kernel.homogeneous:
         last = _FARTHEST / load.radius if kernel.graded else kernel.cutoff / kernel.length
         k, weight = wavenumbers(last, 2 * load.radius, max(load.radius, kernel.length))
         rest = 2 * kernel.remainder(k * kernel.length) / (kernel.modulus * k)
-        total += np.pi * float((weight * k * load.transform(k) ** 2) @ rest)
+        total += np.pi * float((weight * k * load.square(k)) @ rest)
     return float(total)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from flatpunch._support.checks import shown
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.igor import check_sizes
 from flatpunch.fit.measured.ntmdt import free_tip_first
 
 
@@ -149,6 +150,8 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
     # errors are reported here: without a handler of the caller's own their tracebacks are not printed
     for library in ("afmformats", "igor2"):
         logging.getLogger(library).addHandler(logging.NullHandler())
+    if path.suffix.lower() == ".ibw":
+        check_sizes(path)
     with _explained(path):
         found = afmformats.load_data(path, meta_override=override)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):

@@ -1,0 +1,33 @@
+"""The transform of a round pressure, and the size of the sums over it."""
+
+import numpy as np
+import pytest
+from numpy.polynomial import chebyshev
+
+import flatpunch as fp
+from flatpunch.fields.axisymmetric.ring_sources import RingSources
+from flatpunch.numerics.gauss import gauss
+
+
+@pytest.mark.parametrize("terms", [1, 2, 3, 16])
+@pytest.mark.parametrize("last", [1e-2, 1.0, 30.0, 300.0])
+@pytest.mark.parametrize("count", [1, 7, 600])
+def test_transform_is_the_integral_of_the_cosine(terms, last, count):
+    """Few and many wavenumbers, few and many oscillations on a panel: each against a fine Gauss rule."""
+    rng = np.random.default_rng([terms, int(100 * last), count])
+    breaks = np.concatenate([[0.0], np.sort(rng.random(4)), [1.0]])
+    series = rng.normal(size=(5, terms))
+    k = np.concatenate([[0.0], last * rng.random(count - 1)]) if count > 1 else np.array([last])
+    x, w = gauss(200)
+    direct = np.zeros_like(k)
+    for low, high, own in zip(breaks[:-1], breaks[1:], series, strict=True):
+        t = (low + high) / 2 + (high - low) / 2 * x
+        direct += np.cos(np.outer(k, t)) @ (chebyshev.chebval(x, own) * w) * (high - low) / 2
+    # about 1e-13 is lost in the recurrence of the spherical Bessel functions near their number of terms
+    np.testing.assert_allclose(RingSources(breaks, series).transform(k), direct, atol=1e-12)
+
+
+def test_energy_of_very_wide_contacts_is_refused_before_the_sums():
+    gel = fp.Medium([fp.Layer(5e3, 0.45, 2e-6)], fp.RigidBase())
+    with pytest.raises(ValueError, match="a radius of 36 mm, is too wide for the energy in layers this thin"):
+        fp.energy_by_depth(gel, fp.Paraboloid(5e-6), radius=36e-3)
