@@ -22,6 +22,7 @@ BURIED = fp.Medium(
     [fp.Layer(2.0, 0.3, 0.5), fp.GradedLayer(fp.ExponentialModulus(1.0, 5.0, 1.0), 0.3, 0.8)], base=fp.RigidBase()
 )
 POWER = fp.PowerLawHalfSpace(2.0, 1.0, 0.3, 0.3)
+THIN = fp.Medium([fp.Layer(60.0, 0.25, 0.02), fp.Layer(1.0, 0.45, 0.02)], base=fp.HalfSpace(20.0, 0.22))
 
 ON_HOMOGENEOUS, ON_GRADED = 1e-8, 1e-6
 """Accuracies that `sensitivity` states, here absolute: logarithmic derivatives are of order one."""
@@ -34,6 +35,7 @@ CASES = [
     (STACK, fp.Sphere(9.0), 4.0, ON_HOMOGENEOUS),
     (STACK, fp.PowerLaw(3.0, 0.2), 0.5, ON_HOMOGENEOUS),
     (GEL, fp.Paraboloid(2.0), 3.0, ON_HOMOGENEOUS),
+    (THIN, fp.Cone(0.3), 0.8, ON_HOMOGENEOUS),
     (PAIR, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
     (BURIED, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
     (POWER, fp.Cone(0.3), 0.5, ON_HOMOGENEOUS),
@@ -45,6 +47,7 @@ FEW = {
     GRADED: ("layers[0].young.entries[1]", "base.young"),
     BURIED: ("layers[1].young.bottom", "layers[1].thickness"),
     STACK: ("layers[0].poisson", "layers[1].thickness", "layers[2].young", "indenter.radius"),
+    THIN: ("layers[0].young", "layers[1].thickness"),
     PAIR: ("upper.layers[0].young", "lower.base.poisson", "lower.layers[0].thickness", "indenter.radius"),
 }
 """Parameters that are compared where others take long."""
@@ -114,6 +117,29 @@ def test_flat_end():
         wanted = logarithmic(FILM, tip, parameter, depth=0.01)
         at = found.sel(parameter=parameter.name)
         assert [float(at.force), float(at.stiffness), float(at.radius)] == pytest.approx(wanted[[0, 2, 3]], abs=1e-9)
+
+
+def test_flat_end_on_thin_layers():
+    """The square of the flat punch's pressure falls off most slowly with the wavenumber."""
+    found = fp.sensitivity(THIN, fp.Cylinder(0.8), depth=0.1)
+    for parameter in parameters(THIN, fp.Cylinder(0.8))[:-1]:
+
+        def force(value, name=parameter.name):
+            changed, _ = with_values(THIN, None, {name: value})
+            return np.log(float(fp.indent(changed, fp.Cylinder(0.8), depth=0.1).force[0]))
+
+        step = 2e-3 if parameter.kind == "poisson" else 1e-2 * parameter.value
+        wanted = parameter.value * difference(force, parameter.value, step)
+        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted, abs=ON_HOMOGENEOUS), (
+            parameter.name
+        )
+
+
+def test_contacts_thousands_of_times_wider_than_the_layers():
+    """Only the base is felt, and all moduli together raise the force as much as they rise."""
+    found = fp.sensitivity(THIN, fp.Paraboloid(1e4), radius=200.0, z=[200.0])
+    assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=ON_HOMOGENEOUS)
+    assert float(found.force.sel(parameter="base.young")) == pytest.approx(1.0, abs=5e-3)
 
 
 @pytest.mark.parametrize("medium", [FILM, STACK, PAIR, BURIED])

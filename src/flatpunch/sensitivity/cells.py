@@ -54,8 +54,8 @@ def cell_contact(kernel: Kernel, indenter: Indenter, control: Control, method: B
     return CellContact(solution, np.asarray(flat.pressure) * solution.contact, flat.force)
 
 
-def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float = 0.0) -> Spectrum:
-    """Weights of the force at fixed depth, up to k times the half-width = `reach` at least."""
+def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float | None = None) -> Spectrum:
+    """Weights of the force at fixed depth, as far as layers act, and up to k times the half-width = `reach` at least."""
     grid = contact.solution.grid
     distances, pairs = _correlation(contact.punch, contact.solution.pressure)
     h = grid.spacing
@@ -66,7 +66,7 @@ def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float = 0.0) 
         # wavenumber times the length of a homogeneous surface layer at which integrals end: exp(-24) of the layers' response is
         # left
         felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * 12.0 / 25
-        last = min(last, max(4.0, felt, reach))
+        last = min(last, max(4.0, felt, reach or 0.0))
     first = 0
     if not kernel.homogeneous:
         floor = kernel.series.floor if kernel.series is not None else kernel.floor

@@ -38,7 +38,8 @@ class Gradient:
     force, stiffness, radius : ndarray
         dF, dK and da at fixed depth.
     spectrum : callable or None
-        largest k times the contact radius -> weights over the wavenumber; None for power-law half-spaces and series methods.
+        largest k times the contact radius, None for as far as layers act -> weights over the wavenumber; None for power-law
+        half-spaces and series methods.
     notes : str
         Limits of the contact's own solution.
     """
@@ -47,7 +48,7 @@ class Gradient:
     force: Array
     stiffness: Array
     radius: Array
-    spectrum: Callable[[float], Spectrum] | None
+    spectrum: Callable[[float | None], Spectrum] | None
     notes: str = ""
 
     @property
@@ -117,12 +118,12 @@ def _of_disc(
 ) -> Gradient:
     of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
     rest = [each for each in wanted if each.body >= 0]
-    spectrum: Callable[[float], Spectrum] | None = None
+    spectrum: Callable[[float | None], Spectrum] | None = None
     if has_power_law(medium):
         by_constants = _by_power_law(medium, kernel, tip, contact, rest)
     else:
         spectrum = partial(discs.spectrum_of, kernel, tip, contact)
-        by_constants = by_medium(medium, kernel, spectrum(0.0), rest) if rest else np.empty((3, 0))
+        by_constants = by_medium(medium, kernel, spectrum(None), rest) if rest else np.empty((3, 0))
     force, stiffness, depth = np.empty((3, len(wanted)))
     force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
     force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
@@ -155,7 +156,7 @@ def _on_cells(
     of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
     force = np.empty(len(wanted))
     if rest:
-        force[~of_tip] = by_medium(medium, kernel, spectrum(0.0), rest)[0]
+        force[~of_tip] = by_medium(medium, kernel, spectrum(None), rest)[0]
     force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
     unknown = np.full(len(wanted), np.nan)
     contact = discs.Contact(solution.radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)

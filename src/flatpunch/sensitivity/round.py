@@ -22,7 +22,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.basis import half_space_diagonal
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.graded import graded_matrices
-from flatpunch.punch.matrix import solve_round, sufficient_terms
+from flatpunch.punch.matrix import remainder_rule, solve_round, sufficient_terms
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges, spherical_bessel
 from flatpunch.sensitivity.parameters import Parameter, difference, with_values
 from flatpunch.sensitivity.spectrum import Spectrum
@@ -87,10 +87,13 @@ def _stiffening(kernel: Kernel, strength: float) -> float:
     return float(2 * np.pi**2 * kernel.modulus * strength**2)
 
 
-def spectrum_of(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float = 0.0) -> Spectrum:
-    """Weights of F at fixed depth, K and d at fixed radius, up to ka = `reach` at least."""
+def spectrum_of(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float | None = None) -> Spectrum:
+    """Weights of F at fixed depth, K and d at fixed radius: up to ka = `reach`, or as far as layers act."""
     a = contact.radius
-    waves = _graded_waves(kernel, indenter, contact) if kernel.graded else _waves(kernel, indenter, contact, reach)
+    if kernel.graded or (reach is None and not kernel.homogeneous):
+        waves = _waves_of_series(kernel, indenter, contact)
+    else:
+        waves = _waves(kernel, indenter, contact, reach or 0.0)
     load, punch, functional = waves.load, waves.punch, waves.functional
     pairs = np.stack([-punch * load, -(punch**2), functional * load / (2 * np.pi)]).sum(axis=1)
     weights = 2 * np.pi * pairs * waves.x / a**2
@@ -112,18 +115,15 @@ class _Waves:
 
 
 def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -> _Waves:
-    """On a homogeneous surface, where what layers add ends at a finite k."""
+    """On a homogeneous surface, up to ka = `reach`, with the pressure itself, whose series ends before."""
     a, modulus = contact.radius, kernel.modulus
-    if kernel.homogeneous:
-        flat, edge = np.array([1 / np.pi]), np.zeros(1)
-        first, last = 0, max(4.0, reach)
-    else:
+    flat, edge, first = np.array([1 / np.pi]), np.zeros(1), 0
+    if not kernel.homogeneous:
         beta = a / kernel.length
         responses = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
         flat, edge = responses.flat[0], responses.edge[0]
-        first = min(0, int(np.floor(np.log(kernel.floor * beta) / np.log(4))))
-        last = max(4.0, kernel.cutoff * beta, reach)
-    table = bessel_table(0, flat.size, first, _rounded_up(last))
+        first = _first_panel(kernel.floor * beta)
+    table = bessel_table(0, flat.size, first, _rounded_up(max(4.0, reach)))
     root = np.sqrt(table.w)
     punch = modulus * a * (flat @ table.j)
     functional = (np.cos(table.x) / np.pi + edge @ table.j) / (1 / np.pi + float(edge[0]))
@@ -134,14 +134,22 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
     return _Waves(table.x, *((each * root)[None] for each in (load, punch, functional)))
 
 
+def _first_panel(floor: float) -> int:
+    """Power of four at which panels over x begin."""
+    return min(0, int(np.floor(np.log(floor) / np.log(4))))
+
+
 def _rounded_up(last: float) -> float:
     """Ends on few levels, so that tables are shared."""
     return float(4 * 2 ** (np.ceil(4 * np.log2(last / 4)) / 4))
 
 
-def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Waves:
-    """On a graded surface, where C_theta k falls like 1/k: products end as their means over an oscillation."""
-    assert kernel.series is not None
+def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Waves:
+    """From the series of the pressures, as far as layers act: products end as their means over an oscillation.
+
+    However wide the contact is against the layers, the wavenumbers are some thousands. Derivatives of the solution with so many
+    terms are exact with the pressure of as many.
+    """
     a, beta = contact.radius, contact.radius / kernel.length
     terms = sufficient_terms(kernel, beta)
     responses = solve_round(kernel, np.array([beta]), terms)
@@ -150,16 +158,20 @@ def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Wave
         series = contact.depth * flat
     else:
         moments = mean_profile(indenter).moments(np.array([a]), terms).b[0]
-        matrix = graded_matrices(kernel, np.array([beta]), terms)[0, 0] + np.diag(half_space_diagonal(0, terms))
-        series = contact.depth * flat - np.linalg.solve(matrix, moments)
+        series = contact.depth * flat - np.linalg.solve(_matrix(kernel, beta, terms), moments)
     # a smooth window ends the oscillating half of the products: its own transform at their wavelength is below rounding
     middle = 2.3 * terms + 20 + _WINDOW[0]
     end = middle + 6 * _WINDOW[1]
-    first = min(0, int(np.floor(np.log(kernel.series.floor * beta) / np.log(4))))
-    edges = [*panel_edges(first, end)]
-    # end of the panels under a graded surface over that of the window: integrands fall like x^-3
-    while edges[-1] < 1e4 * end:
-        edges.append(edges[-1] + min(2 * edges[-1], 3 * edges[-1] ** 2 / terms**2))
+    if kernel.series is not None:
+        # end of the panels under a graded surface over that of the window: integrands fall like x^-3
+        floor, last, growth = kernel.series.floor, 1e4 * end, 2.0
+    else:
+        floor, last, growth = kernel.floor, kernel.cutoff * beta, 1.0
+    near = panel_edges(_first_panel(floor * beta), min(end, max(last, 4.0)))
+    # products oscillate twice as fast as the pressures: the nodes of a panel leave 1e-15 on a length of 8
+    edges = [*np.union1d(near, np.arange(128.0, near[-1], 8.0))]
+    while edges[-1] < last:
+        edges.append(edges[-1] + min(growth * edges[-1], 3 * edges[-1] ** 2 / terms**2))
     x, w = composite_gauss(np.array(edges))
     window = scipy.special.erfc((x - middle) / _WINDOW[1]) / 2
     both = window < 1 - 1e-15
@@ -171,6 +183,15 @@ def _graded_waves(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Wave
     functional = np.stack([np.cos(x) / np.pi + edge @ j, np.sin(x) / np.pi + edge @ y]) / strength
     load, punch = (modulus * a * np.stack([c @ j, c @ y]) * roots for c in (series, flat))
     return _Waves(x, load, punch, functional * roots)
+
+
+def _matrix(kernel: Kernel, beta: float, terms: int) -> Array:
+    """Punch matrix of harmonic 0."""
+    if kernel.graded:
+        return np.asarray(
+            graded_matrices(kernel, np.array([beta]), terms)[0, 0] + np.diag(half_space_diagonal(0, terms))
+        )
+    return np.asarray(remainder_rule(kernel, np.array([beta]), terms, 0).matrix()[0])
 
 
 def _second_kind(orders: int, x: Array) -> Array:

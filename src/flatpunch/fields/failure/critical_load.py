@@ -183,8 +183,8 @@ def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -
     return (
         f"strengths are not reached up to a load of {text(search.contact(high)[0], 'N')} (the nearest is {kind} of layer {layer} "
         f"of the {body} body, at {share:.2g} of its strength), and the search ends there: the contact radius is "
-        f"{text(high, 'm')}, {largest_beta(kernel):g} times the shortest length of the layers, the largest that is solved. "
-        "Leave out the thinnest layer, or check the units of strengths and thicknesses."
+        f"{text(high, 'm')}, {largest_beta(kernel):g} times the shortest length of the layers, the largest contact that is "
+        "solved. Leave out the thinnest layer, or check the units of strengths and thicknesses."
     )
 
 
