@@ -264,7 +264,7 @@ def test_each_way_of_the_tip_has_its_line():
         assert np.abs(np.diff(force)).max() < 0.05 * np.ptp(drawn[0][1])
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5, 6])
+@pytest.mark.parametrize("seed", [3, 6])
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("begin", [0.7, 0.9])
 @pytest.mark.parametrize("name", ["sphere", "cone", "gel"])

@@ -203,15 +203,17 @@ def tilt_or_contact(result: Fitted) -> bool:
 
 
 def _minima(result: Fitted, coarse: Any = None) -> list[Array]:
-    """Other minima: a contact before the first reading over less tilt, where the data show neither by itself."""
+    """The minimum and the best other one where nothing shows the tilt: a contact before the first reading over less of it."""
     if "contact" not in result.names or not tilt_or_contact(result):
         return []
+    problem, ends = result.objective if coarse is None else coarse, []
     # contacts that are descended from, in ranges of the data before their first reading
-    starts = [result.minimum.x.copy() for _ in range(4)]
-    for x, place in zip(starts, (0.0, -0.3, -1.0, -3.0), strict=True):
-        x[result.index("contact")] = place
-    problem = result.objective if coarse is None else coarse
-    return [result.minimum.x, *(minimise(problem.evaluate, x, *result.bounds).x for x in starts)]
+    for place in (0.0, -0.3, -1.0, -3.0):
+        start = result.minimum.x.copy()
+        start[result.index("contact")] = place
+        ends.append(minimise(problem.evaluate, start, *result.bounds))
+    outside = [end for end in ends if end.x[result.index("contact")] < 0] or ends
+    return [result.minimum.x, min(outside, key=lambda end: end.cost).x]
 
 
 def _crossing(
