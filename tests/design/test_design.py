@@ -174,6 +174,8 @@ def test_progress_is_told():
         ({"vary": {}}, "must name the numbers"),
         ({"objective": "weight"}, "must be a Target"),
         ({"limits": ["thin"]}, "must be a list of Limit"),
+        ({"limits": 3}, "limits = 3 must be a list of Limit"),
+        ({"objective": fp.LargestLoad([None, fp.Strength(yield_stress=1e15)])}, "nothing fails in this case"),
         (
             {"limits": [fp.Limit("depth", maximum=1e-9, force=2e-3)], "starts": 1},
             "no values within the bounds keep depth",

@@ -13,7 +13,7 @@ from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.methods import BoundaryElements, Method, MethodName
-from flatpunch.design.problem import Problem
+from flatpunch.design.problem import LARGEST, Problem
 from flatpunch.design.result import Design, DesignedValue, Minimum
 from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, search, starts
 from flatpunch.design.targets import UNITS, LargestLoad, Limit, Target
@@ -123,6 +123,11 @@ def _first(problem: Problem, objective: Target | LargestLoad, limits: list[Limit
     u = problem.variables.internal(problem.variables.start)
     if isinstance(objective, LargestLoad):
         load = problem.load(u, objective)
+        if load >= LARGEST:
+            raise ValueError(
+                "objective: nothing fails in this case up to the largest contact of its tip, so that there is no load to raise. "
+                "Check the units of the strengths, or give a case and bounds in which something fails."
+            )
         if not np.isfinite(load):
             raise ValueError(
                 "objective: the critical load of this case is zero, as a sharp tip fails at the first touch. Round the tip."
@@ -181,6 +186,9 @@ def _result(
         at, wanted, misfit = objective.control.values, objective.value, best.cost
         notes += _unmet(problem, objective, limits, best, value)
         notes += _undetermined(spread, slope)
+    elif best.cost <= -LARGEST:
+        value = np.full(1, np.inf)
+        notes.append("With the values found nothing fails up to the largest contact of the tip.")
     notes += _minima(objective, ends, minima)
     return Design(
         medium,

@@ -15,7 +15,7 @@ from flatpunch.design.variables import Variables
 from flatpunch.fields import critical_load
 from flatpunch.sensitivity.gradient import gradients
 
-_LARGEST = np.log(1e50)
+LARGEST = np.log(1e50)
 """Logarithm in the place of an infinite critical load."""
 
 
@@ -89,7 +89,7 @@ class Problem:
             )
             if first.force == 0:
                 return -np.inf
-            return float(np.log(first.force)) if np.isfinite(first.force) else _LARGEST
+            return float(np.log(first.force)) if np.isfinite(first.force) else LARGEST
 
         result: float = self._once(("load", u.tobytes()), solved)
         return result

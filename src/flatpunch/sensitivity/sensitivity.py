@@ -69,7 +69,8 @@ def sensitivity(
         Exactly one: indentation depth [m], force [N], or contact radius [m], > 0. An array adds the dimension `step`.
     method : str or method, optional
         "first-order", exact and the default for round tips; for others it takes the mean profile. `BoundaryElements(...)`, "bem",
-        is the default for tips that are not round. "second-order" and "fourth-order" are differentiated as curves, with the depth
+        is the default for tips that are not round. "refined" is refused there: between its solutions it is interpolated to some
+        1e-4, which differences would multiply. "second-order" and "fourth-order" are differentiated as curves, with the depth
         sensitivity of the mean profile.
     z : array, shape (m,), optional
         Depths for the depth sensitivity [m], at least 0.01 contact radii; negative ones are in the upper of two bodies.
