@@ -194,7 +194,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             yield temporary
     except OSError as error:
         raise ResultError(
-            f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists and is yours."
+            f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists, is yours and has space left."
         ) from None
 
 

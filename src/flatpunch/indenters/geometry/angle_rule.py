@@ -76,7 +76,8 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
     if not breaks:
         return breaks, 2 * size
     if not crossed:
-        return breaks, size + 8
+        # outlines that vary by orders of magnitude need thousands: few trials reach them
+        return breaks, size + max(8, size // 8)
     ends = np.array([*breaks, breaks[0] + FULL_TURN])
     return sorted({*map(float, ends[:-1]), *map(float, (ends[:-1] + ends[1:]) / 2)}), size
 
