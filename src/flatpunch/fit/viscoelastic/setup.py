@@ -115,8 +115,8 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
         force, before = curve.force.copy(), np.zeros(n, dtype=bool)
     else:
         raise CurveError(
-            f"{curve.name}: the contact begins with the curve: the history must begin without contact, and press. Record from "
-            "further out, or give baseline = 'none' and the contact point."
+            f"{curve.name}: the contact begins with the curve: {int(before.sum())} readings are clear of it, and the "
+            "background needs 3 or more. Record from further out, or give baseline = 'none' and the contact point."
         )
     noise = noise_of(force[before], converter_step(curve.force))
     smooth = smoothed(force)
