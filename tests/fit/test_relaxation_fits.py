@@ -174,11 +174,11 @@ def test_what_is_refused():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("last", [1.0, 0.5])
-def test_a_fast_ramp_before_a_long_hold(last, sign):
-    """Twenty readings of a ramp and 380 of a hold, no way back or half of it: it turns where it turns, and nowhere else."""
+@pytest.mark.parametrize(("first", "last"), [(-1, 1), (-1, 0.5), (-0.5, -1.5)])
+def test_a_fast_ramp_before_a_long_hold(first, last, sign):
+    """Twenty readings of a ramp and 380 of a hold; no way back, half of it, or further out than the ramp began."""
     time = np.linspace(0, 4, 400)
-    depth = 3e-7 * np.interp(time, [0, 0.2, 3.9, 4], [-1, 1, 1, last])
+    depth = 3e-7 * np.interp(time, [0, 0.2, 3.9, 4], [first, 1, 1, last])
     force = indent(GEL, BEAD, time=time, depth=depth, relaxation=SOLID, angles=8)["force"].values
     force = force + 0.003 * force.max() * np.random.default_rng(2).normal(size=400)
     start = StandardLinearSolid(0.6, 1.0)
