@@ -284,3 +284,18 @@ def test_an_interval_reaches_across_two_minima():
     assert found.low < 5e3 < found.high
     found = fitted("sphere", curve_of("sphere", 0.9, None, 6), baseline="linear")
     assert found.low < 2e3 < found.high
+
+
+def test_a_soft_cantilever_far_out_is_not_saturated():
+    """Means that are long far from the deepest point miss the minimum by more than the last eight readings weigh."""
+    spring = 0.02
+    deep = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=deep, angles=8)["force"].values
+    last = np.interp(4e-7, deep, deep + force / spring)
+    way = last * np.linspace(-0.45, 1, 2351)
+    read = np.interp(way, deep + force / spring, force)
+    rise = read.max()
+    for seed in range(12):
+        noise = 0.0028 * rise * np.random.default_rng(seed).normal(size=way.size)
+        found = fitted("gel", Curve.from_piezo(way, read + noise, spring), baseline="linear")
+        assert abs(found.value - 5e3) < 4 * found.stderr

@@ -171,3 +171,24 @@ def test_what_is_refused():
         fit(curve, GEL, BEAD, [TIME], relaxation=PowerLawRelaxation(0.2, 1.0))
     with pytest.raises(ValueError, match="do not go together"):
         fit(curve, GEL, BEAD, work_of_adhesion=1e-3, **law)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("first", "last"), [(-1, 1), (-1, 0.5), (-0.5, -1.5)])
+def test_a_fast_ramp_before_a_long_hold(first, last, sign):
+    """Twenty readings of a ramp and 380 of a hold; no way back, half of it, or further out than the ramp began."""
+    time = np.linspace(0, 4, 400)
+    depth = 3e-7 * np.interp(time, [0, 0.2, 3.9, 4], [first, 1, 1, last])
+    force = indent(GEL, BEAD, time=time, depth=depth, relaxation=SOLID, angles=8)["force"].values
+    force = force + 0.003 * force.max() * np.random.default_rng(2).normal(size=400)
+    start = StandardLinearSolid(0.6, 1.0)
+    found = fit(
+        Curve(sign * depth, force, time=time),
+        START,
+        BEAD,
+        [YOUNG, SHARE, TIME],
+        relaxation=start,
+        engine="normal-equations",
+    )
+    for name, truth in {YOUNG: 5e3, SHARE: 0.4, TIME: 0.5}.items():
+        assert abs(found[name] - truth) < 4 * found.estimates[name].stderr, name

@@ -15,7 +15,7 @@ from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_n
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.retract import free_retract
 from flatpunch.fit.elastic.wave import best_wavelength
-from flatpunch.fit.least_squares.blocks import blocked, towards_the_end
+from flatpunch.fit.least_squares.blocks import blocked
 from flatpunch.fit.least_squares.minimum import SOON, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
@@ -224,7 +224,7 @@ class Approach:
         # limits of moduli that nobody set are widened only later
         lower[self.moduli], upper[self.moduli] = -np.inf, np.inf
         # distance from the minimum, in standard errors, at which two directions of the tip can be compared
-        found = minimise(towards_the_end(objective).evaluate, scan.x, lower, upper, settled=0.1)
+        found = minimise(blocked(objective, scan.contact(objective)).evaluate, scan.x, lower, upper, settled=0.1)
         residual = objective.evaluate(found.x)[0] * objective.frame.span
         return float(residual @ residual)
 

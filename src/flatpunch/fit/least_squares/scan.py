@@ -17,7 +17,7 @@ from flatpunch.fit.least_squares.blocks import towards_the_end
 from flatpunch.fit.least_squares.objective import Objective
 
 FARTHEST = 10.0
-"""Contact points are looked for this far before the first point, over the range of depths."""
+"""Contact points are looked for this far before the first point, over the range of depths; a ceiling."""
 _BEFORE = (0.03, 0.1, 0.3, 1.0, 3.0, FARTHEST)
 """Contact points before the first point that are tried, over the range of depths."""
 _TURNS = 6

@@ -54,8 +54,10 @@ def turning(curve: Curve) -> int:
     """1 if the position grows to a turning point and falls, -1 for the opposite, 0 for a single segment."""
     position = curve.position
     few = max(position.size // 100, 1)
-    begin, end = float(_middle(position[:few])), float(_middle(position[-few:]))
-    above, below = float(position.max()) - max(begin, end), min(begin, end) - float(position.min())
+    # the outermost of the readings at both ends: a fast ramp has gone far within a hundredth of all readings
+    ends = position[:few], position[-few:]
+    above = float(position.max()) - max(float(e.max()) for e in ends)
+    below = min(float(e.min()) for e in ends) - float(position.min())
     # noise alone makes neither a turning point
     if max(above, below) > max(8 * wander(position), 0.01 * float(np.ptp(position))):
         return 1 if above >= below else -1

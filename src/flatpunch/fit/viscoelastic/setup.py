@@ -102,7 +102,7 @@ def _elastic_contact(
 def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tuple[Curve, tuple[str, ...]]:
     """A rise, no saturation, no adhesion; judged over the background before the contact. The approach ends at `top`."""
     n = curve.force.size
-    first = float(curve.depth.min())
+    first = float(curve.depth[: top + 1].min())
     # share of the way to the contact that shows the background alone
     before = (np.arange(n) <= top) & (curve.depth < first + 0.6 * (contact - first))
     # readings before the contact from which the background's level is judged; a tilt is judged from FEWEST
@@ -115,8 +115,8 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
         force, before = curve.force.copy(), np.zeros(n, dtype=bool)
     else:
         raise CurveError(
-            f"{curve.name}: the contact begins with the curve: the history must begin without contact, and press. Record from "
-            "further out, or give baseline = 'none' and the contact point."
+            f"{curve.name}: the contact begins with the curve: {int(before.sum())} readings are clear of it, and the "
+            "background needs 3 or more. Record from further out, or give baseline = 'none' and the contact point."
         )
     noise = noise_of(force[before], converter_step(curve.force))
     smooth = smoothed(force)
