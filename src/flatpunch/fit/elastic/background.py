@@ -9,7 +9,7 @@ from flatpunch.fit.least_squares.blocks import uniform
 from flatpunch.fit.measured.curve import Curve
 
 WAVES = 160
-"""Stretches of the background in which a wave is looked for; half or twice as many move no value."""
+"""Stretches of the background in which a wave is looked for."""
 
 
 def over_line(part: Curve, before: Flags) -> Array:

@@ -12,7 +12,7 @@ from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 Adhesion = Literal["refuse", "above", "ignore"]
 
 CLEAR = 6.0
-"""Noise levels that a rise or a dip must have to count; with 3, noise alone is a dip in one curve of eight."""
+"""Noise levels that a rise or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
 DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing."""
 _SHORTEST, _ENDS = 8, 16
