@@ -136,6 +136,22 @@ def test_sweep_and_its_map(tmp_path):
     assert "GPa" in drawn.axes[0].get_ylabel()
 
 
+def test_a_search_that_ends_takes_nothing_else_away(tmp_path):
+    """A film too thin for the contact at which its strong base would fail: stresses and curves are there, with a note."""
+    thin = COATING.replace("2 um", "1 nm").replace('"sphere"', '"paraboloid"').replace("50 um", "1 mm")
+    case = written(tmp_path, thin + '[stress]\nstrengths = [{}, { yield_stress = "1e6 GPa" }]\n')
+    done = CliRunner().invoke(app, ["stress", str(case)])
+    assert done.exit_code == 0, done.output
+    assert "Estimated error of stresses" in done.output
+    ended = "First failure: strengths are not reached up to a load of"
+    assert ended in " ".join(done.output.split())
+    study = fp.sweep(case, {"layers.0.young": ["100 GPa", "300 GPa"]})
+    assert set(study.status.values.ravel().tolist()) == {"solved"}
+    assert np.isfinite(study.force.values).all()
+    assert np.isnan(study.critical_force.values).all()
+    assert all(ended in note for note in study.notes.values.ravel().tolist())
+
+
 def test_pictures():
     film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], fp.HalfSpace(210e9, 0.3))
     x, z = np.meshgrid(np.linspace(-5e-6, 5e-6, 12), np.linspace(0, 5e-6, 10))

@@ -12,6 +12,7 @@ from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
 from flatpunch.media import Medium, RigidBase, underlying
+from flatpunch.punch import UnresolvedLayer
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +27,7 @@ class Stresses:
     fields : xarray.Dataset
         What `flatpunch.fields` returned at the points of the case.
     first : CriticalLoad or None
-        The first failure; None if the case has no strengths.
+        The first failure; None if the case has no strengths, or if the search ended before one, as a note of `fields` says.
     contact : dict
         What `fields` took by name: the last step, method, friction and so on.
     strengths : tuple of Strength
@@ -62,10 +63,23 @@ def stresses(case: Case) -> Stresses:
         contact["work_of_adhesion"] = case.work_of_adhesion
     reach, deep = _extent(case, contact)
     found = fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
-    first = None
-    if asked.judged:
-        first = critical_load(case.medium, case.indenter, **asked.critical(case.medium))
+    first, note = first_failure(case)
+    if note:
+        found.attrs["notes"] = "\n".join([*str(found.attrs.get("notes", "")).splitlines(), note])
     return Stresses(found, first, contact, asked.strengths)
+
+
+def first_failure(case: Case) -> tuple[CriticalLoad | None, str]:
+    """The first failure of a case, None if it has no strengths, and a note where the search ends before one.
+
+    What else is known of the case is not lost then.
+    """
+    if case.stress is None or not case.stress.judged:
+        return None, ""
+    try:
+        return critical_load(case.medium, case.indenter, **case.stress.critical(case.medium)), ""
+    except UnresolvedLayer as end:
+        return None, f"First failure: {end}"
 
 
 def _extent(case: Case, contact: dict[str, Any]) -> tuple[float, float]:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flatpunch.fields import critical_load
-from flatpunch.files import Case
+from flatpunch.fields import CriticalLoad
 from flatpunch.files.units import readable
 
 if TYPE_CHECKING:
@@ -20,16 +19,19 @@ KINDS = ("yield", "tensile", "shear", "interface tension", "interface shear")
 _COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#a3b18a", "#f4a261")
 
 
-def first_failure(case: Case, steps: int) -> dict[str, Any]:
-    """Critical load of a case with strengths, as variables along the steps (all of which are alike)."""
-    assert case.stress is not None
-    found = critical_load(case.medium, case.indenter, **case.stress.critical(case.medium))
+def critical_variables(found: CriticalLoad | None, steps: int) -> dict[str, Any]:
+    """Critical load of a case as variables along the steps (all of which are alike); not numbers where it was not found."""
+    force, depth, radius, kind, layer = (
+        (found.force, found.depth, found.radius, float(KINDS.index(found.kind)), float(found.layer))
+        if found
+        else np.full(5, np.nan)
+    )
     values = {
-        "critical_force": (found.force, "N", "load at the first failure"),
-        "critical_depth": (found.depth, "m", "depth at the first failure"),
-        "critical_radius": (found.radius, "m", "contact radius at the first failure"),
-        "critical_kind": (float(KINDS.index(found.kind)), "", "kind of the first failure: " + _numbered(KINDS)),
-        "critical_layer": (float(found.layer), "", "layer of the first failure, from the surface; the base comes last"),
+        "critical_force": (force, "N", "load at the first failure"),
+        "critical_depth": (depth, "m", "depth at the first failure"),
+        "critical_radius": (radius, "m", "contact radius at the first failure"),
+        "critical_kind": (kind, "", "kind of the first failure: " + _numbered(KINDS)),
+        "critical_layer": (layer, "", "layer of the first failure, from the surface; the base comes last"),
     }
     return {
         name: ("step", np.full(steps, value), {"units": unit, "long_name": text} if unit else {"long_name": text})

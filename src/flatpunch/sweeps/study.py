@@ -23,9 +23,10 @@ from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
+from flatpunch.files.stresses import first_failure
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
 from flatpunch.sweeps.axes import Axis, axes_of, put
-from flatpunch.sweeps.failure import first_failure
+from flatpunch.sweeps.failure import critical_variables
 
 _SHOWN = 5
 """Problems that a message lists."""
@@ -182,10 +183,11 @@ def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
         result = indent(case.medium, case.indenter, **case.arguments)
+        first, ended = first_failure(case)
         if case.stress is not None and case.stress.judged:
-            result = result.assign(first_failure(case, result.sizes["step"]))
+            result = result.assign(critical_variables(first, result.sizes["step"]))
     kept = result if contours else result.drop_dims("phi")
-    notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught)])
+    notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught), ended])
     structure = {
         kind: {str(name): [list(found[name].dims), dict(found[name].attrs)] for name in found}
         for kind, found in (("coords", kept.coords), ("data", kept.data_vars))
