@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from flatpunch.app.limits import LIMITS
 from flatpunch.app.page import Page
 from flatpunch.app.server import AppServer
 from flatpunch.files import shipped_cases
@@ -31,9 +32,9 @@ api = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip i
 
 @pytest.fixture(scope="module")
 def address():
-    """A page that is served, with one process ready."""
+    """A page that is served, with one process ready, as `serve` does."""
     page = Page()
-    page.workers.warm()
+    page.workers.submit("press:warm_up").wait(LIMITS.start)
     with AppServer(page, port=0) as server:
         thread = threading.Thread(target=lambda: server.serve_forever(poll_interval=0.05))
         thread.start()

@@ -82,6 +82,8 @@ class Job:
 class Workers:
     """A few processes, started when they are needed, and the jobs that wait for them.
 
+    Starting takes seconds: one process is always kept ready, and a job goes to the one that is ready first.
+
     Parameters
     ----------
     most : int, optional
@@ -92,19 +94,11 @@ class Workers:
         self.most = max(2, most or allowed_threads() + 2)
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._waiting: list[Job] = []
+        self._starting: list[_Worker] = []
         self._idle: list[_Worker] = []
-        self._busy: dict[str, _Worker | None] = {}
+        self._busy: dict[str, _Worker] = {}
         self._lock = threading.Lock()
         self._closed = False
-
-    def warm(self) -> None:
-        """Start one process, so that the next job finds it ready."""
-        worker = _Worker()
-        with self._lock:
-            if not self._closed and len(self._idle) + len(self._busy) < self.most:
-                self._idle.append(worker)
-                return
-        worker.end()
 
     def submit(
         self, function: str, *arguments: Any, long: bool = False, keep: Callable[[Any], None] = lambda outcome: None
@@ -147,7 +141,7 @@ class Workers:
         with self._lock:
             self._closed = True
             waiting, self._waiting = self._waiting, []
-            workers = [*self._idle, *(worker for worker in self._busy.values() if worker)]
+            workers = [*self._starting, *self._idle, *self._busy.values()]
             self._idle = []
         for job in waiting:
             job.finish("stopped")
@@ -164,41 +158,65 @@ class Workers:
             worker.end()
 
     def _next(self) -> None:
-        """Give waiting jobs to processes."""
+        """Give waiting jobs to processes that are ready, and start as many as are missing."""
         with self._lock:
             if self._closed:
                 return
             for job in list(self._waiting):
-                free = self.most - len(self._busy)
                 long = sum(self._jobs[key].long for key in self._busy if key in self._jobs)
-                if not free or (job.long and long >= self.most - 1):
-                    continue
-                self._waiting.remove(job)
-                self._busy[job.key] = None
-                threading.Thread(target=self._run, args=(job,), daemon=True, name=f"job-{job.key[:4]}").start()
+                if self._idle and not (job.long and long >= self.most - 1):
+                    self._waiting.remove(job)
+                    worker = self._busy[job.key] = self._idle.pop()
+                    threading.Thread(
+                        target=self._run, args=(job, worker), daemon=True, name=f"job-{job.key[:4]}"
+                    ).start()
+            ready = len(self._idle) + len(self._starting)
+            missing = min(max(len(self._waiting), 1) - ready, self.most - len(self._busy) - ready)
+        for _ in range(missing):
+            threading.Thread(target=self._start, daemon=True).start()
 
-    def _run(self, job: Job) -> None:
+    def _start(self) -> None:
+        """Start a process and wait until it is ready."""
+        worker, reason = None, "it ended while it was started"
         with self._lock:
-            worker = self._idle.pop() if self._idle else None
-            spare = job.long and not self._idle and len(self._busy) < self.most
-        if spare:
-            threading.Thread(target=self.warm, daemon=True).start()
-        end: tuple[str, Any]
+            if self._closed or len(self._starting) + len(self._idle) + len(self._busy) >= self.most:
+                return
+            try:
+                worker = _Worker()
+                self._starting.append(worker)
+            except Exception as error:  # of the system, of any kind: jobs that wait must hear of it
+                reason = f"{type(error).__name__}: {error}"
+        ready = worker is not None and worker.is_ready()
+        with self._lock:
+            if worker is not None:
+                self._starting.remove(worker)
+            if ready and worker is not None and not self._closed:
+                self._idle.append(worker)
+                worker = None
+            lost = [] if ready or self._idle or self._starting or self._busy else self._waiting
+            if lost:
+                self._waiting = []
+        if worker is not None:
+            worker.end()
+        for job in lost:
+            job.finish("failed", f"the calculation could not be started ({reason}).")
+        if ready:
+            self._next()
+
+    def _run(self, job: Job, worker: _Worker) -> None:
         try:
-            worker = worker or _Worker()
-            with self._lock:
-                self._busy[job.key] = worker
             end = ("stopped", None) if job.ended.is_set() else worker.run(job)
-        except Exception as error:  # a process that cannot be started must not leave a job without an end
+        except Exception as error:  # of the pipe, of any kind: no job may be left without an end
+            worker.usable = False
             end = ("failed", f"the calculation could not be started ({type(error).__name__}: {error}).")
         with self._lock:
             # before anybody hears of the end: the next job may follow at once
-            self._busy.pop(job.key, None)
-            if worker is not None and worker.usable and not self._closed:
+            del self._busy[job.key]
+            kept = worker.usable and not self._closed
+            if kept:
                 self._idle.append(worker)
-                worker = None
         job.finish(*end)
-        if worker is not None:
+        if not kept:
             worker.end()
         self._next()
 
@@ -214,6 +232,14 @@ class _Worker:
             self._process.start()
         end.close()
         self.usable = True
+
+    def is_ready(self) -> bool:
+        """Wait until it has loaded what it calls; return whether it has."""
+        try:
+            self._pipe.recv()
+        except (EOFError, OSError):
+            self.usable = False
+        return self.usable
 
     def run(self, job: Job) -> tuple[str, Any]:
         """Do a job; return its last state and outcome."""
@@ -253,6 +279,7 @@ def _work(pipe: Connection) -> None:
     import_module("flatpunch.app.jobs.press").warm_up()
     for name in _JOBS:
         import_module(f"flatpunch.app.jobs.{name}")
+    pipe.send("ready")
     last = [0.0]
 
     def report(done: int, total: int) -> None:

@@ -3,6 +3,7 @@
 const at = (id) => document.getElementById(id);
 const WAIT = 150; // milliseconds between questions about a job
 const PATIENCE = 0.4; // seconds after which progress is shown
+const RESTART = 3000; // milliseconds that a process takes to start: a job that ends sooner is not stopped
 
 let watched = []; // jobs whose progress may be shown; a long one comes first
 
@@ -26,7 +27,7 @@ export async function finished(state, { loud = true, long = false, wanted = () =
   try {
     while (job.state.state === "waiting" || job.state.state === "running") {
       if (!wanted()) {
-        end(job.key);
+        setTimeout(() => end(job.key), job.state.state === "waiting" ? 0 : RESTART);
         return { state: "stopped" };
       }
       progress();
@@ -52,5 +53,5 @@ function progress() {
     bar.value = state.progress[0];
   } else bar.removeAttribute("value");
   const done = state.progress ? `${state.progress[0]} of ${state.progress[1]}, ` : "";
-  at("status-text").textContent = state.state === "waiting" ? "Waiting for another job" : `Solving, ${done}${Math.round(state.seconds)} s`;
+  at("status-text").textContent = state.state === "waiting" ? "Waiting for a free process" : `Solving, ${done}${Math.round(state.seconds)} s`;
 }

@@ -1,0 +1,58 @@
+"""Processes of the page and the jobs that wait for them."""
+
+import pytest
+
+from flatpunch.app import workers
+from flatpunch.app.limits import LIMITS
+
+
+@pytest.fixture
+def pool():
+    found = workers.Workers(2)
+    yield found
+    found.close()
+
+
+@pytest.mark.parametrize("how", ["start", "load"])
+def test_jobs_end_where_no_process_can_be_had(pool, monkeypatch, how):
+    """Too many processes, or a library that cannot be loaded: a message, and no job that waits for ever."""
+    if how == "start":
+
+        def refused(self):
+            raise OSError(11, "Resource temporarily unavailable")
+
+        monkeypatch.setattr(workers._Worker, "__init__", refused)
+    else:
+        monkeypatch.setattr(workers._Worker, "is_ready", lambda self: False)
+    jobs = [pool.submit("press:warm_up") for _ in range(3)]
+    for job in jobs:
+        assert job.wait(LIMITS.start)
+        assert job.state == "failed"
+        assert "could not be started" in job.outcome
+
+
+def test_more_jobs_than_processes_are_all_done(pool):
+    jobs = [pool.submit("press:warm_up", long=i % 2 == 0) for i in range(6)]
+    for job in jobs:
+        assert job.wait(60)
+        assert job.state == "done", job.outcome
+
+
+def test_the_next_job_after_one_that_was_stopped_is_done(pool):
+    first = pool.submit("press:warm_up")
+    assert first.wait(60)
+    for _ in range(3):
+        stopped = pool.submit("press:warm_up")
+        stopped.stop()
+        assert stopped.state in ("stopped", "done")
+    last = pool.submit("press:warm_up")
+    assert last.wait(60)
+    assert last.state == "done", last.outcome
+
+
+def test_closing_ends_jobs_that_wait(pool):
+    jobs = [pool.submit("press:warm_up") for _ in range(3)]
+    pool.close()
+    for job in jobs:
+        assert job.wait(10)
+        assert job.state in ("stopped", "failed", "done")
