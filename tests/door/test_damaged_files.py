@@ -41,16 +41,21 @@ def damaged(whole: bytes, rng: random.Random) -> bytes:
     return bytes(found)
 
 
+def spoilt(path, count):
+    """Damage a file on the disk, `count` times anew; what happens to be whole still is left out."""
+    whole, rng = path.read_bytes(), random.Random(count)
+    for _ in range(count):
+        content = damaged(whole, rng)
+        if content != whole:
+            path.write_bytes(content)
+            yield
+
+
 @pytest.mark.parametrize("ending", [".nc", ".csv"])
 @pytest.mark.parametrize("count", [60, pytest.param(2000, marks=pytest.mark.slow)])
 def test_damaged_results_are_refused(result, tmp_path, ending, count):
     path = fp.save(result, tmp_path / f"curve{ending}")
-    whole, rng = path.read_bytes(), random.Random(count)
-    for _ in range(count):
-        spoilt = damaged(whole, rng)
-        if spoilt == whole:
-            continue
-        path.write_bytes(spoilt)
+    for _ in spoilt(path, count):
         with pytest.raises(ResultError, match=rf"curve\{ending}: "):
             fp.load(path)
 
@@ -58,12 +63,7 @@ def test_damaged_results_are_refused(result, tmp_path, ending, count):
 @pytest.mark.parametrize("count", [60, pytest.param(2000, marks=pytest.mark.slow)])
 def test_damaged_tables_of_the_atlas_are_refused(tmp_path, count, capfd):
     path = atlas.write_table(atlas.table("sliding-layer"), tmp_path / "own.nc")
-    whole, rng = path.read_bytes(), random.Random(count)
-    for _ in range(count):
-        spoilt = damaged(whole, rng)
-        if spoilt == whole:
-            continue
-        path.write_bytes(spoilt)
+    for _ in spoilt(path, count):
         with pytest.raises(atlas.AtlasFileError, match=r"own\.nc is no table of the atlas: "):
             atlas.read_table(path)
     # HDF5 prints when a damaged file is closed

@@ -176,7 +176,7 @@ def critical_load(
 
 
 def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -> str:
-    """Up to which load nothing fails, and why the search ends there."""
+    """Message: the largest load of the search, at which nothing fails, and why the search ends there."""
     high = search.limits()[2]
     kind, layer, body = worst.what
     share = max(worst.utilisation, 0.0)

@@ -58,7 +58,7 @@ def check_rise(curve: Curve, rise: float, noise: float, tilted: float = 0.0) -> 
     rise, noise : float
         Of the force over its background [N].
     tilted : float
-        By how much a background that is fitted grows over the curve [N].
+        Growth of the fitted background over the curve [N].
 
     Raises
     ------
