@@ -299,9 +299,9 @@ def test_pictures(case):
     *panels, bar = drawn.axes
     assert [axes.get_title() for axes in panels] == ["bonded = true", "bonded = false"]
     assert panels[0].get_xscale() == "log"
-    assert panels[0].get_xlabel() == "thickness (µm)"
+    assert panels[0].get_xlabel() == "thickness of layer 1 (µm)"
     assert panels[0].get_ylabel() == "normal force $F$ at depth 400 nm (nN)"
-    assert bar.get_ylabel() == "radius (µm)"  # nine lines are told apart by colour
+    assert bar.get_ylabel() == "indenter radius (µm)"  # nine lines are distinguished by colour
     drawn.canvas.draw()
     force = panels[0].get_lines()[-3].get_ydata()
     np.testing.assert_allclose(force, result["force"][:, -1, 0, 1] * 1e9, rtol=1e-12)

@@ -227,3 +227,14 @@ def _value(path: str, entry: Any, current: Any, dimension: units.Dimension | Non
         return int(entry) if isinstance(entry, int) or re.fullmatch(r"[+-]?\d+", str(entry)) else float(entry)
     except (TypeError, ValueError):
         raise ValueError(f"{path} = {shown(entry)} must be a plain number, without a unit. {hint}") from None
+
+
+def in_words(path: str) -> str:
+    """Path of a parameter as it is read: thickness of layer 1 for layers.0.thickness, which counts from 0."""
+    *owner, name = path.split(".")
+    name = {"young": "Young's modulus", "poisson": "Poisson ratio"}.get(name, name.replace("_", " "))
+    match owner:
+        case [*body, "layers", number]:
+            return " of the ".join([f"{name} of layer {int(number) + 1}", *(f"{each} body" for each in body)])
+        case _:
+            return " ".join([*owner, name])

@@ -9,6 +9,7 @@ import xarray as xr
 
 from flatpunch.fields import CriticalLoad
 from flatpunch.files.units import readable
+from flatpunch.sweeps.axes import in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,15 +51,6 @@ def is_map(result: xr.Dataset, quantity: str | None) -> bool:
     return quantity == "critical_force" and "critical_force" in result and numeric
 
 
-def _words(path: str) -> str:
-    """Path of a parameter as it is read: thickness of layer 1 for layers.0.thickness, which counts from 0."""
-    *owner, name = path.split(".")
-    name = {"young": "Young's modulus", "poisson": "Poisson ratio"}.get(name, name.replace("_", " "))
-    if len(owner) == 2 and owner[0] == "layers":
-        return f"{name} of layer {int(owner[1]) + 1}"
-    return " ".join([*owner, name])
-
-
 def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
     """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
 
@@ -87,7 +79,7 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
         unit = str(result[name].attrs.get("units", ""))
         factor, readable_unit = readable(float(np.abs(result[name].values).max()), unit) if unit else (1.0, "")
         axes_values.append(result[name].values * factor)
-        words = _words(name)
+        words = in_words(name)
         labels.append(f"{words} ({readable_unit})" if readable_unit else words)
     force = result["critical_force"].isel(step=0).values.T
     force = np.where(np.isfinite(force) & (force > 0), force, np.nan)

@@ -22,6 +22,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from flatpunch._support.kinds import one_of
 from flatpunch.files import units
+from flatpunch.sweeps.axes import in_words
 
 _LEGEND, _PANELS = 7, 9
 _STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 9}
@@ -193,8 +194,8 @@ def heading(name: str, among: Sequence[str]) -> str:
 
 def _label(result: xr.Dataset, name: str) -> str:
     unit = _unit(result, name)[1] if _numeric(result, name) else ""
-    short = heading(name, parameters(result))
-    return f"{short} ({unit})" if unit else short
+    words = in_words(name)
+    return f"{words} ({unit})" if unit else words
 
 
 def _logarithmic(result: xr.Dataset, name: str) -> bool:
