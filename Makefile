@@ -97,6 +97,8 @@ picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again
 	$(BIN)/python docs/examples/papers/plot_thin_layer_corrections.py docs/images/thin_layer_corrections.png
 	$(BIN)/flatpunch solve examples/afm_pyramid_on_gel.toml --plot docs/images/afm_pyramid_on_gel.png
 	$(BIN)/flatpunch fit examples/fit/thin_gel.csv examples/fit/thin_gel.toml --drift docs/images/thin_gel_drift.png
+	$(BIN)/flatpunch sweep examples/afm_pyramid_on_gel.toml --vary layers.0.thickness=0.2um:5um:12:log \
+		--vary "indenter.half_opening_angle=15deg,25deg,35deg" --plot docs/images/sweep_thickness_angle.png
 
 screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium
 	FLATPUNCH_SCREENSHOTS=docs/images $(BIN)/python -m pytest -q -n 0 tests/app/test_browser.py
