@@ -180,13 +180,16 @@ def test_outline_is_lost_under_stiff_films_and_the_result_says_so(indenter, soun
     good = solved(sound)
     assert np.isfinite(good["area"]).all()
     assert np.isfinite(good["contour"]).all()
-    assert good["valid"].all()
+    # close to the loss the estimate reaches the force itself: such steps are no longer valid either
+    known = good["force_error"].values < 1
+    assert known.mean() > 0.9
+    assert (good["valid"].values == known).all()
     bad = solved(lost)
     gone = ~np.isfinite(bad["area"].values)
     assert gone.any()
     assert not gone.all()
     assert not bad["valid"].values[gone].any()
-    assert bad["valid"].values[~gone].all()
+    assert (bad["valid"].values[~gone] == (bad["force_error"].values[~gone] < 1)).all()
     assert np.isnan(bad["contour"].values[gone]).all()
     assert "outline does not exist" in bad.attrs["notes"]
     # it names the depth from which on, and force and depth are still those of the mean profile

@@ -119,3 +119,14 @@ def test_numbers_that_are_not_finite_are_never_valid():
     broken = judged(replace(curve, force=np.array([1.0, np.nan])), fp.HalfSpace(1e9, 0.3), BALL)
     assert broken.valid.tolist() == [True, False]
     assert "not finite" in " ".join(broken.notes)
+
+
+def test_forces_whose_error_is_as_large_as_themselves_are_not_valid():
+    # three sides on a stiff film: second order is off many times over before the film goes down with its base
+    film = fp.Medium([fp.Layer(30.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
+    curve = fp.indent(film, fp.Pyramid(3, 0.35), depth=np.geomspace(1e-3, 3, 60), method="second-order")
+    known = curve.force_error.values < 1
+    assert 0.3 < known.mean() < 1
+    assert (curve.valid.values == known).all()
+    # what such a force would say of the layers is not said
+    assert "pressed through" not in curve.attrs["notes"]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
 from flatpunch.indenters import AreaFunction, Cylinder
@@ -76,7 +76,8 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
     Returns
     -------
     Curve
-        `valid` is False where a number is not finite or a layer would be pressed through.
+        `valid` is False where a number is not finite, the estimated error is as large as the force, or a layer would be pressed
+        through.
     """
     finite = np.all([np.isfinite(getattr(curve, name)) for name in ("depth", "force", "radius", "area")], axis=0)
     broken = curve.valid & ~finite
@@ -85,8 +86,9 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
         curve.depth,
         "the numbers are not finite: the sizes of this case overflow, or the force of a sudden step is infinite.",
     )
-    valid = curve.valid & finite
-    through = compression(medium, curve.depth, curve.force, curve.radius)
+    valid = curve.valid & finite & _known(curve)
+    # a force that is not known says nothing about the layers
+    through = np.where(_known(curve), compression(medium, curve.depth, curve.force, curve.radius), 0.0)
     notes += first_failure(
         through >= 1,
         curve.depth,
@@ -110,6 +112,15 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
         )
     notes += _yield(curve)
     return replace(curve, valid=valid & (through < 1), notes=notes)
+
+
+def _known(curve: Curve) -> Flags:
+    """Where the estimated error of the force is less than the force, or none is given; shape (n,)."""
+    if "force_error" not in curve.extra:
+        return np.ones_like(curve.valid)
+    error = np.asarray(curve.extra["force_error"][1], dtype=float)
+    # infinite: a method that has no estimate, and says so
+    return (error < 1) | ~np.isfinite(error)
 
 
 def compression(medium: Any, depth: Array, force: Array, radius: Array) -> Array:
