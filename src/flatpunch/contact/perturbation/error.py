@@ -3,8 +3,8 @@
 Second order is judged by its own third and fourth terms, fourth order by what its Pade form adds to the plain sum and by its
 last term. Outlines are known to first order of their logarithm w only; their error is a fraction of the square of max|w|, the
 swing, and of the swing itself at edges, where outlines have cusps. First order is judged by second order on a half-space,
-where that is a matter of the indenter alone; its force by so much more as the medium enlarges the square of the outline's
-deviation from a circle, to which the terms of second order are proportional. The factors were fitted to the honesty catalogue
+where that is a matter of the indenter alone, and by so much more as the medium enlarges the square of the outline's deviation
+from a circle, to which the terms of second order are proportional. The factors were fitted to the honesty catalogue
 (tests/catalogue), in which at least 95 % of the true errors are below the estimate; all are proportional, so that doubling
 one doubles its part of the estimate.
 """
@@ -47,8 +47,8 @@ class Factors:
         Second order: share of |x4| that is added to |x3 + x4|.
     higher : float
         Next term over its measure: |x4| swing^2 in fourth order; |x3| and x2^2 of general profiles, whose x4 is not known.
-    layers, layers_outline : float
-        First order: error on any medium over that on a half-space, in force and outline.
+    layers : float
+        First order: error of force and outline on any medium over that on a half-space, beside what the medium enlarges.
     flat_force, flat_outline : float
         Error beside a flat end per ln(largest/smallest radius) of it: a square punch is 15 % stiffer than the disc inside it.
     floor, sampled_floor : float
@@ -64,7 +64,6 @@ class Factors:
     last: float = 0.2
     higher: float = 1.5
     layers: float = 1.8
-    layers_outline: float = 2.5
     flat_force: float = 0.5
     flat_outline: float = 1.0
     floor: float = 1e-6
@@ -135,8 +134,9 @@ def first_order_error(kernel: Kernel, indenter: Indenter, contact: RoundContact)
         found = [_half_space_difference(indenter, float(a)) for a in places if a > 0]
         force, contour = np.max(found, axis=0) if found else np.zeros(2)
     enlarged = np.maximum(_enlargement(kernel, indenter, contact), 1.0)
-    return _FACTORS.layers * force * enlarged + _FACTORS.floor, np.full_like(
-        radius, _FACTORS.layers_outline * contour + _FACTORS.outline_floor
+    return (
+        _FACTORS.layers * force * enlarged + _FACTORS.floor,
+        _FACTORS.layers * contour * enlarged + _FACTORS.outline_floor,
     )
 
 
