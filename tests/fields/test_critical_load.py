@@ -282,3 +282,17 @@ def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
     assert float(named[1]) * {"k": 1e3, "": 1, "m": 1e-3}[named[2]] == pytest.approx(hertz, rel=0.01)
     thick = fp.Medium([fp.Layer(300e9, 0.25, 1e-6)], base=STEEL)
     assert fp.critical_load(thick, fp.Sphere(1e-4), strong).force == np.inf
+
+
+@pytest.mark.parametrize(
+    "tip", [fp.Sphere(1e-3), fp.Pyramid(4, 0.2), fp.Cylinder(1e-3)], ids=["sphere", "pyramid", "punch"]
+)
+def test_nothing_fails_deeper_than_layers_on_a_rigid_base_are_thick(tip):
+    layers = [fp.Layer(1e9, 0.3, 50e-6), fp.Layer(1e6, 0.3, 60e-6)]
+    body = fp.Medium(layers, base=fp.RigidBase())
+    reached = fp.critical_load(body, tip, [None, fp.Strength(yield_stress=1e4)])
+    assert 0 < reached.depth < body.thickness
+    # at the largest depth there is, stresses are far below this
+    never = fp.critical_load(body, tip, [None, fp.Strength(yield_stress=1e9)])
+    assert never.force == np.inf
+    assert never.margins["layers[1].yield"] > 1

@@ -5,6 +5,8 @@ import pytest
 from numpy.polynomial import chebyshev
 
 import flatpunch as fp
+from flatpunch.compliance import compliance
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.numerics.gauss import gauss
 
@@ -30,4 +32,25 @@ def test_transform_is_the_integral_of_the_cosine(terms, last, count):
 def test_energy_of_very_wide_contacts_is_refused_before_the_sums():
     gel = fp.Medium([fp.Layer(5e3, 0.45, 2e-6)], fp.RigidBase())
     with pytest.raises(ValueError, match="a radius of 36 mm, is too wide for the energy in layers this thin"):
-        fp.energy_by_depth(gel, fp.Paraboloid(5e-6), radius=36e-3)
+        fp.energy_by_depth(gel, fp.Cone(0.3), radius=36e-3)
+
+
+@pytest.mark.parametrize(
+    ("tip", "radius", "moduli"),
+    [
+        (fp.Sphere(5.8), 0.03, (86e9, 1.8e3)),
+        (fp.Cone(0.1), 0.001, (86e9, 1e7)),
+        (fp.SpheroCone(0.3, 1e-3), 5e-4, (1e8, 3e10)),
+        (fp.Truncated(fp.Cone(0.1), 1e-6), 1e-3, (2e8, 1e7)),
+    ],
+    ids=["sphere", "cone", "rounded", "truncated"],
+)
+def test_sources_carry_the_force_under_very_stiff_films(tip, radius, moduli):
+    """The half-space's sources are up to a million times what is left of them; kinks need more terms than the stiffness."""
+    layers = [fp.Layer(moduli[0], 0.2, 54e-6), fp.Layer(moduli[1], 0.2, 63e-6), fp.Layer(1e6, 0.5, 55e-6)]
+    body = fp.Medium(layers, base=fp.HalfSpace(1e9, 0.3))
+    contact = fp.indent(body, tip, radius=radius).isel(step=0)
+    load = contact_load(compliance(body), tip, radius, float(contact.depth), edge=False)
+    assert load.breaks.size < 100
+    # the interpolated contact itself is known to 1e-9
+    assert load.force == pytest.approx(float(contact.force), rel=1e-8)

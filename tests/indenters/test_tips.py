@@ -216,7 +216,7 @@ def test_area_function_of_a_cone_and_units():
 def test_a_fit_that_turns_negative_wants_a_start():
     # a real calibration, h in nm: negative below 5 nm
     coefficients = (27.3136, 152.698859, -494.182317)
-    with pytest.raises(ValueError, match=r"Set start to [\d.e-]+ m or more"):
+    with pytest.raises(ValueError, match=r"Set start to [\d.]+ nm or more"):
         fp.AreaFunction(coefficients, 2e-6, unit=1e-9)
     tip = fp.AreaFunction(coefficients, 2e-6, unit=1e-9, start=2e-8)
     (ring,) = tip.rings

@@ -71,9 +71,9 @@ def test_equal_parameters_make_equal_media_and_functions_count_by_identity():
 @pytest.mark.parametrize(
     ("young", "poisson", "message"),
     [
-        (lambda z: 1.5e-6 - z, 0.3, r"young = .* \(out of range from z = 1\.5e-06 m.*PowerLawHalfSpace"),
+        (lambda z: 1.5e-6 - z, 0.3, r"young = .* \(out of range from z = 1\.5 µm.*PowerLawHalfSpace"),
         (lambda z: z, 0.3, r"young = 0 at depth z = 0 m"),
-        (1e9, lambda z: 0.3 + 2e5 * z, r"poisson = .* \(out of range from z = 1e-06 m.*-1 < poisson <= 0\.5"),
+        (1e9, lambda z: 0.3 + 2e5 * z, r"poisson = .* \(out of range from z = 1 µm.*-1 < poisson <= 0\.5"),
         (Formula("1e9*log(z/1e-6)"), 0.3, r"young = -inf at depth z = 0 m"),
         (([0, H / 2], [1e9, 2e9]), 0.3, r"a table from 0 to 1e-06 m in a layer of thickness 2e-06 m"),
         (([0, H, H], [1e9, 2e9, 3e9]), 0.3, r"depths\[2\].*ascend"),

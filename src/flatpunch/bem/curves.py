@@ -13,6 +13,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import ANGLES, CELLS
 from flatpunch._support.checks import Array, Flags, values, whole
+from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (
     ContactTouchesEdge,
@@ -326,7 +327,8 @@ def _too_small(
     wx, wy = (1.1 * width for width in needed.half_widths)
     nx, ny = (int(np.ceil(2 * w / grid.spacing)) for w in (wx, wy))
     return ContactTouchesEdge(
-        f"The contact touches the edge of the grid ({grid.nx} x {grid.ny} cells of {grid.spacing:.4g} m). It needs about "
-        f"{2 * wx:.4g} m x {2 * wy:.4g} m around ({needed.center[0]:.3g}, {needed.center[1]:.3g}) m: {nx} x {ny} cells "
+        f"The contact touches the edge of the grid ({grid.nx} x {grid.ny} cells of {text(grid.spacing, 'm')}). It needs about "
+        f"{text(float(2 * wx), 'm')} x {text(float(2 * wy), 'm')} around ({needed.center[0]:.3g}, "
+        f"{needed.center[1]:.3g}) m: {nx} x {ny} cells "
         "of this size. Or leave the grid to be chosen."
     )

@@ -21,6 +21,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance.layered import SATURATION, carry_through, half_space_flexibility
 from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
 
@@ -172,7 +173,7 @@ def _check_step(layer: GradedLayer, z: Array, d: Array) -> None:
     tiny = d < 1e-11 * z
     if tiny.any():
         raise ValueError(
-            f"The grading of a layer cannot be resolved near its depth z = {float(z[tiny][0]):.6g} m "
+            f"The grading of a layer cannot be resolved near its depth z = {text(float(z[tiny][0]), 'm')} "
             f"(thickness {layer.thickness:g} m): it jumps there. Split the layer at the jump."
         )
 
@@ -209,7 +210,7 @@ def _constants(layer: GradedLayer, z: Array, scale: float) -> Constants:
     if wrong.any():
         i = int(np.argmax(wrong))
         raise ValueError(
-            f"GradedLayer has young = {young.flat[i]:g}, poisson = {nu.flat[i]:g} at depth z = {z.flat[i]:.6g} m; "
+            f"GradedLayer has young = {young.flat[i]:g}, poisson = {nu.flat[i]:g} at depth z = {text(float(z.flat[i]), 'm')}; "
             "they must be > 0 and in (-1, 0.5] at every depth."
         )
     compliance = 2 * (1 + nu) * scale / young

@@ -120,7 +120,7 @@ def _known(curve: Curve) -> Flags:
         return np.ones_like(curve.valid)
     error = np.asarray(curve.extra["force_error"][1], dtype=float)
     # infinite: a method that has no estimate, and says so
-    return (error < 1) | ~np.isfinite(error)
+    return np.asarray((error < 1) | ~np.isfinite(error))
 
 
 def compression(medium: Any, depth: Array, force: Array, radius: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import one_of
+from flatpunch._support.prefixes import text
 from flatpunch.compliance.depth import interfaces
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
@@ -92,12 +93,13 @@ def _inside(body: Any, depth: Array, z: Array) -> None:
         )
     if isinstance(body, RigidBase):
         raise ValueError(
-            f"z = {z[0]:.6g} m is inside a rigid body, which has no stresses. Give points in the elastic body."
+            f"z = {text(float(z[0]), 'm')} is inside a rigid body, which has no stresses. Give points in the elastic body."
         )
     if (depth < 0).any():
         i = int(np.argmax(depth < 0))
         raise ValueError(
-            f"z = {z[i]:.6g} m is above the surface. z points into the material, z = 0 is the surface; only of two bodies the "
+            f"z = {text(float(z[i]), 'm')} is above the surface. z points into the material, z = 0 is the surface; only "
+            "of two bodies the "
             "upper one is at z < 0."
         )
     if isinstance(body, Medium) and isinstance(body.base, RigidBase):
@@ -105,6 +107,7 @@ def _inside(body: Any, depth: Array, z: Array) -> None:
         if outside.any():
             i = int(np.argmax(outside))
             raise ValueError(
-                f"z = {z[i]:.6g} m is inside the rigid base, which begins at {body.thickness:.6g} m and has no stresses. "
+                f"z = {text(float(z[i]), 'm')} is inside the rigid base, which begins at {text(body.thickness, 'm')} and "
+                "has no stresses. "
                 "Give points in the layers."
             )

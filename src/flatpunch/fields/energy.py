@@ -228,11 +228,12 @@ def _check_depths(z: Array, load: _Transformed, body: Solid) -> None:
     if shallow.any():
         i = int(np.argmax(shallow))
         raise ValueError(
-            f"z[{i}] = {z[i]:.6g} m is less than {load.shallowest:.6g} m, the smallest depth that is resolved under this "
+            f"z[{i}] = {text(float(z[i]), 'm')} is less than {text(float(load.shallowest), 'm')}, the smallest depth "
+            "that is resolved under this "
             "contact; the energy below it is almost that of the whole body. Give larger depths."
         )
     if isinstance(body, Medium) and isinstance(body.base, RigidBase) and (z > body.thickness).any():
-        raise ValueError(f"z has depths inside the rigid base, which begins at {body.thickness:.6g} m.")
+        raise ValueError(f"z has depths inside the rigid base, which begins at {text(body.thickness, 'm')}.")
 
 
 def _total(kernel: Kernel, load: _Round) -> float:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import reweighted
@@ -44,7 +45,8 @@ def _why_not(setup: Setup, found: Minimum) -> str:
         if inside.min() > 0:
             return (
                 "the data begin in contact, no baseline is seen, and the curve bends too little to show where the contact began: "
-                f"contact point and modulus run off together ({inside.min():.3g} m before the first reading so far). Record from "
+                f"contact point and modulus run off together ({text(float(inside.min()), 'm')} before the first reading "
+                "so far). Record from "
                 "further out, or give the contact point, contact = '...', and baseline = 'none' where the force begins at zero."
             )
         if inside.max() <= 0:

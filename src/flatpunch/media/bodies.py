@@ -13,6 +13,7 @@ from typing import Any
 
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import poisson_ratio, positive, shown, switch
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
 from flatpunch.media.graded import BONDED, CONTRAST, GradedLayer
 
@@ -231,7 +232,8 @@ def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | R
     lengths = [layer.thickness for layer in layers]
     if lengths and max(lengths) > CONTRAST * min(lengths):
         raise ValueError(
-            f"Medium has layers from {min(lengths):.3g} to {max(lengths):.3g} m thick; they may differ by a factor of "
+            f"Medium has layers from {text(min(lengths), 'm')} to {text(max(lengths), 'm')} thick; they may differ by a "
+            "factor of "
             f"{CONTRAST:.0e}. Check the units."
         )
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, positive, real, shown, switch, values
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.media.laws import Constant, DepthTable, Law
 
@@ -188,5 +189,6 @@ def _check_profile(name: str, z: Array, law: Callable[[Array], Array], fault: Ca
             good = middle
     value = float(sampled[first])
     raise ValueError(
-        f"{name} = {value:g} at depth z = {z[first]:.6g} m (out of range from z = {wrong:.6g} m) {fault(value)}"
+        f"{name} = {value:g} at depth z = {text(float(z[first]), 'm')} (out of range from z = {text(float(wrong), 'm')}) "
+        f"{fault(value)}"
     )

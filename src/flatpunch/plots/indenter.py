@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flatpunch._support.checks import Array, positive, shown
+from flatpunch._support.prefixes import text
 from flatpunch.files.units import readable
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
@@ -256,7 +257,7 @@ def _rim(indenter: Any, extent: float) -> float:
     lowest = float(height.min())
     if not (np.isfinite(lowest) and lowest > 0):
         raise ValueError(
-            f"{_name(indenter)} is flat up to {extent:.4g} m, so it has no level lines there. Draw a larger extent."
+            f"{_name(indenter)} is flat up to {text(extent, 'm')}, so it has no level lines there. Draw a larger extent."
         )
     return lowest
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
 from flatpunch.numerics.piecewise import Piece
@@ -222,7 +223,7 @@ def check_resolution(kernel: Kernel, beta: float) -> None:
     """Refuse radii so large that the thinnest layer cannot be resolved."""
     if effective_beta(kernel, beta) > largest_beta(kernel):
         raise UnresolvedLayer(
-            f"The contact radius {beta * kernel.length:.3g} m is {effective_beta(kernel, beta):.3g} times the shortest "
+            f"The contact radius {text(beta * kernel.length, 'm')} is {effective_beta(kernel, beta):.3g} times the shortest "
             f"length of the medium; {unresolved_advice(kernel)}"
         )
 
@@ -231,7 +232,8 @@ def unresolved_advice(kernel: Kernel) -> str:
     """Limit of the contact radius and remedy, as the end of a message."""
     shortest, largest = kernel.length / effective_beta(kernel, 1.0), largest_beta(kernel)
     return (
-        f"up to {largest:g} of them, {largest * shortest:.3g} m, are solved (length {shortest:.3g} m: a layer's thickness, or "
+        f"up to {largest:g} of them, {text(largest * shortest, 'm')}, are solved (length {text(shortest, 'm')}: a "
+        "layer's thickness, or "
         "less where the modulus varies faster). Check the units of thickness and contact. On an elastic body so thin a skin may "
         "be left out: it changes the force by about thickness/radius times the ratio of the moduli. On a rigid base use the "
         "thin-layer limit instead."

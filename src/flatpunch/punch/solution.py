@@ -10,6 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
@@ -194,7 +195,8 @@ def _checked(punch: FlatPunch) -> FlatPunch:
     """Return the punch, with a warning where it would have to pull."""
     if punch.lowest_pressure < 0:
         warnings.warn(
-            f"The pressure under a flat punch of radius {punch.radius:.3g} m (beta = {punch.beta:.3g}) is negative in part: a "
+            f"The pressure under a flat punch of radius {text(punch.radius, 'm')} (beta = {punch.beta:.3g}) is negative "
+            "in part: a "
             "stiff film bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off "
             "there.",
             FlatpunchWarning,

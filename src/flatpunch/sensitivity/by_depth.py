@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.compliance.depth import interfaces
 from flatpunch.fields.bodies import Located, located
 from flatpunch.media import HalfSpace, Medium, RigidBase, TwoBodies
@@ -68,7 +69,8 @@ def _check_shallow(z: Array, radius: float) -> None:
     if shallow.any():
         i = int(np.argmax(shallow))
         raise ValueError(
-            f"z[{i}] = {z[i]:.6g} m is less than {_SHALLOWEST:g} of the contact radius {radius:.6g} m. There the depth "
+            f"z[{i}] = {text(float(z[i]), 'm')} is less than {_SHALLOWEST:g} of the contact radius "
+            f"{text(float(radius), 'm')}. There the depth "
             "sensitivity would need too many wavenumbers; it changes little from that depth to the surface. Give larger depths."
         )
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control
 from flatpunch.indenters import Cylinder
@@ -129,7 +130,7 @@ def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: flo
     good = np.all(np.isfinite(found) & (found > 0), axis=1)
     if not good.all():
         raise ValueError(
-            f"The elastic curve has no answer at depth {depth[~good].max():.4g} m, so nothing can be built on it. "
+            f"The elastic curve has no answer at depth {text(float(depth[~good].max()), 'm')}, so nothing can be built on it. "
             + " ".join(curve.notes)
         )
     logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else degree)

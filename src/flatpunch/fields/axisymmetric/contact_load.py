@@ -1,8 +1,10 @@
 """The pressure of a round contact as ring sources.
 
-On a half-space g(t) = (E*/pi) (d - w(t)), w(t) = t int_0^t f'(r)/sqrt(t^2 - r^2) dr: that part has the kinks of the profile. What
-layers add, s, is smooth: with A = D + B the punch matrix of the medium (`flatpunch.punch.matrix`) and c the coefficients on the
-half-space, (D + B) s = B c, where B c = 2 int (L - 1) j_2l(x) int_0^1 g cos(xt) dt dx needs no series of g.
+On a half-space g(t) = (E*/pi) (d - w(t)), w(t) = t int_0^t f'(r)/sqrt(t^2 - r^2) dr, with the kinks of the profile. It is written
+as a series with the coefficients c and a rest r, which is rounding where the profile is smooth. With A = D + B the punch matrix
+of the medium (`flatpunch.punch.matrix`), g on the layers is r plus the series of (D + B)^-1 (D c - b), where
+b = 2 int (L - 1) j_2l(x) int_0^1 r cos(xt) dt dx. Nothing is subtracted from c, which may be a million times larger under a
+stiff film.
 
 At the edge g vanishes; with adhesion, and under a flat end, it does not (the pressure is infinite there).
 """
@@ -10,6 +12,7 @@ At the edge g vanishes; with adhesion, and under a flat end, it does not (the pr
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -36,6 +39,10 @@ _NARROWEST = 1e-9, 1e-2
 
 _ANGLES = 64, 256
 """Gauss nodes in arcsin(r/t) between two kinks: of smooth profiles, and of tabulated ones."""
+
+_SMOOTH = 24
+"""Terms of the series c: the rest of a sphere up to 0.8 of its radius is rounding, and 1e-8 with half as many. With hundreds the
+rests of kinks oscillate, and their transform takes ten times as long."""
 
 
 def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float, *, edge: bool) -> RingSources:
@@ -65,22 +72,59 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     rings = [ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)]
     breaks = np.array([0.0, *sorted(rings), radius])
 
-    def panels(function: Callable[[Array], Array]) -> RingSources:
-        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough], vanishing=not edge)
+    def panels(function: Callable[[Array], Array], rounding: float, *, vanishing: bool) -> RingSources:
+        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough], rounding=rounding, vanishing=vanishing)
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])
-        return panels(lambda t: kernel.modulus / np.pi * (depth - sunk(t)))
-    # the response is linear in depth and profile: both by themselves, so that g(a) = 0 can be met
+        return panels(lambda t: kernel.modulus / np.pi * (depth - sunk(t)), 0.0, vanishing=not edge)
     end = float(sunk(np.array([radius]))[0])
-    of_depth, of_rest = _smooth_part(kernel, panels(lambda t: (end - sunk(t)) / np.pi))
-    of_tip = end * of_depth - of_rest
-    signs = edge_signs(of_depth.size)
+
+    def on_half_space(t: Array) -> Array:
+        return (end - sunk(t)) / np.pi
+
+    # stiffness needs the fewest terms, kinks that are wide compared with the layers some times more; the series of the pressure
+    # under a graded surface converges slowly
+    least = sufficient_terms(kernel, radius / kernel.length)
+    series = _projected(on_half_space, radius, min(_SMOOTH, least))
+    rounding = np.finfo(float).eps * 4 * least * (end + float(np.abs(series).sum()))
+    rest = partial(_without, on_half_space, series, radius)
+    sources = panels(rest, rounding, vanishing=False)
+    for terms in (3 * least,) if kernel.graded else (least, 2 * least, 4 * least):
+        # the response is linear in depth and profile: both by themselves, so that g(a) = 0 can be met
+        of_depth, of_tip = _responses(kernel, np.pad(series, (0, terms - series.size)), sources)
+        # what layers change is smooth: its series has ended, or there are not terms enough
+        if np.abs(of_tip[-3:]).max() <= max(1e-9 * np.abs(of_tip).max(), rounding):
+            break
+    signs = edge_signs(terms)
     if not edge:
-        depth = float((end / np.pi - signs @ of_tip) / (1 / np.pi - signs @ of_depth))
-    series = np.zeros(2 * of_depth.size - 1)
-    series[::2] = signs * (depth * of_depth - of_tip)
-    return panels(lambda t: kernel.modulus * ((depth - sunk(t)) / np.pi - legendre.legval(t / radius, series)))
+        depth = end - float(signs @ of_tip + rest(np.array([radius]))[0]) / float(signs @ of_depth)
+    found = _even((depth - end) * of_depth + of_tip)
+    return panels(
+        lambda t: kernel.modulus * (rest(t) + legendre.legval(t / radius, found)),
+        kernel.modulus * rounding,
+        vanishing=not edge,
+    )
+
+
+def _without(function: Callable[[Array], Array], coefficients: Array, radius: float, t: Array) -> Array:
+    """The function at t less the sum of c_n (-1)^n P_2n(t/radius)."""
+    return np.asarray(function(t) - legendre.legval(t / radius, _even(coefficients)))
+
+
+def _even(coefficients: Array) -> Array:
+    """Legendre series of sum c_n (-1)^n P_2n."""
+    series = np.zeros(2 * coefficients.size - 1)
+    series[::2] = edge_signs(coefficients.size) * coefficients
+    return series
+
+
+def _projected(function: Callable[[Array], Array], radius: float, terms: int) -> Array:
+    """Coefficients c_n of sum c_n (-1)^n P_2n(t/radius) close to a function, shape (terms,)."""
+    x, weight = gauss(2 * terms)
+    x, weight = (1 + x) / 2, weight / 2
+    polynomials = legendre.legvander(x, 2 * terms - 2)[:, ::2]
+    return np.asarray(edge_signs(terms) * (4 * np.arange(terms) + 1) * ((weight * function(radius * x)) @ polynomials))
 
 
 def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array]:
@@ -112,25 +156,25 @@ def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array
     return sunk
 
 
-def _smooth_part(kernel: Kernel, tip: RingSources) -> tuple[Array, Array]:
-    """Coefficients s_n [-], [m] that layers take off g/E*: of the flat punch per depth, and of a g that vanishes at the edge."""
-    radius = tip.radius
+def _responses(kernel: Kernel, series: Array, rest: RingSources) -> tuple[Array, Array]:
+    """Coefficients of g/E* on the layers: of the flat punch per depth [-], and of a tip given by a series and a rest [m].
+
+    The rest itself is left out of the second.
+    """
+    radius, terms = rest.radius, series.size
     beta = np.array([radius / kernel.length])
-    # terms under a graded surface over those that stiffness needs: the series of the pressure itself converges slowly there
-    terms = sufficient_terms(kernel, float(beta[0])) * (3 if kernel.graded else 1)
+    diagonal = half_space_diagonal(0, terms)
     if kernel.graded:
-        remainder = np.asarray(graded_matrices(kernel, beta, terms, 0)[0][0])
-        matrix = remainder + np.diag(half_space_diagonal(0, terms))
+        matrix = np.asarray(graded_matrices(kernel, beta, terms, 0)[0][0]) + np.diag(diagonal)
         rule = _rule_for_graded(kernel, beta, terms)
     else:
         rule = remainder_rule(kernel, beta, terms, 0)
         matrix = rule.matrix()[0]
-        remainder = matrix - np.diag(rule.diagonal)
     # the flat punch of a half-space has the one coefficient 1/pi
-    loads = np.column_stack(
-        [remainder[:, 0] / np.pi, rule.column(tip.transform(rule.table.x / radius)[None, :] / radius)[0]]
-    )
-    found = np.linalg.solve(matrix, loads)
+    flat = np.zeros(terms)
+    flat[0] = diagonal[0] / np.pi
+    of_rest = rule.column(rest.transform(rule.table.x / radius)[None, :] / radius)[0]
+    found = np.linalg.solve(matrix, np.column_stack([flat, diagonal * series - of_rest]))
     return found[:, 0], found[:, 1]
 
 

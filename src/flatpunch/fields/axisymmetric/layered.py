@@ -17,11 +17,13 @@ import scipy
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.compliance.depth import interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, normal_waves, shear_waves
 from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
+from flatpunch.punch import UnresolvedLayer
 
 REACH = 36.0
 """k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding."""
@@ -237,10 +239,10 @@ def _spectrum(
         last = (_WINDOW[0] + 6 * _WINDOW[1]) / gap
     # largest wavenumber times the extent of load and points that is integrated: half a minute
     if last * extent > 1e6:
-        raise ValueError(
-            f"points are up to {extent:.3g} m from the load, {extent * last / REACH:.0e} times the distance {REACH / last:.3g} m "
-            "over which the fields of the layers vary; their integrals need too many wavenumbers. Check the units, or leave "
-            "out the thin layer."
+        raise UnresolvedLayer(
+            f"points are up to {text(extent, 'm')} from the load, {extent * last / REACH:.0e} times the "
+            f"{text(REACH / last, 'm')} over which the fields of the layers vary; their integrals need too many wavenumbers. "
+            "Check the units, or leave out the thin layer."
         )
     longest = max(medium.thickness, load.radius) if isinstance(medium, Medium) else load.radius
     k, weight = wavenumbers(last, extent, longest)

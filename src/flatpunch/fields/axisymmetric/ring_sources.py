@@ -226,7 +226,13 @@ def _oscillating(series: Array, w: Array, phase: Array) -> Array:
 
 
 def sampled(
-    function: Callable[[Array], Array], breaks: Array, tolerance: float, narrowest: float, *, vanishing: bool = False
+    function: Callable[[Array], Array],
+    breaks: Array,
+    tolerance: float,
+    narrowest: float,
+    *,
+    rounding: float = 0.0,
+    vanishing: bool = False,
 ) -> RingSources:
     """Ring sources of any continuous function g(t).
 
@@ -240,6 +246,8 @@ def sampled(
         Last terms of a panel, over the largest g, at which it is fine enough.
     narrowest : float
         Shortest panel over the radius.
+    rounding : float
+        Rounding error of g [Pa], which no panel can resolve.
     vanishing : bool
         Whether g is zero at the radius.
     """
@@ -253,7 +261,7 @@ def sampled(
         middle, half = pending.mean(axis=1, keepdims=True), np.diff(pending, axis=1) / 2
         series = function(middle + half * nodes) @ transform.T
         size = max(size, float(np.abs(series[:, 0]).max()))
-        rough = np.abs(series[:, -3:]).max(axis=1) > tolerance * size
+        rough = np.abs(series[:, -3:]).max(axis=1) > max(tolerance * size, rounding)
         rough &= half[:, 0] > narrowest * breaks[-1]
         done += [(float(low), each) for low, each in zip(pending[~rough, 0], series[~rough], strict=True)]
         centre = middle[rough, 0]

@@ -18,6 +18,7 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.fields.failure.events import Event, Judged, first_event, margins
 from flatpunch.fields.failure.on_cells import CellSearch
@@ -44,8 +45,8 @@ class CriticalLoad:
     ----------
     force, depth, radius : float
         Load [N], depth and (mean) contact radius [m] at which it happens: zero if at the first touch already (sharp tips),
-        infinite if nothing fails before the tip is in contact all over, or up to contacts a million times larger than those at
-        which failure was to be expected.
+        infinite if nothing fails before the tip is in contact all over or as deep as layers on a rigid base are thick, or up to
+        contacts a million times larger than those at which failure was to be expected.
     kind : str
         "yield", "tensile", "shear", "interface tension" or "interface shear".
     layer : int
@@ -152,8 +153,11 @@ def critical_load(
             )
     kernel = compliance(medium)
     kind = RoundSearch if indenter.round else CellSearch
-    search = kind(bodies, kernel, indenter, friction)
-    size, worst, events = first_event(search)
+    search = kind(bodies, kernel, indenter, friction, deepest(medium))
+    try:
+        size, worst, events = first_event(search)
+    except UnresolvedLayer as error:
+        raise UnresolvedLayer(f"no strength is reached before stresses can no longer be computed: {error}") from None
     named = isinstance(underlying(medium), TwoBodies)
     if size == np.inf and search.limits()[2] == resolved_radius(kernel):
         raise UnresolvedLayer(_undecided(search, kernel, worst))

@@ -38,11 +38,12 @@ class CellSearch:
     kernel: Kernel
     indenter: Indenter
     friction: float
+    deepest: float
     solutions: dict[tuple[float, int], bem.Solution] = field(default_factory=dict)
 
     def limits(self) -> tuple[float, float, float]:
         """Smallest radius, start and largest radius [m]."""
-        return radius_limits(self.bodies, self.kernel, self.indenter)
+        return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
 
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and mean radius [m]."""

@@ -9,8 +9,9 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.curve import Control
 from flatpunch.contact.round.cylinder import punch_stiffness
-from flatpunch.contact.round.mean_profile import mean_profile, resolved_radius
+from flatpunch.contact.round.mean_profile import mean_contact, mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.layered import REACH
@@ -48,12 +49,15 @@ class RoundSearch:
         Round.
     friction : float
         Coefficient of friction.
+    deepest : float
+        Depth that no tip can reach [m]: the thickness of layers on rigid bases, infinite for all other bodies.
     """
 
     bodies: tuple[Judged, ...]
     kernel: Kernel
     indenter: Indenter
     friction: float
+    deepest: float
     sections: dict[tuple[object, ...], Section] = field(default_factory=dict)
 
     @property
@@ -75,8 +79,9 @@ class RoundSearch:
             force, _, radius = self.contact(1.0)
             each = expected_utilisation(self.bodies, np.array([radius]), np.array([force / (np.pi * radius**2)]))
             start = float(1 / each[0])
-            return start / RANGE, start, start * RANGE
-        return radius_limits(self.bodies, self.kernel, self.indenter)
+            start = min(start, self.deepest)
+            return start / RANGE, start, min(start * RANGE, self.deepest)
+        return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
 
     def _load(self, size: float) -> RingSources:
         _, depth, radius = self.contact(size) if self.flat else (0.0, 0.0, size)
@@ -193,9 +198,18 @@ class RoundSearch:
         return followed
 
 
-def radius_limits(bodies: tuple[Judged, ...], kernel: Kernel, indenter: Indenter) -> tuple[float, float, float]:
+def radius_limits(
+    bodies: tuple[Judged, ...], kernel: Kernel, indenter: Indenter, deepest: float
+) -> tuple[float, float, float]:
     """Smallest radius, one at which a strength may be reached, from the mean pressure on a half-space, and the largest [m]."""
     high = float(min(indenter.reach * 0.98, resolved_radius(kernel)))
+    if deepest < np.inf:
+        try:
+            (radius,) = mean_contact(kernel, indenter, Control("depth", np.array([deepest])))[1].radius
+            high = min(high, float(radius))
+        except ValueError:
+            # the tip ends, or the layers are no longer resolved, before the contact is that deep
+            pass
     half_space = compliance(HalfSpace(kernel.modulus, 0.0))
     radius = np.geomspace(1e-12, min(1e3, indenter.reach * 0.98), 200)
     contact = round_contact(half_space, mean_profile(indenter), radius)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 from flatpunch.compliance import compliance
 from flatpunch.fit.films.formulas import by_formulas, differentiated
@@ -287,7 +288,8 @@ def fit_film(
     count = problem.points(frame).depth.size
     if count < len(names) + 3:
         raise CurveError(
-            f"{curve.name}: {count} points with a stiffness between {depths[0]:.3g} m and {depths[1]:.3g} m."
+            f"{curve.name}: {count} points with a stiffness between {text(float(depths[0]), 'm')} and "
+            f"{text(float(depths[1]), 'm')}."
         )
     found, spread = _minimum(problem)
     medium, used_frame = problem.case(found.x)

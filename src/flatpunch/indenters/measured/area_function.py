@@ -16,6 +16,7 @@ import scipy
 
 from flatpunch._support.checks import Array, non_negative, positive, values
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
@@ -151,7 +152,7 @@ class AreaFunction(RoundShape):
         if bad.any():
             i = int(np.flatnonzero(bad)[-1])
             remedy = (
-                f"Set start to {h[min(i + 1, h.size - 1)] * 1.01:.3g} m or more: below it a paraboloid takes the "
+                f"Set start to {text(float(h[min(i + 1, h.size - 1)] * 1.01), 'm')} or more: below it a paraboloid takes the "
                 "place of the fit."
                 if i + 1 < h.size
                 else "Lower the limit to the range of the fit."
@@ -159,6 +160,6 @@ class AreaFunction(RoundShape):
             raise ValueError(
                 f"AreaFunction.coefficients give an area of {area[i]:.4g} m^2 that rises by {growth[i]:.4g} m^2/m at "
                 "a depth of "
-                f"{h[i]:.4g} m; both must be > 0. {remedy}"
+                f"{text(float(h[i]), 'm')}; both must be > 0. {remedy}"
             )
         return scipy.interpolate.PchipInterpolator(np.log(area / np.pi) / 2, np.log(h))

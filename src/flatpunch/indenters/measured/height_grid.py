@@ -7,6 +7,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices, numbers, values
 from flatpunch._support.kinds import one_of
+from flatpunch._support.prefixes import text
 
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
@@ -73,7 +74,8 @@ def lowest_point(columns: Array, rows: Array, heights: Array, near: tuple[float,
             j, i = top + dj, left + di
     if not (1 < j < rows.size - 2 and 1 < i < columns.size - 2):
         raise ValueError(
-            f"HeightMap has its apex at the border, at x = {columns[i]:.6g} m, y = {rows[j]:.6g} m: nothing is "
+            f"HeightMap has its apex at the border, at x = {text(float(columns[i]), 'm')}, y = "
+            f"{text(float(rows[j]), 'm')}: nothing is "
             "left of it to press in. "
             "Check `apex` (which way the tip points), remove a tilt with level=True, or name a point with `near`."
         )

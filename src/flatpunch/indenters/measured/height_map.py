@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, non_negative, point, positive, switch
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters.measured.height_grid import (
     checked_grid,
@@ -127,7 +128,7 @@ class HeightMap(Shape):
             raise ValueError(
                 f"HeightMap.reach = {wanted!r} is more than the map holds about its apex at ({centre[0]:.6g}, "
                 f"{centre[1]:.6g}) m, "
-                f"{fits:.6g} m."
+                f"{text(float(fits), 'm')}."
             )
         at = partial(spline.ev, centre[1], centre[0])
         _set(
@@ -216,9 +217,9 @@ class HeightMap(Shape):
             else "That is within two points of the apex: smooth the map by `smoothing`, or look at its noise and at `apex`."
         )
         raise ValueError(
-            f"HeightMap does not rise from its apex in every direction: at x = {float(place[0]):.6g} m, y = "
-            f"{float(place[1]):.6g} m, "
-            f"{fall.radius:.4g} m from the apex at ({self.centre[0]:.6g}, {self.centre[1]:.6g}) m, the radial slope is "
+            f"HeightMap does not rise from its apex in every direction: at x = {text(float(place[0]), 'm')}, y = "
+            f"{text(float(place[1]), 'm')}, "
+            f"{text(fall.radius, 'm')} from the apex at ({self.centre[0]:.6g}, {self.centre[1]:.6g}) m, the radial slope is "
             f"{fall.slope:.3g}. {remedy}"
         )
 

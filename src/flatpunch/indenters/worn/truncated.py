@@ -12,6 +12,7 @@ import scipy
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, positive, shown
 from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
 from flatpunch.indenters.profile import Indenter, split_angles
@@ -68,7 +69,9 @@ class Truncated(Shape):
         if isinstance(tip, type) or not isinstance(tip, Indenter):
             raise TypeError(f"tip = {shown(tip)} must be an indenter such as Pyramid(4, 0.6).")
         if radius >= tip.reach:
-            raise ValueError(f"Truncated radius = {radius!r} must be below the reach of the tip, {tip.reach:.6g} m.")
+            raise ValueError(
+                f"Truncated radius = {radius!r} must be below the reach of the tip, {text(tip.reach, 'm')}."
+            )
         angles = _angles(tip)
         at = np.array(radius)
         values = np.asarray(tip.height(at, angles))
@@ -159,7 +162,8 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
     radii = _border_line(tip, level)[1]
     if not np.isfinite(radii).all():
         raise ValueError(
-            f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach {tip.reach:.6g} m)."
+            f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach "
+            f"{text(tip.reach, 'm')})."
         )
     if np.ptp(radii) <= SAME * radii.max():
         return (float(radii.max()),)
