@@ -7,6 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.sensitivity.parameters import difference, parameters, with_values
+from flatpunch.sensitivity.spectrum import law_change
 
 FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
 STACK = fp.Medium(
@@ -108,6 +109,30 @@ def test_dimensions(medium, tip, radius, accuracy):
     if medium is not GRADED and tip.exponent in (None, 1, 2):
         assert float(found.force.values[units == "m"].sum()) + growth == pytest.approx(2.0, abs=accuracy)
     assert float(found.depth.values[units == "Pa"].sum()) == pytest.approx(-1 / growth, abs=accuracy)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_entries_of_tables_near_kinks_of_their_cubics(seed):
+    """Monotone cubics limit their slopes; however near a limit is, the sum of entries times derivatives is the law (Euler)."""
+    rises = np.random.default_rng(seed).uniform(0.1, 2.0, 3)
+    # the three-point slope at the lower face is cut off at zero where the last rise is a third of the one before
+    rises[2] = rises[1] / 3 * (1.01 + 0.01 * seed)
+    table = np.arange(4.0), np.cumsum([0.7, *rises])
+    graded = fp.Medium([fp.GradedLayer(table, 0.3, 3.0)], base=fp.RigidBase())
+    entries = [each for each in parameters(graded, None) if ".entries" in each.name]
+    z = np.linspace(0, 3, 40)
+    total = sum(each.value * law_change(each, z) for each in entries)
+    np.testing.assert_allclose(total, graded.layers[0].young_at(z), rtol=1e-9)
+
+
+def test_heights_of_a_profile_near_kinks_of_its_cubic():
+    """Heights and depth together scale the force at the same contact radius."""
+    r = np.linspace(0, 3, 7)
+    for exponent in (1.2, 1.5, 2.2, 2.4, 2.6):
+        found = fp.sensitivity(FILM, fp.RadialProfile(r, 0.2 * r**exponent), radius=1.7)
+        growth = float(found.contact_stiffness * found.contact_depth / found.contact_force)
+        heights = float(found.force.values[[n.startswith("indenter.f") for n in found.parameter.values]].sum())
+        assert heights + growth == pytest.approx(1.0, abs=ON_HOMOGENEOUS), exponent
 
 
 def test_flat_end():
