@@ -153,6 +153,40 @@ def test_largest_load():
     assert found.achieved[0] / found.before[0] == pytest.approx(2.1**2, rel=1e-2)
 
 
+def test_a_design_in_which_nothing_fails():
+    """Beside the contact of an incompressible body there is no tension."""
+    found = fp.design(
+        fp.HalfSpace(1e9, 0.3),
+        TIP,
+        vary={"base.poisson": (0.2, 0.5)},
+        objective=fp.LargestLoad(fp.Strength(tensile=1e6)),
+        starts=1,
+    )
+    assert found["base.poisson"] == 0.5
+    assert found.achieved[0] == np.inf
+    assert found.notes == ("With the values found nothing fails up to the largest contact of the tip.",)
+    axes = fp.plot_design(found)
+    assert [bar.get_height() > 0 for bar in axes.patches] == [True, False]
+    assert [text.get_text() for text in axes.texts] == ["nothing fails"]
+
+
+def test_tips_that_fail_at_the_first_touch_are_passed_by():
+    """Exponents up to one are sharp: their load is zero, and the search goes on elsewhere."""
+    problem = Problem(
+        variables(fp.HalfSpace(1e9, 0.3), fp.PowerLaw(2.0, 100.0), {"indenter.exponent": (0.9, 2.5)}), fp.FirstOrder()
+    )
+    aim = fp.LargestLoad(fp.Strength(yield_stress=1e7))
+    assert problem.load(np.array([0.95]), aim) == -np.inf
+    found = fp.design(
+        problem.variables.medium,
+        problem.variables.indenter,
+        vary={"indenter.exponent": (0.9, 2.5)},
+        objective=aim,
+        starts=1,
+    )
+    assert found["indenter.exponent"] == 2.5
+
+
 def test_progress_is_told():
     heard = []
     fp.design(FILM, TIP, vary=YOUNG, objective=STIFF, starts=2, progress=lambda *step: heard.append(step))

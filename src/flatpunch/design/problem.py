@@ -15,7 +15,7 @@ from flatpunch.design.variables import Variables
 from flatpunch.fields import critical_load
 from flatpunch.sensitivity.gradient import gradients
 
-LARGEST = np.log(1e50)
+LARGEST = float(np.log(1e50))
 """Logarithm in the place of an infinite critical load."""
 
 
