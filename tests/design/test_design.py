@@ -72,6 +72,18 @@ def test_what_the_bounds_make_impossible_is_said():
     assert found.misfit > 0.1
 
 
+def test_a_design_beyond_the_theory_says_so():
+    """Depths below a layer on a rigid base: prescribed, and under the largest load."""
+    gel = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.RigidBase())
+    found = fp.design(gel, TIP, vary=YOUNG, objective=fp.Target("force", 1.0, depth=2e-6), starts=1)
+    assert any("pressed through a layer" in note for note in found.notes)
+    aim = fp.LargestLoad(fp.Strength(yield_stress=1e10))
+    problem = Problem(variables(gel, TIP, YOUNG), fp.FirstOrder())
+    u = problem.variables.internal(problem.variables.start)
+    problem.load(u, aim)
+    assert "pressed through a layer" in problem.limits[u.tobytes()][0]
+
+
 def test_values_are_kept_by_what_is_asked():
     """Places that come and go, as in the search of reachable ranges: the value of one is not that of another."""
     medium = fp.HalfSpace(1e9, 0.3)

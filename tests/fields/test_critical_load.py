@@ -282,3 +282,11 @@ def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
     assert float(named[1]) * {"k": 1e3, "": 1, "m": 1e-3}[named[2]] == pytest.approx(hertz, rel=0.01)
     thick = fp.Medium([fp.Layer(300e9, 0.25, 1e-6)], base=STEEL)
     assert fp.critical_load(thick, fp.Sphere(1e-4), strong).force == np.inf
+
+
+def test_a_load_beyond_the_theory_says_so():
+    """A gel that is stronger than it is stiff: before it fails the sphere would have gone through it."""
+    gel, tip = fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.RigidBase()), fp.Sphere(20.0)
+    found = fp.critical_load(gel, tip, fp.Strength(yield_stress=5.0))
+    assert "pressed through a layer" in found.notes[0]
+    assert fp.critical_load(gel, tip, fp.Strength(yield_stress=0.1)).notes == ()

@@ -145,6 +145,7 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
         f"{text(first.depth, 'm')}, contact radius {text(first.radius, 'm')}.",
         f"Strength over stress there: {margins}.",
         *([f"Estimated relative error of that stress: {first.error:.1g}."] if first.error > 1e-3 else []),
+        *(f"At that load: {note}" for note in first.notes),
     ]
 
 

@@ -62,7 +62,7 @@ _STEP = 1e-2
 """Step over the number itself: the difference of an analytic function of order one is then exact to 1e-13."""
 
 _AGREES = 1e-9
-"""Relative distance between the two orders above which a shorter step is tried."""
+"""Distance between the two orders, as logarithmic derivatives, above which a shorter step is tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +151,7 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     """
     refused: Exception | None = None
     best: tuple[Array, Array] | None = None
+    apart = np.inf
     for places, weights, scale in (
         *((_CENTRAL, _WEIGHTS, s) for s in (1.0, 0.1, 0.01)),
         (_BACKWARDS, _BEHIND, 0.5),
@@ -160,14 +161,15 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
         h = step * scale
         try:
             samples = np.array([function(value + j * h) for j in places])
-        except ValueError as error:
-            refused = refused or error
+        except ValueError as refusal:
+            refused = refused or refusal
             continue
         eighth, sixth = (np.asarray(np.tensordot(w, samples, 1) / h) for w in weights)
-        found = eighth, np.abs(eighth - sixth)
-        if best is None or found[1].max() < best[1].max():
-            best = found
-        if best[1].max() <= _AGREES * np.abs(best[0]).max():
+        error, size = np.abs(eighth - sixth), np.abs(samples).max(axis=0)
+        share = float(np.max(np.divide(error * max(abs(value), step), size, out=np.zeros_like(error), where=size > 0)))
+        if share < apart:
+            best, apart = (eighth, error), share
+        if apart <= _AGREES:
             break
     if best is None:
         assert refused is not None
