@@ -164,6 +164,12 @@ def test_pictures():
     drawn = pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": 0.1})
     lines = drawn.axes[1].get_lines()
     assert len(lines) >= 5  # two stresses in two layers, and the interface
+    # the shear changes its sign on the axis, and a round tip without friction is the same on both sides
+    sides = [
+        pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": f}).axes[2].get_xlim()[0] < -1
+        for f in (0.0, 0.1)
+    ]
+    assert sides == [False, True]
     # over the yield stress only where no layer would be blank
     steel = fp.Strength(yield_stress=1e9)
     for strengths, words in (([steel, steel], "yield stress"), ([None, steel], "GPa"), ([steel], "GPa")):

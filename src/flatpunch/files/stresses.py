@@ -64,6 +64,8 @@ def stresses(case: Case) -> Stresses:
     reach, deep = _extent(case, contact)
     found = fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
     first, note = first_failure(case)
+    if first is not None and case.work_of_adhesion is not None:
+        note = "First failure: that of a growing contact without adhesion."
     if note:
         found.attrs["notes"] = "\n".join([*str(found.attrs.get("notes", "")).splitlines(), note])
     return Stresses(found, first, contact, asked.strengths)
