@@ -114,18 +114,22 @@ def plot_fields(
 
 
 def _label_places(lines: QuadContourSet, picture: Array, layer: Array) -> list[tuple[float, float]]:
-    """Where level lines are numbered: the longest of each level, at its point farthest from the edges of its layer.
+    """Where level lines are numbered: the longest of each level, far from the edges of its layer and from other numbers.
 
     Picture and layer are boxes, ((left, top), (right, bottom)).
     """
     width = picture[1] - picture[0]
-    places = []
+    places: list[tuple[float, float]] = []
     for segments in lines.allsegs:
         drawn = [points for points in segments if len(points)]
         if not drawn:
             continue
         longest = max(drawn, key=lambda points: float((np.ptp(points, axis=0) / width).sum()))
         room = (np.minimum(longest - layer[0], layer[1] - longest) / width).min(axis=1)
+        for other in places:
+            # share of the picture that a number takes, across and down
+            apart = np.abs(longest - np.array(other)) / width / np.array([0.1, 0.06])
+            room = np.where(apart.max(axis=1) > 1, room, 0.0)
         best = int(np.argmax(room))
         # share of the picture: beside edges, and on lines no longer than a number, there is no room for one
         if room[best] > 0.04 and (np.ptp(longest, axis=0) / width).max() > 0.08:
