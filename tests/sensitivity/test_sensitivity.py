@@ -229,6 +229,16 @@ def test_cells_against_differences_on_the_same_cells(medium, tip):
     assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
 
 
+def test_cells_of_a_contact_without_an_outline():
+    """Under a stiff film the lobes of a three-sided pyramid come off its centre; depths are chosen by the size of the whole."""
+    stiff = fp.Medium([fp.Layer(5.551, 0.0083, 1.164)], base=fp.HalfSpace(1.0, 0.3))
+    found = fp.sensitivity(stiff, fp.Pyramid(3, 0.10048), depth=0.1597, method="bem")
+    assert "no outline" in found.attrs["notes"]
+    assert 0.3 < float(found.contact_radius) < 1.0
+    assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
+    assert np.isfinite(found.depth_sensitivity).all()
+
+
 def test_cells_agree_with_the_round_contact():
     exact = fp.sensitivity(FILM, fp.Paraboloid(2.0), depth=0.3)
     cells = fp.sensitivity(FILM, fp.Paraboloid(2.0), depth=0.3, method=fp.BoundaryElements(grid=96))

@@ -162,7 +162,9 @@ def _on_cells(
         force[~of_tip] = by_medium(medium, kernel, spectrum(None), rest)[0]
     force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
     unknown = np.full(len(wanted), np.nan)
-    contact = discs.Contact(solution.radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)
+    # contacts of several parts have no outline: the radius of a disc of their area
+    radius = solution.radius if np.isfinite(solution.radius) else float(np.sqrt(solution.area / np.pi))
+    contact = discs.Contact(radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)
     return Gradient(contact, force, unknown, unknown, spectrum, "\n".join(solution.notes), solution.converged)
 
 
