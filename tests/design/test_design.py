@@ -72,6 +72,18 @@ def test_what_the_bounds_make_impossible_is_said():
     assert found.misfit > 0.1
 
 
+def test_a_design_beyond_the_theory_says_so():
+    """Depths below a layer on a rigid base: prescribed, and under the largest load."""
+    gel = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.RigidBase())
+    found = fp.design(gel, TIP, vary=YOUNG, objective=fp.Target("force", 1.0, depth=2e-6), starts=1)
+    assert any("pressed through a layer" in note for note in found.notes)
+    aim = fp.LargestLoad(fp.Strength(yield_stress=1e10))
+    problem = Problem(variables(gel, TIP, YOUNG), fp.FirstOrder())
+    u = problem.variables.internal(problem.variables.start)
+    problem.load(u, aim)
+    assert "pressed through a layer" in problem.limits[u.tobytes()][0]
+
+
 def test_values_are_kept_by_what_is_asked():
     """Places that come and go, as in the search of reachable ranges: the value of one is not that of another."""
     medium = fp.HalfSpace(1e9, 0.3)
@@ -151,6 +163,40 @@ def test_largest_load():
     again = fp.critical_load(found.medium, found.indenter, strength).force
     assert found.achieved[0] == pytest.approx(again)
     assert found.achieved[0] / found.before[0] == pytest.approx(2.1**2, rel=1e-2)
+
+
+def test_a_design_in_which_nothing_fails():
+    """Beside the contact of an incompressible body there is no tension."""
+    found = fp.design(
+        fp.HalfSpace(1e9, 0.3),
+        TIP,
+        vary={"base.poisson": (0.2, 0.5)},
+        objective=fp.LargestLoad(fp.Strength(tensile=1e6)),
+        starts=1,
+    )
+    assert found["base.poisson"] == 0.5
+    assert found.achieved[0] == np.inf
+    assert found.notes == ("With the values found nothing fails up to the largest contact of the tip.",)
+    axes = fp.plot_design(found)
+    assert [bar.get_height() > 0 for bar in axes.patches] == [True, False]
+    assert [text.get_text() for text in axes.texts] == ["nothing fails"]
+
+
+def test_tips_that_fail_at_the_first_touch_are_passed_by():
+    """Exponents up to one are sharp: their load is zero, and the search goes on elsewhere."""
+    problem = Problem(
+        variables(fp.HalfSpace(1e9, 0.3), fp.PowerLaw(2.0, 100.0), {"indenter.exponent": (0.9, 2.5)}), fp.FirstOrder()
+    )
+    aim = fp.LargestLoad(fp.Strength(yield_stress=1e7))
+    assert problem.load(np.array([0.95]), aim) == -np.inf
+    found = fp.design(
+        problem.variables.medium,
+        problem.variables.indenter,
+        vary={"indenter.exponent": (0.9, 2.5)},
+        objective=aim,
+        starts=1,
+    )
+    assert found["indenter.exponent"] == 2.5
 
 
 def test_progress_is_told():

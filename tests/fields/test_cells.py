@@ -127,6 +127,7 @@ def test_adhesive_contact_on_cells(medium):
             "no outline",
         ),
         (lambda: fp.PatchLoad(np.zeros((4097, 1)), 1.0), ValueError, "at most 4096"),
+        (lambda: fp.PatchLoad(np.broadcast_to(1.0, (100_000, 100_000)), 1.0), ValueError, "are the most"),
         (lambda: fp.PatchLoad([["1", "2"]], 1.0), TypeError, "pressure"),
         (
             lambda: fp.fields(FILM, fp.Pyramid(4, 0.3), 0, 0, 0, depth=1e-7, work_of_adhesion=1.0, method="bem"),

@@ -296,3 +296,11 @@ def test_nothing_fails_deeper_than_layers_on_a_rigid_base_are_thick(tip):
     never = fp.critical_load(body, tip, [None, fp.Strength(yield_stress=1e9)])
     assert never.force == np.inf
     assert never.margins["layers[1].yield"] > 1
+
+
+def test_a_load_beyond_the_theory_says_so():
+    """A gel that is stronger than it is stiff: before it fails the sphere would have gone through it."""
+    gel, tip = fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.HalfSpace(1e4, 0.3)), fp.Sphere(20.0)
+    found = fp.critical_load(gel, tip, fp.Strength(yield_stress=5.0))
+    assert "pressed through a layer" in found.notes[0]
+    assert fp.critical_load(gel, tip, fp.Strength(yield_stress=0.1)).notes == ()

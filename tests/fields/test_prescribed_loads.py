@@ -80,3 +80,15 @@ def test_ellea():
     found = fp.fields(road, fp.DiscLoad(1.1, 150.0), 0, 0, z)
     np.testing.assert_allclose(found.displacement.values[2], [float(row["uz_exact"]) for row in table], atol=1e-5)
     np.testing.assert_allclose(-component(found, "zz"), [float(row["sz_exact"]) for row in table], atol=1e-5)
+
+
+def test_a_footprint_of_few_cells_is_as_good_as_one_of_many():
+    """The pressure is constant in each cell, so that cutting it changes nothing."""
+    road = fp.Medium([fp.Layer(3.0, 0.35, 0.5)], base=fp.HalfSpace(0.3, 0.45))
+    tyre = np.array([[0.4, 0.9], [0.6, 0.2]])
+    x, y, z = np.array([0.1, -0.3, 0.8]), np.array([0.2, 0.0, -0.4]), np.array([0.3, 0.5, 0.9])
+    few = fp.fields(road, fp.PatchLoad(tyre, 0.4, traction=0.3 * tyre, center=(0.1, 0.0)), x, y, z)
+    cut = np.kron(tyre, np.ones((96, 96)))
+    many = fp.fields(road, fp.PatchLoad(cut, 0.4 / 96, traction=0.3 * cut, center=(0.1, 0.0)), x, y, z)
+    np.testing.assert_allclose(few.stress, many.stress, atol=1e-4)
+    assert few.attrs["stress_error"] < 1e-3

@@ -9,6 +9,7 @@ from flatpunch.cli.app import app
 from flatpunch.files import CaseError, read_case
 from flatpunch.plots import fields as pictures
 from flatpunch.sweeps.failure import is_map, map_figure
+from flatpunch.sweeps.picture import figure
 
 COATING = """
 title = "Hard coating on steel"
@@ -134,6 +135,9 @@ def test_sweep_and_its_map(tmp_path):
     drawn = map_figure(study)
     assert [text.get_text() for text in drawn.legends[0].get_texts()]
     assert "GPa" in drawn.axes[0].get_ylabel()
+    # loads of the first failure belong to no step of the case
+    line = figure(study.isel({"layers.0.young": [0]}), quantity="critical_force")
+    assert line.axes[0].get_ylabel() == "load at the first failure (mN)"
 
 
 def test_a_search_that_ends_takes_nothing_else_away(tmp_path):
@@ -164,6 +168,12 @@ def test_pictures():
     drawn = pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": 0.1})
     lines = drawn.axes[1].get_lines()
     assert len(lines) >= 5  # two stresses in two layers, and the interface
+    # the shear changes its sign on the axis, and a round tip without friction is the same on both sides
+    sides = [
+        pictures.figure(found, film, fp.Sphere(50e-6), {"force": 0.1, "friction": f}).axes[2].get_xlim()[0] < -1
+        for f in (0.0, 0.1)
+    ]
+    assert sides == [False, True]
     # over the yield stress only where no layer would be blank
     steel = fp.Strength(yield_stress=1e9)
     for strengths, words in (([steel, steel], "yield stress"), ([None, steel], "GPa"), ([steel], "GPa")):

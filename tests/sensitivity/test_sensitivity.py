@@ -7,6 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.sensitivity.parameters import difference, parameters, with_values
+from flatpunch.sensitivity.spectrum import law_change
 
 FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
 STACK = fp.Medium(
@@ -110,6 +111,30 @@ def test_dimensions(medium, tip, radius, accuracy):
     assert float(found.depth.values[units == "Pa"].sum()) == pytest.approx(-1 / growth, abs=accuracy)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_entries_of_tables_near_kinks_of_their_cubics(seed):
+    """Monotone cubics limit their slopes; however near a limit is, the sum of entries times derivatives is the law (Euler)."""
+    rises = np.random.default_rng(seed).uniform(0.1, 2.0, 3)
+    # the three-point slope at the lower face is cut off at zero where the last rise is a third of the one before
+    rises[2] = rises[1] / 3 * (1.01 + 0.01 * seed)
+    table = np.arange(4.0), np.cumsum([0.7, *rises])
+    graded = fp.Medium([fp.GradedLayer(table, 0.3, 3.0)], base=fp.RigidBase())
+    entries = [each for each in parameters(graded, None) if ".entries" in each.name]
+    z = np.linspace(0, 3, 40)
+    total = sum(each.value * law_change(each, z) for each in entries)
+    np.testing.assert_allclose(total, graded.layers[0].young_at(z), rtol=1e-9)
+
+
+def test_heights_of_a_profile_near_kinks_of_its_cubic():
+    """Heights and depth together scale the force at the same contact radius."""
+    r = np.linspace(0, 3, 7)
+    for exponent in (1.2, 1.5, 2.2, 2.4, 2.6):
+        found = fp.sensitivity(FILM, fp.RadialProfile(r, 0.2 * r**exponent), radius=1.7)
+        growth = float(found.contact_stiffness * found.contact_depth / found.contact_force)
+        heights = float(found.force.values[[n.startswith("indenter.f") for n in found.parameter.values]].sum())
+        assert heights + growth == pytest.approx(1.0, abs=ON_HOMOGENEOUS), exponent
+
+
 def test_flat_end():
     tip = fp.Cylinder(0.7)
     found = fp.sensitivity(FILM, tip, depth=0.01)
@@ -202,6 +227,16 @@ def test_cells_against_differences_on_the_same_cells(medium, tip):
         accuracy = 2e-3 if parameter.body < 0 else 2e-4
         assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted, abs=accuracy), parameter.name
     assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_cells_of_a_contact_without_an_outline():
+    """Under a stiff film the lobes of a three-sided pyramid come off its centre; depths are chosen by the size of the whole."""
+    stiff = fp.Medium([fp.Layer(5.551, 0.0083, 1.164)], base=fp.HalfSpace(1.0, 0.3))
+    found = fp.sensitivity(stiff, fp.Pyramid(3, 0.10048), depth=0.1597, method="bem")
+    assert "no outline" in found.attrs["notes"]
+    assert 0.3 < float(found.contact_radius) < 1.0
+    assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
+    assert np.isfinite(found.depth_sensitivity).all()
 
 
 def test_cells_agree_with_the_round_contact():

@@ -29,5 +29,8 @@ POINTS = 200_000
 INSIDE = 2_000_000
 """Points inside a body at which fields are wanted in one call: about 2 GB of arrays."""
 
+NUMBERS = 50_000_000
+"""Numbers of one argument: 400 MB. Every argument has a ceiling of its own below."""
+
 AT_ONCE = 2_000_000
 """Numbers of one intermediate array: larger sums are made in parts. Half or twice as many cost no time."""

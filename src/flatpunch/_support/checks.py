@@ -15,6 +15,8 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.ceilings import NUMBERS
+
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
@@ -214,6 +216,8 @@ def numbers(name: str, value: Any, unit: str | None = None) -> Array:
         return _from_sequence(name, list(array), unit)
     if array.dtype.kind not in "fiu":
         _no_number(name, value)
+    if array.size > NUMBERS:  # before it is copied: views may be of any size
+        raise ValueError(f"{name} has shape {array.shape}: {array.size} numbers, of which {NUMBERS} are the most.")
     with np.errstate(over="ignore"):  # of extended precision; infinite is refused by the caller
         return np.array(array, dtype=float)
 

@@ -142,7 +142,9 @@ def _print(result: xr.Dataset, quantity: str | None, step: int) -> None:
         for count, most in zip(part.shape, (12, 6), strict=True)
     )
     rest = "".join(f", {name} = {value_text(result[name], 0)}" for name in names[2:])
-    place = where(result, step) or f" at step {step % result.sizes['step']}"
+    place = where(result, str(values.name), step)
+    if not place and not str(values.name).startswith("critical_"):
+        place = f" at step {step % result.sizes['step']}"
     title = f"{values.name} [{unit}]{place}{rest}"
     table = Table()
     table.add_column(heading(names[0], names), justify="right")

@@ -189,6 +189,7 @@ def _result(
     elif best.cost <= -LARGEST:
         value = np.full(1, np.inf)
         notes.append("With the values found nothing fails up to the largest contact of the tip.")
+    notes += [line for text in problem.limits.get(best.u.tobytes(), ()) for line in text.splitlines()]
     notes += _minima(objective, ends, minima)
     return Design(
         medium,

@@ -15,7 +15,7 @@ from flatpunch.design.variables import Variables
 from flatpunch.fields import critical_load
 from flatpunch.sensitivity.gradient import gradients
 
-LARGEST = np.log(1e50)
+LARGEST = float(np.log(1e50))
 """Logarithm in the place of an infinite critical load."""
 
 
@@ -33,12 +33,15 @@ class Problem:
         Contacts or critical loads solved so far.
     refusal : str
         Why the last vector could not be evaluated, if it could not.
+    limits : dict of bytes to tuple of str
+        Why contacts are not valid, for the vectors at which some are not.
     """
 
     variables: Variables
     method: Method
     evaluations: int = 0
     refusal: str = ""
+    limits: dict[bytes, tuple[str, ...]] = field(default_factory=dict)
     _known: dict[tuple[str | bytes, ...], Any] = field(default_factory=dict)
 
     def quantity(self, u: Array, control: Control, quantity: Quantity) -> tuple[Array, Array]:
@@ -49,6 +52,8 @@ class Problem:
             self.evaluations += control.values.size
             found = gradients(medium, indenter, control, self.method, self.variables.renewed(medium, indenter))
             value, slope = achieved(found, control, quantity)
+            if not all(each.valid for each in found):
+                self.limits[u.tobytes()] = tuple(dict.fromkeys(each.notes for each in found if not each.valid))
             return value, self.variables.by_u(slope, u)
 
         # by content: targets and their controls come and go
@@ -87,6 +92,8 @@ class Problem:
             first = critical_load(
                 medium, indenter, aim.strengths, friction=aim.friction, residual_stress=aim.residual_stress
             )
+            if first.notes:
+                self.limits[u.tobytes()] = first.notes
             if first.force == 0:
                 return -np.inf
             return float(np.log(first.force)) if np.isfinite(first.force) else LARGEST

@@ -62,6 +62,14 @@ class Cells:
         """Total load [N]."""
         return float(self.pressure.sum()) * self.spacing**2
 
+    def split(self, most: int) -> Cells:
+        """Each cell cut into squares, so that there are at most `most` in all."""
+        count = max(1, int(np.sqrt(most / self.pressure.size)))
+        pressure, traction = (
+            values.repeat(count, axis=0).repeat(count, axis=1) for values in (self.pressure, self.traction)
+        )
+        return Cells(pressure, traction, self.spacing / count, self.center)
+
     def joined(self, count: int) -> Cells:
         """Blocks of count x count cells, with cells without load added around."""
         if count == 1:

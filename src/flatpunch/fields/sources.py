@@ -20,6 +20,9 @@ _GRADED_ERROR, _BLURRED_ERROR = 1e-4, 2e-3
 """The same under a graded surface, where what it adds to the half-space decays slowly; and there close to the rim, or under
 discs, whose pressure jumps at the rim."""
 
+_FINEST = 64**2
+"""Cells into which a prescribed pressure on fewer is cut: what layers add is that of a disc in the place of each."""
+
 
 class Source(Protocol):
     """A load that knows its fields."""
@@ -114,5 +117,5 @@ def prescribed_sources(loads: Sequence[Load], friction: float) -> list[Source]:
         else:
             pressure, traction_of_cells = load.cells
             cells = Cells(pressure, traction_of_cells + friction * pressure, load.spacing, load.center)
-            found.append(CellSource(cells))
+            found.append(CellSource(cells.split(_FINEST)))
     return found

@@ -64,6 +64,8 @@ def stresses(case: Case) -> Stresses:
     reach, deep = _extent(case, contact)
     found = fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
     first, note = first_failure(case)
+    if first is not None and case.work_of_adhesion is not None:
+        note = "First failure: that of a growing contact without adhesion."
     if note:
         found.attrs["notes"] = "\n".join([*str(found.attrs.get("notes", "")).splitlines(), note])
     return Stresses(found, first, contact, asked.strengths)
@@ -145,6 +147,7 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
         f"{text(first.depth, 'm')}, contact radius {text(first.radius, 'm')}.",
         f"Strength over stress there: {margins}.",
         *([f"Estimated relative error of that stress: {first.error:.1g}."] if first.error > 1e-3 else []),
+        *(f"At that load: {note}" for note in first.notes),
     ]
 
 

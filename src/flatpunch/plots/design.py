@@ -45,9 +45,14 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     """
     axes = axes_or_new(axes, (5.2, 4.0))
     if not result.control:
-        factor, unit = readable(float(result.achieved[0]), "N")
-        axes.bar(["before", "design"], np.array([result.before[0], result.achieved[0]]) * factor, color=[GREY, BLUE])
+        loads = np.array([result.before[0], result.achieved[0]])
+        endless = np.isinf(loads)
+        factor, unit = readable(float(loads[~endless].max()), "N")
+        axes.bar([0, 1], np.where(endless, 0.0, loads) * factor, color=[GREY, BLUE])
+        axes.set_xticks([0, 1], ["before", "design"])
         axes.set_ylabel(f"critical load ({unit})")
+        if endless[1]:
+            axes.text(1, 0.5, "nothing fails", ha="center", transform=axes.get_xaxis_transform())
         return axes
     along, along_unit = readable(float(result.at.max()), UNITS[result.control])
     up, unit = readable(float(result.wanted.max()), UNITS[result.quantity])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -85,25 +86,55 @@ def plot_fields(
     top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
     colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
     mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
-    ticks = MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values)))
-    levels = np.linspace(0, 1, 5)[1:] if quantity == "utilisation" else np.asarray(ticks)
-    # layer by layer: stresses jump at interfaces
-    for i in np.unique(result["layer"].values):
-        part = np.where(result["layer"].values == i, values, np.nan)
-        if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
-            lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
-            axes.clabel(lines, fontsize="x-small", fmt="%.3g")
+    if quantity == "utilisation":
+        levels = np.asarray(MaxNLocator(5).tick_values(0.0, min(top, 1.0)))
+    else:
+        levels = np.asarray(MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))))
     if names[1] == "z":
         if not axes.yaxis_inverted():
             axes.invert_yaxis()
         for face in _faces(medium):
             axes.axhline(face * factor, **_LINE)
+    plane = np.stack([across, down]) * factor
+    # layer by layer: stresses jump at interfaces
+    for i in np.unique(result["layer"].values):
+        part = np.where(result["layer"].values == i, values, np.nan)
+        if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
+            lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
+            box = np.stack([plane.min(axis=(1, 2)), plane.max(axis=(1, 2))])
+            inside = plane[:, result["layer"].values == i]
+            places = _label_places(lines, box, np.stack([inside.min(axis=1), inside.max(axis=1)]))
+            axes.clabel(lines, fontsize="x-small", fmt="%.3g", manual=places)
     drawn = axes.get_figure()
     assert drawn is not None
     drawn.colorbar(mesh, ax=axes, label=f"{label} ({unit})" if unit else label)
     axes.set_xlabel(f"${names[0]}$ ({length_unit})")
     axes.set_ylabel(f"${names[1]}$ ({length_unit})")
     return axes
+
+
+def _label_places(lines: QuadContourSet, picture: Array, layer: Array) -> list[tuple[float, float]]:
+    """Where level lines are numbered: the longest of each level, far from the edges of its layer and from other numbers.
+
+    Picture and layer are boxes, ((left, top), (right, bottom)).
+    """
+    width = picture[1] - picture[0]
+    places: list[tuple[float, float]] = []
+    for segments in lines.allsegs:
+        drawn = [points for points in segments if len(points)]
+        if not drawn:
+            continue
+        longest = max(drawn, key=lambda points: float((np.ptp(points, axis=0) / width).sum()))
+        room = (np.minimum(longest - layer[0], layer[1] - longest) / width).min(axis=1)
+        for other in places:
+            # share of the picture that a number takes, across and down
+            apart = np.abs(longest - np.array(other)) / width / np.array([0.1, 0.06])
+            room = np.where(apart.max(axis=1) > 1, room, 0.0)
+        best = int(np.argmax(room))
+        # share of the picture: beside edges, and on lines no longer than a number, there is no room for one
+        if room[best] > 0.04 and (np.ptp(longest, axis=0) / width).max() > 0.08:
+            places.append((float(longest[best, 0]), float(longest[best, 1])))
+    return places
 
 
 def _plane(result: xr.Dataset) -> tuple[Array, Array, tuple[str, str]]:
@@ -149,7 +180,9 @@ def _faces(medium: Any) -> Array:
     return interfaces(body) if isinstance(body, (Medium, HalfSpace)) else np.zeros(0)
 
 
-def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **contact: Any) -> Axes:
+def axis_stresses(
+    medium: Any, indenter: Any, axes: Axes, *, deepest: float, scale: float | None = None, **contact: Any
+) -> Axes:
     """Draw s_xx and s_zz along the axis, layer by layer, so that jumps at interfaces show.
 
     Parameters
@@ -160,6 +193,8 @@ def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **c
         Where to draw.
     deepest : float
         Depth down to which it is drawn [m].
+    scale : float, optional
+        Length that chooses the unit of the axis [m]; by default that depth.
     **contact
         Depth, force or radius, friction, residual_stress and so on, as for `fields`.
     """
@@ -177,7 +212,7 @@ def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **c
         drawn.append(found["stress"].sel(component=["xx", "zz"]).values)
     largest = max(float(np.abs(each).max()) for each in drawn)
     factor, unit = readable(largest, "Pa")
-    length_factor, length_unit = readable(deepest, "m")
+    length_factor, length_unit = readable(scale or deepest, "m")
     for row, (name, colour) in enumerate((("xx", ORANGE), ("zz", BLUE))):
         for i, (z, values) in enumerate(zip(depth, drawn, strict=True)):
             label = _SYMBOLS[name] if i == 0 else None
@@ -192,7 +227,9 @@ def axis_stresses(medium: Any, indenter: Any, axes: Axes, *, deepest: float, **c
     return axes
 
 
-def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float, **contact: Any) -> Axes:
+def interface_tractions(
+    medium: Any, indenter: Any, axes: Axes, *, reach: float, scale: float | None = None, **contact: Any
+) -> Axes:
     """Draw normal and shear traction at every interface along x.
 
     Parameters
@@ -200,10 +237,13 @@ def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float,
     medium, indenter, axes, **contact
         As for `axis_stresses`.
     reach : float
-        Largest distance from the axis that is drawn [m].
+        Largest distance from the axis that is drawn [m], on both sides unless they are alike.
+    scale : float, optional
+        Length that chooses the unit of the axis [m]; by default that distance.
     """
     contact = {key: value for key, value in contact.items() if key != "side"}
-    x = np.linspace(-reach if contact.get("friction") else 0.0, reach, 201)
+    alike = getattr(indenter, "round", False) and not contact.get("friction")
+    x = reach * np.linspace(0.0 if alike else -1.0, 1.0, 201)
     faces = _faces(medium)
     if not faces.size:
         axes.text(0.5, 0.5, "no interfaces", ha="center", va="center", transform=axes.transAxes)
@@ -211,7 +251,7 @@ def interface_tractions(medium: Any, indenter: Any, axes: Axes, *, reach: float,
         return axes
     found = [fields(medium, indenter, x, 0.0, face, side="above", **contact)["stress"] for face in faces]
     factor, unit = readable(max(float(np.abs(each.sel(component=["zz", "xz"])).max()) for each in found), "Pa")
-    length_factor, length_unit = readable(reach, "m")
+    length_factor, length_unit = readable(scale or reach, "m")
     for i, stress in enumerate(found):
         colour = f"C{i}"
         for name, style in (("zz", "-"), ("xz", "--")):
@@ -260,5 +300,6 @@ def _draw(
     judged = len(limited) > int(result["layer"].max()) and all(limited)
     plot_fields(result, left, quantity="utilisation" if judged else "von_mises", medium=medium, strengths=strengths)
     span = [float(np.ptp(result[name].values)) for name in ("x", "y", "z")]
-    axis_stresses(medium, indenter, middle, deepest=span[2] or max(span), **contact)
-    interface_tractions(medium, indenter, right, reach=max(span[:2]) / 2 or max(span), **contact)
+    scale = max(float(np.abs(result[name].values).max()) for name in ("x", "y", "z"))
+    axis_stresses(medium, indenter, middle, deepest=span[2] or max(span), scale=scale, **contact)
+    interface_tractions(medium, indenter, right, reach=max(span[:2]) / 2 or max(span), scale=scale, **contact)

@@ -42,6 +42,8 @@ class Gradient:
         half-spaces and series methods.
     notes : str
         Limits of the contact's own solution.
+    valid : bool
+        Whether the contact is one of the theory, as of `indent`.
     """
 
     contact: discs.Contact
@@ -50,6 +52,7 @@ class Gradient:
     radius: Array
     spectrum: Callable[[float | None], Spectrum] | None
     notes: str = ""
+    valid: bool = True
 
     @property
     def depth(self) -> Array:
@@ -98,14 +101,14 @@ def gradients(
     contacts = [discs.contact_at(kernel, tip, radius, depth) for radius, depth in steps]
     by_shape = discs.by_tip(kernel, indenter, contacts, [each for each in wanted if each.body < 0])
     return [
-        replace(_of_disc(medium, kernel, tip, contact, shape, wanted), notes=notes)
-        for contact, shape in zip(contacts, by_shape, strict=True)
+        replace(_of_disc(medium, kernel, tip, contact, shape, wanted), notes=notes, valid=valid)
+        for contact, shape, valid in zip(contacts, by_shape, curve["valid"].values.tolist(), strict=True)
     ]
 
 
 def _of_series(found: SeriesContacts) -> list[Gradient]:
     rows = zip(found.contacts, found.force, found.stiffness, found.radius, strict=True)
-    return [Gradient(*row, None, found.notes) for row in rows]
+    return [Gradient(*row, None, found.notes, valid) for row, valid in zip(rows, found.valid, strict=True)]
 
 
 def _of_disc(
@@ -159,8 +162,10 @@ def _on_cells(
         force[~of_tip] = by_medium(medium, kernel, spectrum(None), rest)[0]
     force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
     unknown = np.full(len(wanted), np.nan)
-    contact = discs.Contact(solution.radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)
-    return Gradient(contact, force, unknown, unknown, spectrum, "\n".join(solution.notes))
+    # contacts of several parts have no outline: the radius of a disc of their area
+    radius = solution.radius if np.isfinite(solution.radius) else float(np.sqrt(solution.area / np.pi))
+    contact = discs.Contact(radius, solution.depth, solution.force, found.stiffness, np.nan, np.nan)
+    return Gradient(contact, force, unknown, unknown, spectrum, "\n".join(solution.notes), solution.converged)
 
 
 def has_power_law(medium: Any) -> bool:

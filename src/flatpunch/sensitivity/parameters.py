@@ -61,6 +61,9 @@ _BEHIND = tuple(_weights(_BACKWARDS, _BACKWARDS[:n]) for n in (9, 7))
 _STEP = 1e-2
 """Step over the number itself: the difference of an analytic function of order one is then exact to 1e-13."""
 
+_AGREES = 1e-9
+"""Distance between the two orders, as logarithmic derivatives, above which a shorter step is tried."""
+
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
@@ -135,31 +138,43 @@ def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tupl
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
-    """Derivative of an analytic function by a difference of order eight; see `difference_and_error`."""
+    """Derivative of a piecewise analytic function by a difference of order eight; see `difference_and_error`."""
     return difference_and_error(function, value, step)[0]
 
 
 def difference_and_error(function: Callable[[float], Array], value: float, step: float) -> tuple[Array, Array]:
-    """Derivative of an analytic function by a central difference of order eight, and its distance to that of order six.
+    """Derivative of a piecewise analytic function by a central difference of order eight, and its distance to that of order six.
 
-    Steps at which the function refuses its argument are made shorter; at the end of its range, such as a Poisson ratio of 1/2,
-    the difference is taken backwards.
+    Steps are made shorter where the function refuses its argument, and where the two orders disagree: monotone cubics of tables
+    have kinks as functions of their entries. At the end of a range, such as a Poisson ratio of 1/2, the difference is taken
+    backwards.
     """
     refused: Exception | None = None
-    for places, (eighth, sixth), scale in (
+    best: tuple[Array, Array] | None = None
+    apart = np.inf
+    for places, weights, scale in (
         *((_CENTRAL, _WEIGHTS, s) for s in (1.0, 0.1, 0.01)),
         (_BACKWARDS, _BEHIND, 0.5),
     ):
+        if best is not None and places is _BACKWARDS:
+            break
         h = step * scale
         try:
             samples = np.array([function(value + j * h) for j in places])
-        except ValueError as error:
-            refused = refused or error
+        except ValueError as refusal:
+            refused = refused or refusal
             continue
-        best, other = (np.asarray(np.tensordot(w, samples, 1) / h) for w in (eighth, sixth))
-        return best, np.abs(best - other)
-    assert refused is not None
-    raise refused
+        eighth, sixth = (np.asarray(np.tensordot(w, samples, 1) / h) for w in weights)
+        error, size = np.abs(eighth - sixth), np.abs(samples).max(axis=0)
+        share = float(np.max(np.divide(error * max(abs(value), step), size, out=np.zeros_like(error), where=size > 0)))
+        if share < apart:
+            best, apart = (eighth, error), share
+        if apart <= _AGREES:
+            break
+    if best is None:
+        assert refused is not None
+        raise refused
+    return best
 
 
 def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:

@@ -35,6 +35,8 @@ class SeriesContacts:
     contacts : list of Contact
     force, stiffness, radius : ndarray, shape (n, parameters)
         Derivatives at fixed depth.
+    valid : list of bool
+        Of each contact, as of `indent`.
     notes : str
     """
 
@@ -42,6 +44,7 @@ class SeriesContacts:
     force: Array
     stiffness: Array
     radius: Array
+    valid: list[bool]
     notes: str
 
 
@@ -72,7 +75,9 @@ def series_contacts(
         slopes[j], errors[j] = difference_and_error(changed, each.value, _STEP * (abs(each.value) or 1.0))
     columns = slopes.transpose(1, 2, 0)
     notes = [*str(curve.attrs["notes"]).splitlines(), *_notes(curve, method, wanted, slopes[:, 0], errors[:, 0])]
-    return SeriesContacts(contacts, columns[0], columns[1], columns[2], "\n".join(notes))
+    return SeriesContacts(
+        contacts, columns[0], columns[1], columns[2], curve["valid"].values.tolist(), "\n".join(notes)
+    )
 
 
 def _notes(curve: Any, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:

@@ -106,6 +106,8 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
         if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
             factor, unit = readable(float(np.nanmax(force)), "N")
             levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
+            if levels[-1] > 2 * levels[0]:
+                levels = np.array([float(f"{level:.1e}") for level in levels])
             lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
             axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small")
         for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
@@ -119,5 +121,8 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
         drawn.legend(handles=patches, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
         axes.set_xlabel(labels[0])
         axes.set_ylabel(labels[1])
-        axes.set_title("First failure and its load" + (" (layer 1 is the top)" if layers else ""), fontsize="medium")
+        axes.set_title(
+            "First failure and its load" + (" (layer 1 is the top, the last the base)" if layers else ""),
+            fontsize="medium",
+        )
         return drawn

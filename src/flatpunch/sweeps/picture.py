@@ -93,7 +93,7 @@ def figure(
                     f"{heading(name, parameters(result))} = {value_text(result[name], i)}" for name, i in fixed.items()
                 )
             )
-        label = _SYMBOLS.get(shown, str(values.attrs.get("long_name", shown))) + where(result, step)
+        label = _SYMBOLS.get(shown, str(values.attrs.get("long_name", shown))) + where(result, shown, step)
         for axes in grid[:, 0]:
             axes.set_ylabel(f"{label} ({unit})" if unit else label)
         _scale(grid[0, 0], first, result, finite)
@@ -120,8 +120,13 @@ def checked(result: xr.Dataset, quantity: str | None, step: int) -> xr.DataArray
     return result[wanted]
 
 
-def where(result: xr.Dataset, step: int = -1) -> str:
-    """Words for the step: what was prescribed there, if it is the same at all points."""
+def where(result: xr.Dataset, quantity: str, step: int = -1) -> str:
+    """Words for the step of a quantity: what was prescribed there, if it is the same at all points.
+
+    Loads of the first failure belong to no step.
+    """
+    if quantity.startswith("critical_"):
+        return ""
     control = str(result.attrs["control"])
     values = result[control].isel(step=step).values
     values = values[np.isfinite(values)]

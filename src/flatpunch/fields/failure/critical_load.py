@@ -18,6 +18,7 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact import FirstOrder, indent
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.fields.failure.events import Event, Judged, first_event, margins
@@ -60,6 +61,8 @@ class CriticalLoad:
         Which of two bodies fails; a single one is the lower.
     error : float
         Estimated relative error of the stress at that place.
+    notes : tuple of str
+        Why the contact at that load is not valid, as of `indent`; empty if it is.
 
     See Also
     --------
@@ -83,6 +86,7 @@ class CriticalLoad:
     margins: dict[str, float]
     body: str = "lower"
     error: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 @one_blas_thread()
@@ -176,7 +180,17 @@ def critical_load(
         margins(events, named=named),
         worst.body,
         search.error(worst, size),
+        _limits(medium, indenter, depth, radius),
     )
+
+
+def _limits(medium: Any, indenter: Indenter, depth: float, radius: float) -> tuple[str, ...]:
+    """Why a round contact is not valid: a film that bends away, a layer that is pressed through."""
+    if not indenter.round:
+        return ()
+    given = {"depth": depth} if isinstance(indenter, Cylinder) else {"radius": radius}
+    curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
+    return () if curve["valid"].values[0] else tuple(str(curve.attrs["notes"]).splitlines())
 
 
 def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -> str:

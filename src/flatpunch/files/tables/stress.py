@@ -74,7 +74,7 @@ class StressCase:
 
     def points(self, reach: float, deep: float) -> tuple[Array, Array, Array]:
         """Points, broadcastable; by default the plane y = 0 over `reach` on both sides and down to `deep` [m]."""
-        x = np.linspace(-reach, reach, 201) if self.x is None else self.x
+        x = reach * np.linspace(-1, 1, 201) if self.x is None else self.x
         y = np.zeros(1) if self.y is None else self.y
         z = np.linspace(0, deep, 121) if self.z is None else self.z
         if not self.grid:
