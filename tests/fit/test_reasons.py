@@ -299,3 +299,32 @@ def test_a_soft_cantilever_far_out_is_not_saturated():
         noise = 0.0028 * rise * np.random.default_rng(seed).normal(size=way.size)
         found = fitted("gel", Curve.from_piezo(way, read + noise, spring), baseline="linear")
         assert abs(found.value - 5e3) < 4 * found.stderr
+
+
+@pytest.mark.parametrize("shaken", [0.0, 1e-9])
+@pytest.mark.parametrize("rounded", [1e-3, 2e-2])
+def test_a_turn_with_drag_is_no_saturation(shaken, rounded):
+    """The tip slows down before it turns, and drag falls with it; positions that are noisy show the speed all the same."""
+    time = np.linspace(0, 2, 3000)
+    speed = -np.tanh((time - 1) / rounded)
+    way = -rounded * np.logaddexp((time - 1) / rounded, (1 - time) / rounded)
+    way = 8e-7 * (way - way.max()) + 4e-7
+    force = indent(GEL, Sphere(3e-6), depth=np.maximum(way, 0), angles=8)["force"].values
+    rise, rng = force.max(), np.random.default_rng(2)
+    read = force + rise * (0.15 * speed + 0.004 * rng.normal(size=time.size))
+    curve = Curve(way + shaken * rng.normal(size=time.size), read, time=time)
+    _, start, tip, free = CASES["gel"]
+    found = fit(curve, start, tip, [free], engine="normal-equations", drag="free").estimates
+    # the speed is known to 1 % where positions are noisy
+    for name, truth, known in ((free, 5e3, 0.0), ("drag", 0.15 * rise / 8e-7, 0.01 if shaken else 0.0)):
+        assert abs(found[name].value - truth) < 4 * found[name].stderr + known * truth
+
+
+def test_a_wrong_model_is_no_saturation():
+    """A thickness ten times too small: the curve goes deeper than the layer, whatever its end looks like."""
+    depth = np.linspace(-4e-7, 4e-7, 800)
+    force = indent(HalfSpace(2e3, 0.5), Sphere(5e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    force += 0.005 * force.max() * np.random.default_rng(1).normal(size=800)
+    thin = Medium([Layer(1e3, 0.5, 1e-7)], RigidBase())
+    notes = fit(Curve(depth, force), thin, Sphere(5e-6), ["layers[0].young"], engine="normal-equations").notes
+    assert any("beyond the layers" in note for note in notes)

@@ -13,14 +13,14 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import WAVES, over_line, tilt_note, wave_note
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.elastic.retract import free_retract
+from flatpunch.fit.elastic.retract import FreeOfContact, free_of_contact
 from flatpunch.fit.elastic.wave import best_wavelength
 from flatpunch.fit.least_squares.blocks import blocked
 from flatpunch.fit.least_squares.minimum import SOON, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.scan import FARTHEST, Scan, scanned
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
-from flatpunch.fit.least_squares.speed import no_drag, shows_drag, speed_of
+from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles, turns
 from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves, turning, wander, without_pause
@@ -66,7 +66,7 @@ def elastic_setup(
         notes += (
             f"The curve has {advance.size} loading cycles; the largest approach, of cycle {chosen // 2 + 1}, is fitted.",
         )
-    part = without_pause(approach(cut(curve, settings, turned)))
+    part = before_turn(without_pause(approach(cut(curve, settings, turned))), settings)
     # drag that the approach does not show is a constant there, and is left to the baseline
     shown = settings.drag != "free" or shows_drag([part], settings)
     if not shown and leaves(curve) >= curve.depth.size:
@@ -92,6 +92,13 @@ def elastic_setup(
             f"{curve.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
             "the approach, or the whole cycle."
         )
+    if not shown:
+        # where the tip slows down before it turns, drag bends the force: it is judged over the drag that the retraction shows
+        free = problem.free_of_contact(scan, curve.turned(force=force_sign), settings)
+        if free is None:
+            raise no_drag(part, settings, ", and the retraction has no part without contact to compare with")
+        problem = replace(problem, settings=replace(settings, drag=free.drag))
+        scan = problem.scan()
     scan, keep, more = problem.judged(scan)
     problem.refuse_plastic(scan, curve.turned(force=force_sign), every.turned(force=force_sign))
     if settings.drag == "free":
@@ -242,6 +249,9 @@ class Approach:
                 continue
             last = part.force[~keep]
             short = self.misfit(self.scan(keep), keep)
+            # a model that does not describe the rest either gains by any reading that is taken from it
+            if short > keep.sum() * (2 * noise) ** 2:
+                continue
             apart = short + float(np.sum((last - last.mean()) ** 2))
             if self.misfit(scan) - apart > CLEAR**2 * max(short / keep.sum(), noise**2):
                 raise saturated(part, force[order], end)
@@ -316,38 +326,31 @@ class Approach:
             scan = self.scan(keep)
         return scan, keep, (*notes, *dips)
 
-    def with_retract(self, scan: Scan, keep: Flags, curve: Curve, settings: Settings) -> tuple[Approach, Scan, Flags]:
-        """The problem with the retraction's points without contact, which distinguish drag from the baseline.
-
-        Raises
-        ------
-        CurveError
-            If neither approach nor retraction shows the drag.
-        """
-        part, objective = self.part, self.objective()
-        inside = objective.indentation(part, scan.x)
+    def free_of_contact(self, scan: Scan, curve: Curve, settings: Settings) -> FreeOfContact | None:
+        """What the parts of approach and retraction without contact show of the drag; None if they do not."""
+        objective = self.objective()
+        inside = objective.indentation(self.part, scan.x)
         before = inside < (1 - SAFE) * min(float(inside.min()), 0.0)
-        found = free_retract(curve, part, before)
-        back = curve.taken(found) if found.size else None
-        if back is None or not shows_drag([part.taken(before), back], settings):
-            if self.settings.drag != "free":
-                raise no_drag(part, settings, ", and the retraction has no part without contact to compare with")
+        rest = {**objective.split(scan.x)[1], "drag": 0.0}
+        return free_of_contact(
+            curve, self.part, before, lambda c: objective.background(rest, c.position, None), settings
+        )
+
+    def with_retract(self, scan: Scan, keep: Flags, curve: Curve, settings: Settings) -> tuple[Approach, Scan, Flags]:
+        """The problem with the retraction's points without contact, which distinguish drag from the baseline; else as it is."""
+        part = self.part
+        free = self.free_of_contact(scan, curve, settings)
+        if free is None:
             return self, scan, keep
         size = part.depth.size
-        whole = curve.taken(np.append(np.arange(size), found))
+        whole = curve.taken(np.append(np.arange(size), free.points))
         whole = replace(whole, meta=dict(whole.meta))
-        speeds = [speed_of(c, settings) for c in (part, back)]
-        speed = np.concatenate([s for s in speeds if s is not None])
-        longer = replace(self, part=whole, settings=settings, speed=speed)
-        kept = np.append(keep, np.ones(found.size, dtype=bool))
-        # to start from: baseline and drag through what is free of contact, over the background that was scanned
-        rest = objective.split(scan.x)[1]
-        free = np.append(np.flatnonzero(before), np.arange(size, whole.depth.size))
-        over = whole.force - objective.background({**rest, "drag": 0.0}, whole.position, None)
-        level, drag = np.linalg.lstsq(np.array([np.ones(free.size), speed[free]]).T, over[free], rcond=None)[0]
+        longer = replace(self, part=whole, settings=settings, speed=free.speed)
+        kept = np.append(keep, np.ones(free.points.size, dtype=bool))
+        rest = self.objective().split(scan.x)[1]
         if part.spring_constant is not None:
-            rest["contact"] += (drag - rest["drag"]) * float(np.median(speed[:size])) / part.spring_constant
-        rest |= {"drag": float(drag), "baseline": float(level)}
+            rest["contact"] += (free.drag - rest["drag"]) * float(np.median(free.speed[:size])) / part.spring_constant
+        rest |= {"drag": free.drag, "baseline": free.level}
         target = longer.objective(kept)
         scales = target.scales()
         x = [(rest[name] - scales[name][0]) / scales[name][1] for name in target.nuisance]
