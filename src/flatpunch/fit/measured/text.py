@@ -43,6 +43,9 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     rows = [_cells(line, delimiter) for line in lines]
     numeric = [i for i, row in enumerate(rows) if _is_data(row)]
     if len(numeric) < 2:
+        # a column of words, such as names of segments
+        numeric = [i for i, row in enumerate(rows) if _is_data([cell for cell in row if _NUMBER.fullmatch(cell)])]
+    if len(numeric) < 2:
         raise CurveError(
             f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
         )
@@ -63,11 +66,14 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
         pairs = [split_name(title) for title in names]
         own = dict(enumerate(unit_row or ()))
         found = tuple(own.get(i) or unit for i, (_, unit) in enumerate(pairs))
-        body = [row for row in rows[run[0] : run[-1] + 1] if any(cell.strip() for cell in row)]
+        filled = [any(cell.strip() for cell in row) for row in rows[run[0] : run[-1] + 1]]
+        body = [row for row, has in zip(rows[run[0] : run[-1] + 1], filled, strict=True) if has]
+        places = np.cumsum(filled)
+        breaks = tuple(np.unique(places[~np.array(filled)]).tolist())
         if decimal == ",":
             body = [[cell.replace(",", ".") for cell in row] for row in body]
         source = path.name if len(long) == 1 else f"{path.name}, block {count + 1}"
-        table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1)
+        table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1, breaks)
         if tables and names[0].startswith("column "):
             table = replace(table, names=tables[0].names, units=tables[0].units)
         tables.append(table)
@@ -95,6 +101,8 @@ def _delimiter(lines: list[str], decimal: str) -> str | None:
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
+        # a unit in brackets belongs to the title before it, the mark of a comment to the word after it
+        line = re.sub(r"(?<=[^\s)\]])\s+(?=[(\[])|(?<=#)\s+", "", line) if re.search(r"[(\[#]", line) else line
         return line.split()
     if '"' not in line:
         # most of the lines of a large file
