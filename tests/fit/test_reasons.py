@@ -328,3 +328,30 @@ def test_a_wrong_model_is_no_saturation():
     thin = Medium([Layer(1e3, 0.5, 1e-7)], RigidBase())
     notes = fit(Curve(depth, force), thin, Sphere(5e-6), ["layers[0].young"], engine="normal-equations").notes
     assert any("beyond the layers" in note for note in notes)
+
+
+@pytest.mark.parametrize(("spring", "level", "points", "noise"), [(None, 0.4, 1300, 0.004), (0.02, 0.5, 1800, 0.037)])
+def test_saturation_beside_a_tilt_that_is_fitted(spring, level, points, noise):
+    """A long flat end bends the background that is found; the detector's reading stays all the same."""
+    depth = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=depth, angles=8)["force"].values
+    along = depth if spring is None else depth + force / spring
+    way = np.interp(4e-7, depth, along) * np.linspace(-0.3, 1, points)
+    read = np.interp(way, along, force)
+    top, rng = read.max(), np.random.default_rng(1)
+    read = np.minimum(read, level * top) + noise * top * rng.normal(size=points)
+    curve = Curve(way, read) if spring is None else Curve.from_piezo(way, read, spring)
+    with pytest.raises(CurveError, match="the detector is saturated"):
+        fitted("gel", curve, baseline="linear")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_short_baseline_is_no_dip(seed):
+    """A line through forty noisy readings before the contact is uncertain where the contact begins."""
+    depth = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=depth, angles=8)["force"].values
+    way = np.interp(4e-7, depth, depth + force / 0.05) * np.linspace(-0.06, 1, 1200)
+    read = np.interp(way, depth + force / 0.05, force)
+    read = read + 0.03 * read.max() * np.random.default_rng(seed).normal(size=1200)
+    found = fitted("gel", Curve.from_piezo(way, read, 0.05), baseline="linear")
+    assert abs(found.value - 5e3) < 4 * found.stderr

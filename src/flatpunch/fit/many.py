@@ -15,7 +15,8 @@ from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.fit.elastic.background import tilt_note, waves
 from flatpunch.fit.elastic.many import Found, at_once
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.elastic.setup import HARD, IMPRINT, SAFE, depth_reached
+from flatpunch.fit.elastic.plastic import HARD, IMPRINT, depth_reached
+from flatpunch.fit.elastic.setup import SAFE
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.signal import CLEAR, DIP
 from flatpunch.fit.models import bounds

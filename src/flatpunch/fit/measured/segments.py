@@ -13,8 +13,11 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
-_CREEP = 0.1
-"""Advance per point, over the usual one, below which the tip pauses."""
+_CREEP = 0.5
+"""Advance per reading, over that before, below which the tip may pause.
+
+With half of it five more of 80 random pauses that creep on at up to half of the speed are refused as saturated, with 1 two fewer.
+"""
 
 
 def forwards(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
@@ -151,7 +154,7 @@ def without_pause(curve: Curve) -> Curve:
     """An approach without a pause at its end, in which the tip creeps on: where the file does not know its segments.
 
     The pause begins at the reading that is farthest above the straight line from the first to the last, the corner of a motion
-    at two speeds. It is a pause where the position then advances, per reading, less than a tenth of what it did before, and the
+    at two speeds. It is a pause where the position then advances, per reading, less than half of what it did before, and the
     force goes no further; slow contact after a fast way to the surface is none.
     """
     if curve.segment is not None:
@@ -164,6 +167,7 @@ def without_pause(curve: Curve) -> Curve:
     before, after = (position[begin] - position[0]) / begin, (position[-1] - position[begin]) / (n - 1 - begin)
     few = max((n - begin) // 20, 3)
     start, corner, end = (_middle(curve.force[p]) for p in (slice(few), slice(begin, begin + few), slice(-few, None)))
-    if after > _CREEP * before or abs(end - start) > (1 + _CREEP) * abs(corner - start):
+    # a tip that creeps on by a few per cent of the depth presses a little more
+    if after > _CREEP * before or abs(end - start) > 1.1 * abs(corner - start):
         return curve
     return curve.taken(slice(0, begin + 1))
