@@ -162,6 +162,7 @@ CYCLE = [*APPROACH, *APPROACH[::-1]]
         ([APPROACH, APPROACH[::-1]], "\n", [80]),
         ([APPROACH, APPROACH[::-1]] * 2, "\n", [80, 80]),
         ([APPROACH, [APPROACH[-1]] * 20, APPROACH[::-1]] * 2, "\n", [100, 100]),
+        ([APPROACH[:20], APPROACH[20:]], "\n", [40]),
         # without anything between them cycles are one record
         ([CYCLE, CYCLE], "", [160]),
         # lines set apart for the eye
@@ -207,3 +208,57 @@ def test_deflection_as_a_signal(tmp_path, unit, scale):
     assert "sensitivity 7e-08 m/V or m/A (given)" in curve.meta["read"]
     with pytest.raises(CurveError, match=r"is a signal .* sensitivity = \"70 nm/"):
         read_curve(path, spring_constant=k)
+
+
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [
+        ("% depth (nm)   force (nN)", {"sep": "   "}),
+        ("time,depth,force\n[s],[nm],[nN]", {}),
+        ("Extension (nm),Deflection (nm)", {"spring_constant": 0.05}),
+        ("Height Sensor (nm),Deflection Error (nm)", {"spring_constant": 0.05}),
+    ],
+)
+def test_further_titles(tmp_path, header, options):
+    sep, k = options.pop("sep", ","), options.get("spring_constant")
+    rows = list(zip(DEPTH, FORCE, strict=True))
+    if k is not None:
+        rows = [(d + f / k, f / k) for d, f in rows]
+    if header.startswith("time"):
+        rows = [(0.1 * i, *row) for i, row in enumerate(rows)]
+    curve = read_curve(_write(tmp_path / "c.txt", header.split("\n"), rows, sep=sep), **options)
+    # positions of 200 nm with deflections taken off, six digits each
+    np.testing.assert_allclose(curve.depth, DEPTH * 1e-9, rtol=1e-5, atol=3e-12)
+    np.testing.assert_allclose(curve.force, FORCE * 1e-9, rtol=1e-5)
+
+
+def test_what_spreadsheets_write(tmp_path):
+    """UTF-16, marks between thousands, numbers stored as text, blank rows, the same titles again."""
+    (tmp_path / "u.txt").write_text("depth (nm)\tforce (nN)\n" + "1,000.5\t2\n" * 20, encoding="utf-16")
+    np.testing.assert_allclose(read_curve(tmp_path / "u.txt").depth, 1000.5e-9)
+    (tmp_path / "c.txt").write_text("depth (nm)\tforce (nN)\n" + "1.000,5\t2\n" * 20, encoding="utf-8")
+    np.testing.assert_allclose(read_curve(tmp_path / "c.txt", decimal=",").depth, 1000.5e-9)
+    book = openpyxl.Workbook()
+    for test in (1, 2):
+        book.active.append([f"Test {test}"])
+        book.active.append(["Depth", "Force"])
+        book.active.append(["(nm)", "(nN)"])
+        for i, (d, f) in enumerate(zip(DEPTH, FORCE, strict=True)):
+            book.active.append([f"{d:.6g}", float(f)])
+            if i == 20:
+                book.active.append([])
+    book.save(tmp_path / "c.xlsx")
+    assert curves_in(tmp_path / "c.xlsx") == 2
+    np.testing.assert_allclose(read_curve(tmp_path / "c.xlsx", index=1).depth, DEPTH * 1e-9, rtol=1e-5, atol=1e-14)
+
+
+def test_columns_of_one_name_are_chosen_by_number(tmp_path):
+    rows = [(d, f, d, f) for d, f in zip(DEPTH, FORCE, strict=True)]
+    path = _write(tmp_path / "c.csv", ["depth (nm),force (nN),depth (nm),force (nN)"], rows)
+    with pytest.raises(CurveError, match="depth = 0 or depth = 2"):
+        read_curve(path)
+    assert read_curve(path, columns={"depth": 2, "force": 3}).depth.size == 40
+    # two positions of the piezo, and no depth
+    path = _write(tmp_path / "d.csv", ["Ramp Ex (nm),Ramp Rt (nm),Deflection (nm)"], [(d, d, 0.0) for d in DEPTH])
+    with pytest.raises(CurveError, match=r'several columns could be the piezo: .* piezo = "Ramp Ex" or'):
+        read_curve(path, spring_constant=0.05)

@@ -35,7 +35,7 @@ ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
         units.FORCE,
         (r"^force$|^load$|^[fFpP]$|^fn$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
     ),
-    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b")),
+    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b", r"\bextension\b|\bramp\b")),
     "deflection": (units.LENGTH, (r"deflection|\bdefl\b|cantilever",)),
     "stiffness": (STIFFNESS, (r"^stiffness$|contact stiffness", r"stiffness")),
     "time": (TIME, (r"^time$|^t$", r"\btime\b")),
@@ -96,8 +96,12 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
         if role in found:
             continue
         hits = _recognised(table, patterns, dimension, set(found.values()))
-        if len(hits) > 1 and role in ("depth", "force"):
-            lines = " or ".join(f'{role} = "{table.names[i]}"' for i in hits)
+        # the piezo and the deflection are used where there is no depth, no force
+        needed = role in ("depth", "force") or {"piezo": "depth", "deflection": "force"}.get(role, role) not in found
+        if len(hits) > 1 and needed and role not in ("stiffness", "time"):
+            # columns of the same name are chosen by their number
+            same = len({table.names[i] for i in hits}) < len(hits)
+            lines = " or ".join(f"{role} = {i}" if same else f'{role} = "{table.names[i]}"' for i in hits)
             raise CurveError(
                 f"{table.source}: several columns could be the {role}: {', '.join(repr(table.names[i]) for i in hits)}. Choose "
                 f"one in the case file, [curve.columns] {lines}."
@@ -116,7 +120,7 @@ def _recognised(table: Table, patterns: tuple[str, ...], dimension: units.Dimens
         hits = [
             i
             for i, name in enumerate(names)
-            if re.search(pattern, name) and not _DERIVED.search(name) and i not in taken
+            if re.search(pattern, name) and not _DERIVED.search(name.replace("deflection error", "")) and i not in taken
         ]
         right = [i for i in hits if _fits(table.units[i], dimension)]
         if right:

@@ -69,12 +69,12 @@ def _by_blank_lines(way: Array, breaks: tuple[int, ...], span: float) -> list[in
         near = 0.1 * span
         pause = own < near
         joined = begin > 0 and abs(float(part[0] - way[begin - 1])) < near
-        back = going is not None and step * going < 0
-        if begin and not (joined and (pause or back)):
+        if begin and not (joined and (pause or going is not None)):
             found.append(begin)
             going = None
         if abs(step) > own / 2 and not pause:
-            going = None if joined and back else step
+            # back after an approach: the cycle is whole
+            going = None if going is not None and step * going < 0 else step
         elif not pause:
             going = None
     return found
