@@ -54,7 +54,7 @@ def read_curve(
     Parameters
     ----------
     path : path
-        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), or a file that afmformats reads.
+        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), a file that afmformats reads, or a .zip of such files or of texts.
     columns : mapping, optional
         Which column is what, {"force": "Load", "piezo": 3}; keys are depth, force, piezo, deflection, stiffness, time. What is
         not named is recognised by its title.
@@ -71,12 +71,12 @@ def read_curve(
     flip : bool
         Change the sign of depth and piezo: for heights that grow away from the sample.
     index : int
-        Which curve of a file with many (a force map, a workbook of tests, blocks one below the other), from 0.
+        Which curve of a file with many (a force map, a workbook of tests, records one below the other), from 0.
     calibration : mapping, optional
         Relative standard deviations of "spring_constant" and "sensitivity"; they enter the intervals of a fit.
     **afm
-        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for
-        which one of them is given is read as a microscope's.
+        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for which a height is
+        given is read as a microscope's, and so is one with a sensitivity unless it has a column of deflections.
 
     Returns
     -------
