@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 EXCEL = (".xls", ".xlsx", ".xlsm")
 AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
+KEPT = 20_000_000
+"""Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
 
 def read_curve(
@@ -201,7 +203,7 @@ def _roles(table: Table, columns: Mapping[str, str | int] | None) -> dict[str, i
 def tables_in(
     path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None
 ) -> tuple[Table, ...]:
-    """Return all curves of a text or Excel file, or of an archive of them, as tables; the last files are kept."""
+    """Return all curves of a text or Excel file, or of an archive of them, as tables; those of the last file are kept."""
     for role, title in mapping("columns", columns, '{"force": "Load"}').items():
         one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
         check_title(role, title)
@@ -214,10 +216,11 @@ def tables_in(
     except OSError as error:
         raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
     wanted = None if columns is None else tuple(columns.items())
-    return _kept(path, (changed.st_mtime_ns, changed.st_size), wanted, decimal, sheet)
+    read = _kept if changed.st_size < KEPT else _kept.__wrapped__
+    return read(path, (changed.st_mtime_ns, changed.st_size), wanted, decimal, sheet)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _kept(
     path: Path,
     changed: tuple[int, int],
