@@ -25,10 +25,11 @@ from flatpunch.fit.report.estimate import half_width
 from flatpunch.fit.report.findings import TIMES, WIDE
 from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.result import read_lines
-from flatpunch.fit.search import MISFIT
 
 _NEAR = 0.7
 """Share of a threshold from which a curve is judged by the fit of one curve."""
+REMEMBERED = 0.5
+"""Correlation of neighbouring residuals in the contact from which the fit of one curve judges why; it costs time only."""
 
 
 def plain_rows(
@@ -81,7 +82,7 @@ def _row(curve: Curve, found: Found, model: ForwardModel, settings: Settings, bo
         or _unusual(data.level - level, over, (begin, safe), found, noise)
         or float(pressed @ pressed) > (_NEAR * TIMES * noise) ** 2 * pressed.size
         or not error[0] < _NEAR * WIDE
-        or (data.curve.spring_constant is not None and _misfit(pressed) > _NEAR * MISFIT)
+        or _misfit(pressed) > REMEMBERED
         or (young > _NEAR * HARD and _imprint(curve, found, level, tilt))
     ):
         return None

@@ -16,7 +16,8 @@ from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 _CREEP = 0.5
 """Advance per reading, over that before, below which the tip may pause.
 
-With half of it five more of 80 random pauses that creep on at up to half of the speed are refused as saturated, with 1 two fewer.
+With half of it nine more of 80 random pauses that creep on at up to half of the speed are refused as saturated; with 1 none
+fewer, but the flat end of a saturated detector at a steady speed would be a pause as well.
 """
 
 
