@@ -355,3 +355,17 @@ def test_a_short_baseline_is_no_dip(seed):
     read = read + 0.03 * read.max() * np.random.default_rng(seed).normal(size=1200)
     found = fitted("gel", Curve.from_piezo(way, read, 0.05), baseline="linear")
     assert abs(found.value - 5e3) < 4 * found.stderr
+
+
+@pytest.mark.parametrize("loss", ["linear", "cauchy"])
+@pytest.mark.parametrize("seed", range(4))
+def test_spikes_are_no_dips(loss, seed):
+    """Single readings far off: neither adhesion nor saturation; a loss that outliers disturb less finds the modulus."""
+    depth = np.linspace(-4e-7, 4e-7, 1000)
+    force = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    rng = np.random.default_rng(seed)
+    read = force + 0.005 * force.max() * rng.normal(size=1000)
+    at = rng.choice(np.arange(5, 995, 3), 8, replace=False)
+    read[at] += force.max() * rng.normal(size=8)
+    found = fitted("gel", Curve(depth, read), loss=loss)
+    assert abs(found.value - 5e3) < 4 * found.stderr

@@ -35,6 +35,7 @@ from flatpunch.fit.measured.signal import (
     flat_ends,
     noise_of,
     saturated,
+    without_spikes,
 )
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -42,7 +43,7 @@ from flatpunch.fit.parameters.unknowns import frame_of
 SAFE = 0.6
 """Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact).
 
-Of 60 random curves with attraction 51 are refused for it, with half of it 52, with 0.9 only 41; of 80 plain ones none with any.
+Of 60 random curves with attraction 50 are refused for it, with half of it 52, with 0.9 only 34; of 80 plain ones none with any.
 """
 _BOTH_ENDS = (
     "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
@@ -215,7 +216,8 @@ class Approach:
         """Refuse a detector that stays at a reading."""
         if self._straight:
             order = np.argsort(self.part.position, kind="stable")
-            check_reading(self.part, self.part.position[order], self.part.force[order], self._neighbours)
+            read = without_spikes(self.part.force[order])
+            check_reading(self.part, self.part.position[order], read, self._neighbours)
 
     def withdraws(self, scan: Scan) -> bool:
         """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
@@ -326,13 +328,15 @@ class Approach:
         order = np.argsort(part.position, kind="stable")
         # where no background is seen neighbours show the noise
         noise = noise_of(force[before], step) if before.any() else self._neighbours
-        rise = float(force.max())
+        calm = np.empty(force.size)
+        calm[order] = without_spikes(force[order])
+        rise = float(calm.max())
         tilt = objective.split(scan.x)[1]["tilt"] if "tilt" in objective.nuisance else 0.0
         self._check_reading()
         check_rise(part, rise, noise, tilt * objective.frame.way)
-        check_saturation(part, part.position[order], force[order], noise)
-        self._check_end(scan, order, force, noise)
-        keep, dips = adhesion_dip(part, force, noise * np.hypot(1, unsure), rise, before, self.settings.adhesion)
+        check_saturation(part, part.position[order], calm[order], noise)
+        self._check_end(scan, order, calm, noise)
+        keep, dips = adhesion_dip(part, calm, noise * np.hypot(1, unsure), rise, before, self.settings.adhesion)
         if before.sum() >= FEWEST and self.settings.baseline == "constant":
             notes = tilt_note(part.position[before], part.force[before], float(inside.max()), rise)
         if before.sum() >= 4 * WAVES and self.settings.baseline in ("constant", "linear"):
