@@ -51,7 +51,7 @@ def test_the_same_values_intervals_and_notes(name, baseline):
 
 
 def test_a_saturated_curve_is_left_to_the_fit_of_one():
-    """Noise hides that its end is flat; neighbouring residuals show that the model does not describe it."""
+    """Noise hides that its end is flat; correlated residuals show that the model does not describe it."""
     body, tip = HalfSpace(2e3, 0.5), Paraboloid(5e-6)
     way = 4e-7 * np.linspace(-0.7, 1, 207)
     clean = np.zeros(207)

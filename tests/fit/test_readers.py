@@ -182,6 +182,12 @@ def test_time_that_begins_again(tmp_path):
     header = ["time (s),depth (nm),force (nN)"]
     assert curves_in(_write(tmp_path / "one.csv", header, step)) == 1
     assert curves_in(_write(tmp_path / "two.csv", header, step * 2)) == 2
+    # times of approach and retract by themselves
+    way = [(0.1 * i, d, f) for i, (d, f) in enumerate(APPROACH)]
+    back = [(0.1 * i, d, f) for i, (d, f) in enumerate(APPROACH[::-1])]
+    assert curves_in(_write(tmp_path / "cycle.csv", header, way + back)) == 1
+    assert curves_in(_write(tmp_path / "cycles.csv", header, (way + back) * 2)) == 2
+    assert curves_in(_write(tmp_path / "approaches.csv", header, way * 3)) == 3
 
 
 def test_archive_of_tables(tmp_path):

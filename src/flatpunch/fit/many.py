@@ -28,8 +28,8 @@ from flatpunch.fit.report.result import read_lines
 
 _NEAR = 0.7
 """Share of a threshold from which a curve is judged by the fit of one curve."""
-REMEMBERED = 0.5
-"""Correlation of neighbouring residuals in the contact from which the fit of one curve judges why; it costs time only."""
+CORRELATED = 0.5
+"""Correlation of neighbouring residuals in the contact above which the fit of one curve finds the reason."""
 
 
 def plain_rows(
@@ -82,7 +82,7 @@ def _row(curve: Curve, found: Found, model: ForwardModel, settings: Settings, bo
         or _unusual(data.level - level, over, (begin, safe), found, noise)
         or float(pressed @ pressed) > (_NEAR * TIMES * noise) ** 2 * pressed.size
         or not error[0] < _NEAR * WIDE
-        or _misfit(pressed) > REMEMBERED
+        or _misfit(pressed) > CORRELATED
         or (young > _NEAR * HARD and _imprint(curve, found, level, tilt))
     ):
         return None

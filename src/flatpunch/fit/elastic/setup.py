@@ -267,7 +267,7 @@ class Approach:
                 continue
             last = part.force[~keep]
             short = self.misfit(self.scan(keep), keep)
-            # a model that does not describe the rest either gains by any reading that is taken from it
+            # a model that does not describe the rest gains from leaving out any readings
             if short > keep.sum() * (2 * noise) ** 2:
                 continue
             apart = short + float(np.sum((last - last.mean()) ** 2))
@@ -322,7 +322,7 @@ class Approach:
         if before.sum() < FEWEST:
             before = np.zeros(part.force.size, dtype=bool)
         elif self._straight and CLEAR * self._neighbours * line_error(part, before).max() < force.max():
-            # seen by itself, whatever follows; a line through few readings is uncertain where the contact begins, or useless
+            # the background by itself, if its line is certain enough at the other end of the curve
             force, unsure = over_line(part, before), line_error(part, before)
         step = converter_step(part.force)
         order = np.argsort(part.position, kind="stable")

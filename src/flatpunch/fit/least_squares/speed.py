@@ -57,7 +57,7 @@ def _window(position: Array, time: Array) -> tuple[int, float]:
 
 
 def before_turn(curve: Curve, settings: Settings) -> Curve:
-    """An approach without its last readings if drag counts: the tip slows down there, faster than its speed is known.
+    """An approach without its last readings if drag is fitted or given: the tip slows down there before it turns.
 
     The window of the speed is cut by the end of the approach, so that the speed of half a window is extrapolated.
     """

@@ -16,29 +16,30 @@ from flatpunch.fit.measured.curve import FEWEST, CurveError
 def records_in(table: Table, columns: Mapping[str, str | int] | None) -> list[Table]:
     """The records of a table, or the table if it holds one.
 
-    A record ends where time begins again, or, without times, where the position jumps by more than half of its range from one
-    reading to the next. Blank lines part records as well; approach, pause and retract that they separate stay together.
+    A record ends where the position jumps by more than half of its range from one reading to the next, which with times may be a
+    fast step, and at blank lines and where time begins again, except between approach, pause and retract of one cycle.
     """
     try:
         positions = chosen_columns(table, columns)
         way = column_numbers(table, positions["depth" if "depth" in positions else "piezo"])
         time = column_numbers(table, positions["time"]) if "time" in positions else None
     except (CurveError, KeyError):
-        # without a column of positions there is no curve; whoever reads the table says so
+        # without a column of positions there is no curve, which `curve_of` reports
         return [table]
     if not np.isfinite(way).any():
         return [table]
     span = float(np.nanmax(way) - np.nanmin(way))
+    breaks, jumps = set(table.breaks), np.zeros(0, dtype=np.intp)
     if time is not None and np.isfinite(time).all():
         since = time - time.min()
-        new = np.flatnonzero(since[1:] < since[:-1] / 2) + 1
+        breaks |= set((np.flatnonzero(since[1:] < since[:-1] / 2) + 1).tolist())
     else:
-        new = np.flatnonzero(np.abs(np.diff(way)) > span / 2) + 1
-    edges = [0, *new.tolist(), way.size]
+        jumps = np.flatnonzero(np.abs(np.diff(way)) > span / 2) + 1
+    edges = [0, *jumps.tolist(), way.size]
     if min(np.diff(edges)) < FEWEST:
         # a spike, or a single reading before the start
         edges = [0, way.size]
-    edges = sorted({*edges, *_by_blank_lines(way, table.breaks, span)})
+    edges = sorted({*edges, *_ends(way, sorted(breaks), span)})
     if len(edges) == 2 or min(np.diff(edges)) < FEWEST:
         return [table]
     return [
@@ -53,14 +54,14 @@ def records_in(table: Table, columns: Mapping[str, str | int] | None) -> list[Ta
     ]
 
 
-def _by_blank_lines(way: Array, breaks: tuple[int, ...], span: float) -> list[int]:
-    """Blank lines at which a record ends: not those between approach, pause and retract of one."""
+def _ends(way: Array, breaks: list[int], span: float) -> list[int]:
+    """Breaks at which a record ends, which are not those between approach, pause and retract of one cycle."""
     blocks = list(pairwise([0, *breaks, way.size]))
     if min(end - begin for begin, end in blocks) < FEWEST:
-        # lines are set apart for another reason
+        # blank lines for readability
         return []
     found: list[int] = []
-    # how far the record has gone inwards or outwards so far; none once it is a whole cycle
+    # way of the record so far, positive inwards; None once the cycle is complete
     going: float | None = None
     for begin, end in blocks:
         part = way[begin:end]
@@ -73,7 +74,7 @@ def _by_blank_lines(way: Array, breaks: tuple[int, ...], span: float) -> list[in
             found.append(begin)
             going = None
         if abs(step) > own / 2 and not pause:
-            # back after an approach: the cycle is whole
+            # the tip has come back: the cycle is complete
             going = None if going is not None and step * going < 0 else step
         elif not pause:
             going = None

@@ -120,7 +120,7 @@ def check_saturation(curve: Curve, position: Array, force: Array, noise: float) 
 def check_reading(curve: Curve, position: Array, force: Array, noise: float) -> None:
     """The same for the force as it was read, from its least value inwards: a detector stays at a reading.
 
-    Over a background that a long flat end has bent the end is not flat. A tilt makes no end flatter than what is before it.
+    A long flat end falsifies the fitted background, over which the end then is not flat. A tilt adds the same slope everywhere.
 
     Parameters
     ----------
