@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flatpunch.fit import Curve, CurveError, Tip, fit_film, oliver_pharr, tenth_rule
+from flatpunch.fit import Curve, CurveError, Tip, fit_film, oliver_pharr, plot_fit, tenth_rule
 from flatpunch.fit.films.film import normalised_stiffness
 from flatpunch.fit.films.oliver_pharr import DIAMOND
 from flatpunch.fit.half_space import published
@@ -61,6 +61,27 @@ def test_published_formulas_beside_it():
     assert result.others["Gao"][0] == pytest.approx(84e9, rel=0.05)
     assert result.misfit < 1e-6 < min(m for _, m in result.others.values())
     assert "One-tenth rule" in result.summary()
+
+
+def test_formulas_that_determine_nothing_are_said_and_not_drawn():
+    """King's exponent can make a film vanish that the model needs elsewhere: the modulus runs off, and is none."""
+    body = HalfSpace(70e9, 0.2)
+    drifting = _measured(Medium([Layer(70e9, 0.2, T)], body), noise=0.0)
+    # an area function that is off at small depths: the surface seems stiffer than film and substrate
+    seen = drifting.stiffness * (1 + 0.5 * np.exp(-drifting.depth / 5e-8))
+    result = fit_film(Curve(drifting.depth, drifting.force, stiffness=seen), Medium([Layer(60e9, 0.2, T)], body), TIP)
+    assert np.isnan(result.others["King"][0])
+    assert "King               not determined" in result.summary()
+    axes = plot_fit(result)
+    assert axes.get_ylim()[1] < 300
+    assert not any("King" in text for text in axes.get_legend_handles_labels()[1])
+
+
+def test_tip_that_has_no_area_at_the_surface():
+    """Polynomials of calibrated tips fall below zero within the first nanometres."""
+    tip = Tip.from_coefficients([27.3, 152.7, -494.2])
+    assert tip.area(np.array([1e-10]))[0] < 0
+    assert np.isfinite(tenth_rule(_film(3.0), tip).error)
 
 
 def test_tenth_rule_by_numbers():

@@ -165,6 +165,21 @@ def test_every_layout_of_segments_gives_the_same_approach():
         same(whole, fit(dataclasses.replace(joined, segment=numbers), *case, engine="normal-equations"))
 
 
+def test_a_long_pause_in_which_the_tip_creeps_on():
+    """It is cut off where it begins, however long it is; a slow contact after a fast way to the surface is no pause."""
+    up, case, _ = elastic()
+    whole = fit(up, *case, engine="normal-equations")
+    n = up.depth.size
+    creep = up.depth[-1] + 1e-8 * np.linspace(0, 1, 8 * n)[1:]
+    held = Curve(np.append(up.depth, creep), np.append(up.force, up.force[-1] * np.linspace(1, 0.7, creep.size)))
+    same(whole, fit(held, *case, engine="normal-equations"))
+    far = up.depth[0] - np.linspace(1e-5, 0, n // 5, endpoint=False)
+    noise = up.force[: far.size]
+    fast = Curve(np.append(far, up.depth), np.append(noise, up.force))
+    found = fit(fast, *case, engine="normal-equations")
+    assert found.used.size == fast.depth.size
+
+
 @pytest.mark.parametrize("count", [20, 100, 5000])
 def test_short_and_long_contacts(count):
     """Of 10 000 points a few are in contact; within four standard errors of the truth."""

@@ -5,13 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from flatpunch.fit import fit_batch
+from flatpunch.contact import indent
+from flatpunch.fit import Curve, fit_batch
 from flatpunch.fit.elastic.many import at_once
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Settings, as_free
+from flatpunch.indenters import Paraboloid
+from flatpunch.media import HalfSpace
 from support.laboratory_curves import KINDS, laboratory_curve
 
 PLAIN = ["bead on gel", "pyramid on film", "bead on half-space", "soft cantilever", "stiff cantilever"]
@@ -45,6 +48,21 @@ def test_the_same_values_intervals_and_notes(name, baseline):
         assert row["noise"] == pytest.approx(alone["noise"], rel=0.02)
         assert row["deepest"] == pytest.approx(alone["deepest"], rel=0.02)
         assert row["notes"].split("(")[0] == alone["notes"].split("(")[0]
+
+
+def test_a_saturated_curve_is_left_to_the_fit_of_one():
+    """Noise hides that its end is flat; correlated residuals show that the model does not describe it."""
+    body, tip = HalfSpace(2e3, 0.5), Paraboloid(5e-6)
+    way = 4e-7 * np.linspace(-0.7, 1, 207)
+    clean = np.zeros(207)
+    clean[way > 0] = indent(body, tip, depth=way[way > 0])["force"]
+    curves = []
+    for seed in range(12):
+        noise = 0.03 * clean.max() * np.random.default_rng(seed).normal(size=207)
+        curves.append(Curve(way, np.minimum(clean, 0.34 * clean.max()) + noise, name=f"c{seed}"))
+    batch = fit_batch(curves, HalfSpace(1e3, 0.5), tip, ["base.young"], workers=1)
+    assert len(batch.failed) == 12
+    assert all("saturated" in row["reason"] for row in batch.failed)
 
 
 def test_blocks_lose_nothing():

@@ -299,3 +299,73 @@ def test_a_soft_cantilever_far_out_is_not_saturated():
         noise = 0.0028 * rise * np.random.default_rng(seed).normal(size=way.size)
         found = fitted("gel", Curve.from_piezo(way, read + noise, spring), baseline="linear")
         assert abs(found.value - 5e3) < 4 * found.stderr
+
+
+@pytest.mark.parametrize("shaken", [0.0, 1e-9])
+@pytest.mark.parametrize("rounded", [1e-3, 2e-2])
+def test_a_turn_with_drag_is_no_saturation(shaken, rounded):
+    """The tip slows down before it turns, and drag falls with it; positions that are noisy show the speed all the same."""
+    time = np.linspace(0, 2, 3000)
+    speed = -np.tanh((time - 1) / rounded)
+    way = -rounded * np.logaddexp((time - 1) / rounded, (1 - time) / rounded)
+    way = 8e-7 * (way - way.max()) + 4e-7
+    force = indent(GEL, Sphere(3e-6), depth=np.maximum(way, 0), angles=8)["force"].values
+    rise, rng = force.max(), np.random.default_rng(2)
+    read = force + rise * (0.15 * speed + 0.004 * rng.normal(size=time.size))
+    curve = Curve(way + shaken * rng.normal(size=time.size), read, time=time)
+    _, start, tip, free = CASES["gel"]
+    found = fit(curve, start, tip, [free], engine="normal-equations", drag="free").estimates
+    # the speed is known to 1 % where positions are noisy
+    for name, truth, known in ((free, 5e3, 0.0), ("drag", 0.15 * rise / 8e-7, 0.01 if shaken else 0.0)):
+        assert abs(found[name].value - truth) < 4 * found[name].stderr + known * truth
+
+
+def test_a_wrong_model_is_no_saturation():
+    """A thickness ten times too small: the curve goes deeper than the layer, whatever its end looks like."""
+    depth = np.linspace(-4e-7, 4e-7, 800)
+    force = indent(HalfSpace(2e3, 0.5), Sphere(5e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    force += 0.005 * force.max() * np.random.default_rng(1).normal(size=800)
+    thin = Medium([Layer(1e3, 0.5, 1e-7)], RigidBase())
+    notes = fit(Curve(depth, force), thin, Sphere(5e-6), ["layers[0].young"], engine="normal-equations").notes
+    assert any("beyond the layers" in note for note in notes)
+
+
+@pytest.mark.parametrize(("spring", "level", "points", "noise"), [(None, 0.4, 1300, 0.004), (0.02, 0.5, 1800, 0.037)])
+def test_saturation_beside_a_tilt_that_is_fitted(spring, level, points, noise):
+    """A long flat end bends the background that is found; the detector's reading stays all the same."""
+    depth = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=depth, angles=8)["force"].values
+    along = depth if spring is None else depth + force / spring
+    way = np.interp(4e-7, depth, along) * np.linspace(-0.3, 1, points)
+    read = np.interp(way, along, force)
+    top, rng = read.max(), np.random.default_rng(1)
+    read = np.minimum(read, level * top) + noise * top * rng.normal(size=points)
+    curve = Curve(way, read) if spring is None else Curve.from_piezo(way, read, spring)
+    with pytest.raises(CurveError, match="the detector is saturated"):
+        fitted("gel", curve, baseline="linear")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_short_baseline_is_no_dip(seed):
+    """A line through forty noisy readings before the contact is uncertain where the contact begins."""
+    depth = np.linspace(0, 4.2e-7, 1500)
+    force = indent(GEL, Sphere(3e-6), depth=depth, angles=8)["force"].values
+    way = np.interp(4e-7, depth, depth + force / 0.05) * np.linspace(-0.06, 1, 1200)
+    read = np.interp(way, depth + force / 0.05, force)
+    read = read + 0.03 * read.max() * np.random.default_rng(seed).normal(size=1200)
+    found = fitted("gel", Curve.from_piezo(way, read, 0.05), baseline="linear")
+    assert abs(found.value - 5e3) < 4 * found.stderr
+
+
+@pytest.mark.parametrize("loss", ["linear", "cauchy"])
+@pytest.mark.parametrize("seed", range(4))
+def test_spikes_are_no_dips(loss, seed):
+    """Single readings far off: neither adhesion nor saturation; a loss that outliers disturb less finds the modulus."""
+    depth = np.linspace(-4e-7, 4e-7, 1000)
+    force = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
+    rng = np.random.default_rng(seed)
+    read = force + 0.005 * force.max() * rng.normal(size=1000)
+    at = rng.choice(np.arange(5, 995, 3), 8, replace=False)
+    read[at] += force.max() * rng.normal(size=8)
+    found = fitted("gel", Curve(depth, read), loss=loss)
+    assert abs(found.value - 5e3) < 4 * found.stderr

@@ -10,6 +10,7 @@ from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, CurveError, Measured, fit, fit_together, read_fit_case
+from flatpunch.fit.pictures import together_figure
 from flatpunch.indenters import Cone, Sphere
 from flatpunch.media import Layer, Medium, RigidBase, StandardLinearSolid
 from support.synthetic_curves import synthetic
@@ -51,6 +52,24 @@ def test_two_tips_determine_modulus_and_thickness():
     assert found.estimates[THICKNESS].stderr < 0.2 * alone.estimates[THICKNESS].stderr
     assert found.agreement > 1e-3
     assert not found.notes
+
+
+def test_residuals_are_drawn_as_they_are_weighted():
+    """Behind a cantilever the noise moves the tip as well: over the noise of the detector all residuals are alike."""
+    curves = []
+    for i, radius in enumerate((2e-6, 10e-6)):
+        clean = synthetic(layer(), Sphere(radius), 0.3e-6, noise=0)
+        noise = 0.01 * clean.force.max() * np.random.default_rng(i).normal(size=clean.force.size)
+        piezo = clean.depth + clean.force / 0.05
+        curve = Curve.from_piezo(piezo, clean.force + noise, 0.05, name=f"bead {i}")
+        curves.append(Measured(curve, indenter=Sphere(radius)))
+    found = fit_together(curves, layer(2e3), Sphere(2e-6), free=[YOUNG])
+    bottom = together_figure(found).axes[1]
+    for line in bottom.get_lines()[:2]:
+        drawn = line.get_ydata()
+        # of 500 normal readings none is beyond 5
+        assert np.abs(drawn).max() < 5
+        assert np.std(drawn) == pytest.approx(1, abs=0.1)
 
 
 def test_exact_data_give_exact_values():

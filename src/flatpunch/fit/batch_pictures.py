@@ -60,8 +60,11 @@ def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") ->
         one = chosen.width is not None and chosen.width == chosen.panel[0]
         size = (3.5, 5.2) if one else (chosen.width or 8.8, 0.45 * (chosen.width or 8.8))
         figure = Figure(figsize=size, layout="constrained")
-        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(1.7, 1))
-        if placed.sum() > 1:
+        mapped = placed.sum() > 1
+        # a square map with its bar is as wide as the histogram; wide maps have more, and values one by one as well
+        across = min(1.7, 0.3 + 0.8 * np.ptp(x[placed]) / max(np.ptp(y[placed]), 1e-300)) if mapped else 1.7
+        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(max(across, 0.7), 1))
+        if mapped:
             _map(batch, name, left, x, y, placed)
         else:
             bars(batch, name, left)

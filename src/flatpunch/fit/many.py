@@ -15,7 +15,8 @@ from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.fit.elastic.background import tilt_note, waves
 from flatpunch.fit.elastic.many import Found, at_once
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.elastic.setup import HARD, IMPRINT, SAFE, depth_reached
+from flatpunch.fit.elastic.plastic import HARD, IMPRINT, depth_reached
+from flatpunch.fit.elastic.setup import SAFE
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.signal import CLEAR, DIP
 from flatpunch.fit.models import bounds
@@ -24,10 +25,11 @@ from flatpunch.fit.report.estimate import half_width
 from flatpunch.fit.report.findings import TIMES, WIDE
 from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.result import read_lines
-from flatpunch.fit.search import MISFIT
 
 _NEAR = 0.7
 """Share of a threshold from which a curve is judged by the fit of one curve."""
+CORRELATED = 0.5
+"""Correlation of neighbouring residuals in the contact above which the fit of one curve finds the reason."""
 
 
 def plain_rows(
@@ -80,7 +82,7 @@ def _row(curve: Curve, found: Found, model: ForwardModel, settings: Settings, bo
         or _unusual(data.level - level, over, (begin, safe), found, noise)
         or float(pressed @ pressed) > (_NEAR * TIMES * noise) ** 2 * pressed.size
         or not error[0] < _NEAR * WIDE
-        or (data.curve.spring_constant is not None and _misfit(pressed) > _NEAR * MISFIT)
+        or _misfit(pressed) > CORRELATED
         or (young > _NEAR * HARD and _imprint(curve, found, level, tilt))
     ):
         return None

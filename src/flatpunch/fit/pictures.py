@@ -228,9 +228,12 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
             measured = (one.curve.force - level) * y_factor
             top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
             top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=0.8)
-            bottom.plot(
-                x[one.used], one.residual[one.used] / one.noise, ".", ms=2, alpha=0.4, color=colour, rasterized=True
-            )
+            left = one.residual[one.used] / one.noise
+            if one.minimum.residual.size == left.size:
+                # as they were weighted: behind a cantilever the noise moves the tip as well, the more the stiffer the contact;
+                # histories are fitted as means, with no weights but their counts
+                left = -one.minimum.residual * one.objective.frame[2] / one.noise
+            bottom.plot(x[one.used], left, ".", ms=2, alpha=0.4, color=colour, rasterized=True)
         top.legend(title="measured; fitted in black", markerscale=3)
         top.set_ylabel(f"force over baseline ({y_unit})")
         top.tick_params(labelbottom=False)
@@ -349,7 +352,8 @@ def _film(result: FilmResult, axes: Axes) -> None:
     if base is not None and hasattr(base, "surface_modulus"):
         axes.axhline(base.surface_modulus * y_factor, color="black", lw=1, ls=":", label="substrate")
     styles = (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1)))
-    for (name, (young, _)), style in zip(result.others.items(), styles, strict=False):
+    known = {name: young for name, (young, _) in result.others.items() if np.isfinite(young)}
+    for (name, young), style in zip(known.items(), styles, strict=False):
         poisson = float(result.case.layers[0].poisson)
         axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=0.9, ls=style, label=f"film, {name}")
     axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")

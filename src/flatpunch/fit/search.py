@@ -20,7 +20,11 @@ from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 MISFIT = 0.8
-"""Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's."""
+"""Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's.
+
+Of 60 random curves each that the model describes, that it does not describe, and with drift as large as the noise, 0, 34 and 1
+are weighted evenly; with half of it 0, 50 and 29, which moves the moduli of the last by another tenth, with 0.95 0, 21 and 0.
+"""
 
 
 def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:

@@ -57,7 +57,7 @@ def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
                 tables = tables_in(path, reading["columns"], reading["decimal"], reading["sheet"])
                 found |= {"count": len(tables), **_columns(tables, reading)}
             else:
-                tables = []
+                tables = ()
                 found["count"] = curves_in(path, **reading)
             if len(tables) == 1 and not reading.get("index"):
                 curve = curve_of(tables[0], path.stem, **{name: reading.get(name) for name in _OF_TABLES})
@@ -70,7 +70,7 @@ def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
         return {**found, **explained(error, fields, message(error).replace("case.toml: ", "case.toml: curve."))}
 
 
-def _columns(tables: list[Table], reading: Mapping[str, Any]) -> dict[str, Any]:
+def _columns(tables: tuple[Table, ...], reading: Mapping[str, Any]) -> dict[str, Any]:
     """Columns of the curve that is read, or of the first one."""
     table = tables[min(reading.get("index", 0), len(tables) - 1)]
     try:

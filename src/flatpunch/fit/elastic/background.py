@@ -21,6 +21,13 @@ def over_line(part: Curve, before: Flags) -> Array:
     return np.asarray(part.force - level - slope * position)
 
 
+def line_error(part: Curve, before: Flags) -> Array:
+    """Standard error of the straight line through the points before the contact, at all points, over that of a reading."""
+    position = part.position - part.position[before].mean()
+    here = position[before]
+    return np.asarray(np.sqrt(1 / here.size + position**2 / max(float(here @ here), 1e-300)))
+
+
 def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tuple[str, ...]:
     """A tilted background that is fitted as a constant moves contact point and modulus.
 

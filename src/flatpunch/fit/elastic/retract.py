@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
-from flatpunch._support.checks import Flags, Indices
+from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import over_line
+from flatpunch.fit.least_squares.speed import shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.segments import approach_end, leaves
 from flatpunch.fit.measured.signal import noise_of
+from flatpunch.fit.parameters.settings import Settings
 
 
 def free_retract(curve: Curve, part: Curve, before: Flags) -> Indices:
@@ -34,3 +39,50 @@ def free_retract(curve: Curve, part: Curve, before: Flags) -> Indices:
     noises = [noise_of(over_line(c, few)[few]) for c, few in ((part, before), (back, np.ones(found.size, dtype=bool)))]
     # a tip that still sticks bends the force; rounding of clean data bends it by 1e-9
     return found if noises[1] < 2 * noises[0] + 1e-9 * float(np.ptp(part.force)) else found[:0]
+
+
+@dataclass(frozen=True, eq=False)
+class FreeOfContact:
+    """Points of a retraction without contact, and the drag that they show beside the approach.
+
+    Attributes
+    ----------
+    points : ndarray of int
+        Indices into the whole curve.
+    speed : ndarray
+        Of the approach and of these points [m/s].
+    level, drag : float
+        Baseline [N] and drag [N s/m] through all that is free of contact.
+    """
+
+    points: Indices
+    speed: Array
+    level: float
+    drag: float
+
+
+def free_of_contact(
+    curve: Curve, part: Curve, before: Flags, background: Callable[[Curve], Array], settings: Settings
+) -> FreeOfContact | None:
+    """What the parts of approach and retraction without contact show of the drag; None if they do not.
+
+    Parameters
+    ----------
+    curve, part, before
+        As for `free_retract`.
+    background : callable
+        Force of the background at a curve's positions, without level and drag [N].
+    settings : Settings
+        With the drag free.
+    """
+    found = free_retract(curve, part, before)
+    back = curve.taken(found) if found.size else None
+    if back is None or not shows_drag([part.taken(before), back], settings):
+        return None
+    approaching, leaving = speed_of(part, settings), speed_of(back, settings)
+    assert approaching is not None
+    assert leaving is not None
+    over = np.concatenate([c.force - background(c) for c in (part.taken(before), back)])
+    moving = np.concatenate([approaching[before], leaving])
+    level, drag = np.linalg.lstsq(np.array([np.ones(moving.size), moving]).T, over, rcond=None)[0]
+    return FreeOfContact(found, np.concatenate([approaching, leaving]), float(level), float(drag))

@@ -25,7 +25,7 @@ from flatpunch.fit.least_squares.minimum import covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.report.estimate import Estimate
-from flatpunch.fit.report.quantities import quantity
+from flatpunch.fit.report.quantities import label, quantity
 from flatpunch.media import HalfSpace, Medium
 from flatpunch.punch.family import punch_family
 
@@ -35,6 +35,16 @@ _FRAME = "frame"
 def _unit(name: str) -> str:
     """SI unit of a fitted value of a film."""
     return "m/N" if name == _FRAME else "Pa" if name.endswith("young") else "m" if name.endswith("thickness") else ""
+
+
+def _label(name: str) -> str:
+    """A fitted value in the words of the field."""
+    return "frame compliance" if name == _FRAME else label(name)
+
+
+def _modulus(young: float) -> str:
+    """Modulus by a published formula, in words."""
+    return quantity(young, "Pa") if np.isfinite(young) else "not determined"
 
 
 @readable
@@ -53,7 +63,8 @@ class FilmResult:
     model : ndarray
         Fitted apparent plane-strain modulus E* Kbar at these points [Pa].
     others : dict
-        What published formulas give for the film's Young's modulus [Pa] from the same points, with their rms misfit of S [-].
+        What published formulas give for the film's Young's modulus [Pa] from the same points (nan where these do not determine
+        it), with their rms misfit of S [-].
     misfit : float
         Rms relative misfit of S.
     rule : TenthRule or None
@@ -100,10 +111,14 @@ class FilmResult:
     def _table_(self) -> Table:
         """A row for each fitted value, and for what published formulas give from the same points."""
         rows = [
-            (name, quantity(e.value, _unit(name)), f"{quantity(e.low, _unit(name))} .. {quantity(e.high, _unit(name))}")
+            (
+                _label(name),
+                quantity(e.value, _unit(name)),
+                f"{quantity(e.low, _unit(name))} .. {quantity(e.high, _unit(name))}",
+            )
             for name, e in self.estimates.items()
         ]
-        rows += [(f"by {name}", quantity(v, "Pa"), f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
+        rows += [(f"by {name}", _modulus(v), f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
         notes = (*self.notes, *([str(self.rule)] if self.rule is not None else []))
         title = f"Film: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
         return Table(title, ("", "value", "95 % interval"), tuple(rows), notes)
@@ -113,10 +128,9 @@ class FilmResult:
         lines = [f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"]
         for name, e in self.estimates.items():
             unit = _unit(name)
-            lines.append(
-                f"  {name:<20} {quantity(e.value, unit):>12}   95 % in {quantity(e.low, unit)} .. {quantity(e.high, unit)}"
-            )
-        lines += [f"  {name:<20} {quantity(v, 'Pa'):>12}   misfit {m:.2%}" for name, (v, m) in self.others.items()]
+            value, low, high = (quantity(v, unit) for v in (e.value, e.low, e.high))
+            lines.append(f"  {_label(name):<18} {value:>14}   95 % in {low} .. {high}")
+        lines += [f"  {name:<18} {_modulus(v):>14}   misfit {m:.2%}" for name, (v, m) in self.others.items()]
         if self.rule is not None:
             lines.append(f"  {self.rule}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
@@ -181,7 +195,10 @@ def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     +23 % at a tenth of the thickness
     """
     share = np.geomspace(1e-5, 1, 600)
-    error = normalised_stiffness(medium, np.sqrt(tip.area(share * medium.length) / np.pi)) - 1
+    area = tip.area(share * medium.length)
+    # polynomials of calibrated tips may be negative at the depth of some atoms
+    share, area = share[area > 0], area[area > 0]
+    error = normalised_stiffness(medium, np.sqrt(area / np.pi)) - 1
     beyond = np.flatnonzero(np.abs(error) > tolerance)
     depth = (
         float(np.interp(tolerance, np.abs(error[: beyond[0] + 1]), share[: beyond[0] + 1]))

@@ -39,6 +39,9 @@ def _laws(fitted: Medium) -> dict[str, tuple[Law, bool]]:
 def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tuple[float, float]]:
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
+    The modulus is nan where the points do not determine it: film and substrate that hardly differ fit with any modulus if the
+    exponent makes the film vanish.
+
     Parameters
     ----------
     points : OliverPharr
@@ -59,7 +62,8 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tupl
 
         start = np.array([np.log(fitted.surface_modulus), *([0.0] if alpha_free else [])])
         found = minimise(differentiated(residual), start, start - 5, start + 5)
-        results[name] = (float(np.exp(found.x[0])) * (1 - nu**2), float(np.sqrt(np.mean(found.residual**2))))
+        young = float("nan") if found.at_bound.any() else float(np.exp(found.x[0])) * (1 - nu**2)
+        results[name] = (young, float(np.sqrt(np.mean(found.residual**2))))
     return results
 
 

@@ -43,17 +43,28 @@ def speed_of(curve: Curve, settings: Settings) -> Array | None:
 def _window(position: Array, time: Array) -> tuple[int, float]:
     """Readings through which a parabola is laid, 0 where there are too few for a speed, and the noise that is left in the speed.
 
-    Three where position and time are exact, so that a sudden change of the speed stays one; at most a fiftieth of the readings.
+    Three where position and time are exact, so that a sudden change of the speed stays one; at most a fifth of the readings.
     """
     if time.size < 3:
         return 0, 0.0
     step = max(float(np.median(np.diff(time))), 1e-300)
     way = max(float(np.median(np.abs(np.diff(position)))), 1e-300)
     noise = float(np.hypot(wander(position) / way, wander(time) / step))
-    most = min(2 * max(time.size // 100, 2) + 1, time.size - 1 + time.size % 2)
+    most = min(2 * max(time.size // 10, 2) + 1, time.size - 1 + time.size % 2)
     # slopes of parabolas have the variance 12/(w (w^2 - 1)) of the readings; 1 % of the speed adds 1 % of the drag to the noise
     width = int(np.clip(2 * np.ceil((12 * (noise / 0.01) ** 2) ** (1 / 3) / 2) + 1, 3, most))
     return width, float(np.sqrt(12 / (width * (width**2 - 1)))) * noise * way / step
+
+
+def before_turn(curve: Curve, settings: Settings) -> Curve:
+    """An approach without its last readings if drag is fitted or given: the tip slows down there before it turns.
+
+    The window of the speed is cut by the end of the approach, so that the speed of half a window is extrapolated.
+    """
+    if settings.drag == 0 or curve.time is None:
+        return curve
+    width, _ = _window(curve.position, curve.time)
+    return curve.taken(slice(0, curve.depth.size - width // 2))
 
 
 def shows_drag(curves: Sequence[Curve], settings: Settings) -> bool:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import tempfile
-import zipfile
-import zlib
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,6 +17,11 @@ from flatpunch._support.checks import shown
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.igor import check_sizes
 from flatpunch.fit.measured.ntmdt import free_tip_first
+from flatpunch.fit.measured.unpacked import unpacked
+
+
+class UnknownFormat(CurveError):
+    """A file that afmformats does not know."""
 
 
 def read_afm(
@@ -106,20 +109,11 @@ def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], hei
 
 def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
     """afmformats takes a zip for a workshop file; here it is only a wrapping. Columns are read before the folder goes."""
-    try:
-        with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
-            names = [name for name in archive.namelist() if not name.endswith("/")]
-            curves: list[Any] = []
-            for name in sorted(names):
-                inner = Path(folder) / Path(name).name
-                inner.write_bytes(archive.read(name))
-                curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
-            return curves
-    # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError):
-        raise CurveError(
-            f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
-        ) from None
+    curves: list[Any] = []
+    with unpacked(path) as files:
+        for inner in files:
+            curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
+    return curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +160,10 @@ def _explained(path: Path) -> Iterator[None]:
     from afmformats.errors import AFMFileFormatError, MissingMetaDataError
 
     try:
-        # damaged numbers overflow or are none; the curve refuses them
-        with np.errstate(all="ignore"):
+        # damaged numbers overflow or are none; the curve refuses them. What afmformats warns of, such as one curve of a map
+        # in a file of its own, is no reason for doubt, and what it cannot read it raises
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module="afmformats")
             yield
     except CurveError:
         raise
@@ -178,9 +174,9 @@ def _explained(path: Path) -> Iterator[None]:
             "sensitivity=... [m/V])."
         ) from None
     except AFMFileFormatError as error:  # is no Exception
-        raise CurveError(f"{path.name}: afmformats cannot read it ({_first_line(error)}).") from None
+        raise UnknownFormat(f"{path.name}: afmformats cannot read it ({_first_line(error)}).") from None
     except Exception:  # its readers index and unpack damaged files unchecked: IndexError, struct.error, zlib.error, ...
-        raise CurveError(
+        raise UnknownFormat(
             f"{path.name}: afmformats cannot read it. It is damaged, or of a form that afmformats does not know; text "
             "files must be in UTF-8."
         ) from None

@@ -6,15 +6,20 @@ import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
 from flatpunch.files import units
-from flatpunch.fit.measured.curve import CurveError
+from flatpunch.fit.measured.curve import FEWEST, CurveError
 
 STIFFNESS = units.Dimension("stiffness", "N/m", "120 N/m", ("N/m", "mN/nm", "uN/nm", "N/mm", "mN/um"))
+SIGNALS = (
+    units.Dimension("voltage", "V", "0.5 V", ("V", "mV")),
+    units.Dimension("current", "A", "2 nA", ("A", "nA")),
+)
 TIME = units.Dimension("time", "s", "0.5 s", ("s", "ms", "min", "us"))
 
 ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
@@ -30,7 +35,7 @@ ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
         units.FORCE,
         (r"^force$|^load$|^[fFpP]$|^fn$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
     ),
-    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b")),
+    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b", r"\bextension\b|\bramp\b")),
     "deflection": (units.LENGTH, (r"deflection|\bdefl\b|cantilever",)),
     "stiffness": (STIFFNESS, (r"^stiffness$|contact stiffness", r"stiffness")),
     "time": (TIME, (r"^time$|^t$", r"\btime\b")),
@@ -40,6 +45,8 @@ _DERIVED = re.compile(
     r"\bamp|amplitude|contact depth|\bact\b|actuat|\braw\b|\brate\b|noise|\bstd|error|phase|hardness|modulus|correction|drift"
 )
 """Columns that are derived from others, or of the machine: no depth and no force of the contact."""
+
+_SEGMENT = re.compile(r"^(segment|seg)( (number|no|index|name|type|id))?$")
 
 _UNIT = re.compile(r"^(.*?)\s*(?:\(([^()]*)\)|\[([^\[\]]*)\]|/\s*([^/\s]+)|,\s*(\S+))\s*$")
 _NO_VALUE = 1e300
@@ -56,6 +63,8 @@ class Table:
     units: tuple[str | None, ...]
     rows: Sequence[Sequence[Any]]
     first_row: int = 1
+    breaks: tuple[int, ...] = ()
+    """Rows before which the file has blank lines."""
 
 
 def split_name(title: str) -> tuple[str, str | None]:
@@ -87,8 +96,12 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
         if role in found:
             continue
         hits = _recognised(table, patterns, dimension, set(found.values()))
-        if len(hits) > 1 and role in ("depth", "force"):
-            lines = " or ".join(f'{role} = "{table.names[i]}"' for i in hits)
+        # the piezo and the deflection are used where there is no depth, no force
+        needed = role in ("depth", "force") or {"piezo": "depth", "deflection": "force"}.get(role, role) not in found
+        if len(hits) > 1 and needed and role not in ("stiffness", "time"):
+            # columns of the same name are chosen by their number
+            same = len({table.names[i] for i in hits}) < len(hits)
+            lines = " or ".join(f"{role} = {i}" if same else f'{role} = "{table.names[i]}"' for i in hits)
             raise CurveError(
                 f"{table.source}: several columns could be the {role}: {', '.join(repr(table.names[i]) for i in hits)}. Choose "
                 f"one in the case file, [curve.columns] {lines}."
@@ -107,7 +120,7 @@ def _recognised(table: Table, patterns: tuple[str, ...], dimension: units.Dimens
         hits = [
             i
             for i, name in enumerate(names)
-            if re.search(pattern, name) and not _DERIVED.search(name) and i not in taken
+            if re.search(pattern, name) and not _DERIVED.search(name.replace("deflection error", "")) and i not in taken
         ]
         right = [i for i in hits if _fits(table.units[i], dimension)]
         if right:
@@ -126,10 +139,15 @@ def _fits(unit: str | None, dimension: units.Dimension) -> bool:
     return True
 
 
-def _named(table: Table, role: str, title: str | int) -> int:
-    known = ", ".join(repr(name) for name in table.names) or "none"
+def check_title(role: str, title: object) -> None:
+    """Refuse what names no column."""
     if not isinstance(title, (str, int)) or isinstance(title, bool):
         raise CurveError(f"columns: {shown(title)} for {role} must be a title or the number of a column, from 0.")
+
+
+def _named(table: Table, role: str, title: str | int) -> int:
+    check_title(role, title)
+    known = ", ".join(repr(name) for name in table.names) or "none"
     if isinstance(title, int):
         if not 0 <= title < len(table.names):
             raise CurveError(f"{table.source}: column {title} for {role} does not exist; there are {len(table.names)}.")
@@ -143,8 +161,13 @@ def _named(table: Table, role: str, title: str | int) -> int:
     raise CurveError(f"{table.source}: there is no column {shown(title)} for {role}; there are {known}.{advice}")
 
 
-def in_si(table: Table, role: str, index: int, given: Mapping[str, str] | None) -> Array:
-    """One column in SI units; empty cells and text that is no number become NaN."""
+def in_si(
+    table: Table, role: str, index: int, given: Mapping[str, str] | None, sensitivity: float | None = None
+) -> Array:
+    """One column in SI units; empty cells and text that is no number become NaN.
+
+    A deflection may be a signal [V, A], which the sensitivity [m/V, m/A] makes a length.
+    """
     dimension = ROLES[role][0]
     unit = (given or {}).get(role) or table.units[index]
     name = table.names[index]
@@ -154,14 +177,50 @@ def in_si(table: Table, role: str, index: int, given: Mapping[str, str] | None) 
             f"{table.source}: column {name!r} ({role}) has no unit. Write it into the header, '{name} ({usual})', or into the "
             f'case file, [curve.units] {role} = "{usual}" (Python: units={{{role!r}: {usual!r}}}).'
         )
+    if role == "deflection" and (signal := _signal(unit)) is not None:
+        if sensitivity is None:
+            raise CurveError(
+                f"{table.source}: column {name!r} (deflection) is a signal ({unit}); a length needs the sensitivity. Write "
+                f'[curve] sensitivity = "70 nm/{unit}" into the case file (Python: sensitivity=... [m/V] or [m/A]).'
+            )
+        return sensitivity * signal * column_numbers(table, index)
     try:
         scale = units.to_si(f"1 {unit}", dimension)
     except ValueError as error:
         raise CurveError(f"{table.source}: column {name!r} ({role}) {error}") from None
-    return scale * _numbers(table, index)
+    return scale * column_numbers(table, index)
 
 
-def _numbers(table: Table, index: int) -> Array:
+def segments_of(table: Table) -> tuple[str, Array] | None:
+    """Title of a column of segments, and the number of the segment of each row, from 0; None without such a column.
+
+    Segments are runs of equal cells, whatever they are called. A column that changes all the time is none of segments.
+    """
+    for index, name in enumerate(table.names):
+        if not _SEGMENT.match(name.lower().replace("_", " ")):
+            continue
+        cells = [str(row[index]).strip() if index < len(row) else "" for row in table.rows]
+        number = np.cumsum([0, *(a != b for a, b in pairwise(cells))])
+        if 0 < number[-1] <= len(cells) // FEWEST:
+            return name, number.astype(float)
+    return None
+
+
+def is_signal(table: Table, index: int, given: Mapping[str, str] | None) -> bool:
+    """Whether a column is a voltage or a current."""
+    return _signal((given or {}).get("deflection") or table.units[index] or "1") is not None
+
+
+def _signal(unit: str) -> float | None:
+    """Size of a unit of a detector's signal, in V or A."""
+    for dimension in SIGNALS:
+        if _fits(unit, dimension):
+            return units.to_si(f"1 {unit}", dimension)
+    return None
+
+
+def column_numbers(table: Table, index: int) -> Array:
+    """One column as it stands in the file; empty cells and text that is no number become NaN."""
     cells = [row[index] if index < len(row) else "" for row in table.rows]
     commas = [i for i, cell in enumerate(cells) if isinstance(cell, str) and _COMMA.fullmatch(cell)]
     if commas:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import io
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from flatpunch._support.archives import check_archive
 from flatpunch._support.checks import shown
@@ -35,7 +38,7 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
                 f"{path.name}: there is no sheet {shown(sheet)}; there are {', '.join(map(repr, sheets))}."
             )
         sheets = {sheet: sheets[sheet]}
-    return [table for name, rows in sheets.items() if (table := _table(f"{path.name}, sheet {name}", rows)) is not None]
+    return [table for name, rows in sheets.items() for table in _tables(f"{path.name}, sheet {name}", rows)]
 
 
 def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
@@ -64,20 +67,43 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         raise CurveError(f"{path.name}: damaged, or no Excel file ({type(error).__name__}).") from None
 
 
-def _table(source: str, rows: list[list[Any]]) -> Table | None:
-    """First rows of text are titles and units, what follows is data; None for empty sheets."""
-    texts = [[cell.strip() if isinstance(cell, str) else cell for cell in row] for row in rows]
-    first = next((i for i, row in enumerate(texts) if sum(isinstance(c, str) and bool(c) for c in row) >= 2), None)
+def _tables(source: str, rows: list[list[Any]]) -> list[Table]:
+    """Tables of a sheet: first rows of text are titles and units, what follows is data; the same titles again begin another."""
+    cells = [[_value(cell) for cell in row] for row in rows]
+    first = next((i for i, row in enumerate(cells) if sum(isinstance(c, str) and bool(c) for c in row) >= 2), None)
     if first is None:
-        return None
-    titles = [str(cell or "") for cell in texts[first]]
-    body = texts[first + 1 :]
+        return []
+    begins = [i for i in range(first, len(cells)) if cells[i] == cells[first]]
+    names = [source] if len(begins) == 1 else [f"{source}, block {i + 1}" for i in range(len(begins))]
+    return [
+        _table(name, cells[begin:end], begin)
+        for name, (begin, end) in zip(names, pairwise([*begins, len(cells)]), strict=True)
+    ]
+
+
+def _table(source: str, cells: list[list[Any]], begin: int) -> Table:
+    titles = [str(cell or "") for cell in cells[0]]
+    body = cells[1:]
     unit_row: list[Any] = [None] * len(titles)
     if body and not any(isinstance(cell, (int, float)) for cell in body[0]):
-        unit_row, body = body[0], body[1:]
+        unit_row, body = [cell.strip("()[] ") if isinstance(cell, str) else cell for cell in body[0]], body[1:]
     # notes below the last row of numbers are none of the data
     while body and sum(isinstance(cell, (int, float)) for cell in body[-1]) < 2:
         body = body[:-1]
+    filled = [any(cell not in (None, "") for cell in row) for row in body]
+    breaks = tuple(np.unique(np.cumsum(filled)[~np.array(filled, dtype=bool)]).tolist())
+    body = [row for row, has in zip(body, filled, strict=True) if has]
     pairs = [split_name(title) for title in titles]
     units = [str(unit_row[i]) if i < len(unit_row) and unit_row[i] else unit for i, (_, unit) in enumerate(pairs)]
-    return Table(source, tuple(name for name, _ in pairs), tuple(units), body, first + 3)
+    return Table(source, tuple(name for name, _ in pairs), tuple(units), body, begin + 3, breaks)
+
+
+def _value(cell: Any) -> Any:
+    """A cell without blanks around it; a number that is stored as text is a number."""
+    if not isinstance(cell, str):
+        return cell
+    try:
+        return float(cell)
+    except ValueError:
+        # a word
+        return cell.strip()

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +21,20 @@ from flatpunch._support.archives import check_archive
 from flatpunch._support.checks import Array, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
 from flatpunch._support.reading import Unreadable, as_path, shown_path
-from flatpunch.fit.measured.columns import ROLES, Table, chosen_columns, in_si
+from flatpunch.fit.measured.columns import ROLES, Table, check_title, chosen_columns, in_si, is_signal, segments_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.records import records_in
 from flatpunch.fit.measured.text import text_tables
+from flatpunch.fit.measured.unpacked import unpacked
+
+if TYPE_CHECKING:
+    from flatpunch.fit.measured.afm import AfmFile
 
 EXCEL = (".xls", ".xlsx", ".xlsm")
 AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
+KEPT = 20_000_000
+"""Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
 
 def read_curve(
@@ -48,7 +56,7 @@ def read_curve(
     Parameters
     ----------
     path : path
-        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), or a file that afmformats reads.
+        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), a file that afmformats reads, or a .zip of such files or of texts.
     columns : mapping, optional
         Which column is what, {"force": "Load", "piezo": 3}; keys are depth, force, piezo, deflection, stiffness, time. What is
         not named is recognised by its title.
@@ -65,12 +73,12 @@ def read_curve(
     flip : bool
         Change the sign of depth and piezo: for heights that grow away from the sample.
     index : int
-        Which curve of a file with many (a force map, a workbook of tests, blocks one below the other), from 0.
+        Which curve of a file with many (a force map, a workbook of tests, records one below the other), from 0.
     calibration : mapping, optional
         Relative standard deviations of "spring_constant" and "sensitivity"; they enter the intervals of a fit.
     **afm
-        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for
-        which one of them is given is read as a microscope's.
+        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for which a height is
+        given is read as a microscope's, and so is one with a sensitivity unless it has a column of deflections.
 
     Returns
     -------
@@ -109,20 +117,20 @@ def read_curve(
     for role in mapping("units", units, '{"force": "nN"}'):
         one_of("units", role, ROLES, wrong="is no kind of column", error=CurveError)
     spread = _calibration(calibration)
-    if _by_afmformats(path, afm):
-        from flatpunch.fit.measured.afm import AfmFile
-
-        _check_size(path)
-        file = AfmFile.opened(path, spring_constant=spring_constant, **afm)
+    sensitivity = afm.get("sensitivity")
+    found = _opened(path, spring_constant, columns, decimal, sheet, afm)
+    if not isinstance(found, tuple):
+        file = found
         curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
         where = "given" if spring_constant is not None else "from the file"
         known = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
-        known += [f"sensitivity {afm['sensitivity']:.4g} m/V or m/A (given)"] if afm.get("sensitivity") else []
+        known += [_given(sensitivity)] if sensitivity else []
         lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *known)
         return replace(curve, meta={**curve.meta, "read": lines, "calibration": spread})
-    tables = tables_in(path, columns, decimal, sheet)
-    table = tables[_only(path, [t.source for t in tables], index)]
-    curve = curve_of(table, path.stem, columns, units, spring_constant, skip_nan=skip_nan, flip=flip)
+    table = found[_only(path, [t.source for t in found], index)]
+    curve = curve_of(
+        table, path.stem, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
+    )
     return replace(curve, meta={**curve.meta, "calibration": spread})
 
 
@@ -151,19 +159,104 @@ def _only(path: Path, found: list[str], index: int | None) -> int:
     return index or 0
 
 
-def tables_in(path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None) -> list[Table]:
-    """Return all curves of a text or Excel file as tables, with columns and decimal as for `read_curve`."""
-    for role in mapping("columns", columns, '{"force": "Load"}'):
-        one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
+def _given(sensitivity: float) -> str:
+    return f"sensitivity {sensitivity:.4g} m/V or m/A (given)"
+
+
+def _opened(
+    path: Path,
+    spring_constant: float | None,
+    columns: Mapping[str, str | int] | None,
+    decimal: str,
+    sheet: str | None,
+    afm: Mapping[str, Any],
+) -> AfmFile | tuple[Table, ...]:
+    """A microscope's file, or the curves of a text or Excel file as tables.
+
+    Archives and text files with a sensitivity may be either.
+    """
     kind = path.suffix.lower()
+    if kind not in (*AFM, ".zip") and "height" not in afm:
+        tables = tables_in(path, columns, decimal, sheet)
+        if "sensitivity" not in afm or any("deflection" in _roles(table, columns) for table in tables):
+            return tables
+    from flatpunch.fit.measured.afm import AfmFile, UnknownFormat
+
+    _check_size(path)
+    try:
+        return AfmFile.opened(path, spring_constant=spring_constant, **afm)
+    except UnknownFormat:
+        if kind == ".zip" and (tables := tables_in(path, columns, decimal, sheet)):
+            return tables
+        raise
+
+
+def _roles(table: Table, columns: Mapping[str, str | int] | None) -> dict[str, int]:
+    """Columns that are recognised; none where that is not clear."""
+    try:
+        return chosen_columns(table, columns)
+    except CurveError:
+        # of no use here; where the table is read this is raised
+        return {}
+
+
+def tables_in(
+    path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None
+) -> tuple[Table, ...]:
+    """Return all curves of a text or Excel file, or of an archive of them, as tables; those of the last file are kept."""
+    for role, title in mapping("columns", columns, '{"force": "Load"}').items():
+        one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
+        check_title(role, title)
+    kind = path.suffix.lower()
+    if kind not in (*TEXT, *EXCEL, ".zip"):
+        known = ", ".join((*TEXT, *EXCEL, *AFM))
+        raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
+    try:
+        changed = path.stat()
+    except OSError as error:
+        raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
+    wanted = None if columns is None else tuple(columns.items())
+    read = _kept if changed.st_size < KEPT else _kept.__wrapped__
+    return read(path, (changed.st_mtime_ns, changed.st_size), wanted, decimal, sheet)
+
+
+@lru_cache(maxsize=1)
+def _kept(
+    path: Path,
+    changed: tuple[int, int],
+    columns: tuple[tuple[str, str | int], ...] | None,
+    decimal: str,
+    sheet: str | None,
+) -> tuple[Table, ...]:
+    wanted = None if columns is None else dict(columns)
+    kind = path.suffix.lower()
+    if kind == ".zip":
+        return _zipped(path, wanted, decimal)
     if kind in EXCEL:
         from flatpunch.fit.measured.excel import excel_tables
 
-        return _with_columns(excel_tables(path, sheet), columns, path)
-    if kind in TEXT:
-        return text_tables(path, decimal)
-    known = ", ".join((*TEXT, *EXCEL, *AFM))
-    raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
+        tables = _with_columns(excel_tables(path, sheet), wanted, path)
+    else:
+        tables = text_tables(path, decimal)
+    return tuple(record for table in tables for record in records_in(table, wanted))
+
+
+def _zipped(path: Path, columns: Mapping[str, str | int] | None, decimal: str) -> tuple[Table, ...]:
+    """Tables of curves in the text files of an archive, in the order of their names; none if there are none."""
+    tables: list[Table] = []
+    with unpacked(path) as files:
+        for file in files:
+            if file.suffix.lower() not in TEXT:
+                continue
+            try:
+                found = text_tables(file, decimal)
+            except CurveError:
+                # a text without rows of numbers beside the curves
+                continue
+            tables += [record for table in found for record in records_in(table, columns)]
+    return tuple(
+        table for table in tables if "force" in _roles(table, columns) or "deflection" in _roles(table, columns)
+    )
 
 
 def curves_in(
@@ -188,12 +281,10 @@ def curves_in(
     afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
     if not path.is_file():
         return 1
-    if _by_afmformats(path, afm):
-        from flatpunch.fit.measured.afm import AfmFile
-
-        _check_size(path)
-        return len(AfmFile.opened(path, spring_constant=spring_constant, **afm))
-    return len(tables_in(path, columns, decimal, sheet)) if path.suffix.lower() in (*EXCEL, *TEXT) else 1
+    if path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
+        return 1
+    found = _opened(path, spring_constant, columns, decimal, sheet, afm)
+    return len(found)
 
 
 def _check_size(path: Path) -> None:
@@ -202,10 +293,6 @@ def _check_size(path: Path) -> None:
         check_archive(path)
     except Unreadable as error:
         raise CurveError(f"{shown_path(path)}: {error}.") from None
-
-
-def _by_afmformats(path: Path, afm: Mapping[str, Any]) -> bool:
-    return path.suffix.lower() in (*AFM, ".zip") or bool(afm)
 
 
 def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> list[Table]:
@@ -237,6 +324,7 @@ def curve_of(
     units: Mapping[str, str] | None = None,
     spring_constant: float | None = None,
     *,
+    sensitivity: float | None = None,
     skip_nan: bool = False,
     flip: bool = False,
 ) -> Curve:
@@ -244,7 +332,7 @@ def curve_of(
     positions = chosen_columns(table, columns)
     explicit = set(columns or ())
     roles = _needed(table, positions, explicit, spring_constant)
-    data = {role: in_si(table, role, positions[role], units) for role in roles}
+    data = {role: in_si(table, role, positions[role], units, sensitivity) for role in roles}
     if "stiffness" in positions and "stiffness" not in data:
         data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
     used = ", ".join(
@@ -252,6 +340,11 @@ def curve_of(
         for role in roles
     )
     known = [f"spring constant {spring_constant:.4g} N/m (given)"] if spring_constant is not None else []
+    if sensitivity is not None and "deflection" in roles and is_signal(table, positions["deflection"], units):
+        known.append(_given(sensitivity))
+    if (segments := segments_of(table)) is not None:
+        data["segment"] = segments[1]
+        used += f", segments from {segments[0]!r}"
     meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}", *known)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
@@ -293,7 +386,7 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
 
 
 def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, Any]) -> Curve:
-    more = {role: data[role] for role in ("stiffness", "time") if role in data}
+    more = {role: data[role] for role in ("stiffness", "time", "segment") if role in data}
     if "depth" in data:
         return Curve(sign * data["depth"], data["force"], spring_constant=k, name=name, meta=meta, **more)
     assert k is not None

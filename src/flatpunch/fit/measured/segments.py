@@ -13,8 +13,12 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
-_CREEP = 0.1
-"""Advance per point, over the usual one, below which the tip pauses."""
+_CREEP = 0.5
+"""Advance per reading, over that before, below which the tip may pause.
+
+With half of it nine more of 80 random pauses that creep on at up to half of the speed are refused as saturated; with 1 none
+fewer, but the flat end of a saturated detector at a steady speed would be a pause as well.
+"""
 
 
 def forwards(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
@@ -150,17 +154,21 @@ def arrival(position: Array) -> float:
 def without_pause(curve: Curve) -> Curve:
     """An approach without a pause at its end, in which the tip creeps on: where the file does not know its segments.
 
-    A pause is a last stretch over which the position advances, per point, less than a tenth of what is usual.
+    The pause begins at the reading that is farthest above the straight line from the first to the last, the corner of a motion
+    at two speeds. It is a pause where the position then advances, per reading, less than half of what it did before, and the
+    force goes no further; slow contact after a fast way to the surface is none.
     """
     if curve.segment is not None:
         return curve
     position, n = curve.position, curve.depth.size
-    edges = np.linspace(0, n - 1, min(40, n)).astype(int)
-    advance = np.diff(position[edges]) / np.diff(edges)
-    moving = advance[advance > _CREEP * advance.max()]
-    left = float(position.max()) - position
-    slow = left < _CREEP * float(_middle(moving)) * (n - np.arange(n))
-    begin = int(np.argmax(slow)) if slow.any() else n
-    if n - begin < max(FEWEST, n // 50):
+    at = np.arange(n)
+    begin = int(np.argmax(position - position[0] - (position[-1] - position[0]) * at / (n - 1)))
+    if begin < FEWEST or n - 1 - begin < max(FEWEST, n // 50):
         return curve
-    return curve.taken(slice(0, max(begin, FEWEST)))
+    before, after = (position[begin] - position[0]) / begin, (position[-1] - position[begin]) / (n - 1 - begin)
+    few = max((n - begin) // 20, 3)
+    start, corner, end = (_middle(curve.force[p]) for p in (slice(few), slice(begin, begin + few), slice(-few, None)))
+    # a tip that creeps on by a few per cent of the depth presses a little more
+    if after > _CREEP * before or abs(end - start) > 1.1 * abs(corner - start):
+        return curve
+    return curve.taken(slice(0, begin + 1))

@@ -14,11 +14,22 @@ Adhesion = Literal["refuse", "above", "ignore"]
 CLEAR = 6.0
 """Noise levels that a rise or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
 DIP = 0.03
-"""Share of the rise below which a dip is no adhesion worth refusing."""
+"""Share of the rise below which a dip is no adhesion worth refusing.
+
+Of 80 random curves with dips of 0.5 to 10 % of the rise 56 are refused; the modulus of the others is off by 2.1 % in the median.
+With half of it 63 and 1.7 %, with twice 35 and 2.6 %.
+"""
 _SHORTEST, _ENDS = 8, 16
-"""Readings of the shortest end in which saturation is looked for, and ends tried; fewer ends cost sensitivity only."""
+"""Readings of the shortest end in which saturation is looked for, and ends tried; fewer ends cost sensitivity only.
+
+Of 120 random curves whose detector saturates at 30 to 95 % of the rise 3 are not recognised, with 4 readings 2, with 16
+readings 4; of the same without saturation none is refused with any.
+"""
 _FLATTER = 4.0
-"""How many times less steep than before the end of a saturated curve is."""
+"""How many times less steep than before the end of a saturated curve is; 2 and 8 refuse the same of these 240 curves.
+
+It need only be clear of 1: a force grows ever faster, but behind a soft cantilever its slope hardly grows at last.
+"""
 
 
 def converter_step(force: Array) -> float:
@@ -46,6 +57,14 @@ def noise_of(force: Array, step: float = 0.0) -> float:
     if step:
         return max(float(np.std(force)), float(step / np.sqrt(12)))
     return float(1.4826 * np.median(np.abs(force - np.median(force))))
+
+
+def without_spikes(force: Array) -> Array:
+    """Median of each reading and its two neighbours: a single reading is no rise, no dip and no end of a contact."""
+    result = force.copy()
+    if force.size > 2:
+        result[1:-1] = np.median([force[:-2], force[1:-1], force[2:]], axis=0)
+    return result
 
 
 def check_rise(curve: Curve, rise: float, noise: float, tilted: float = 0.0) -> None:
@@ -98,12 +117,28 @@ def check_saturation(curve: Curve, position: Array, force: Array, noise: float) 
         raise saturated(curve, force, end)
 
 
+def check_reading(curve: Curve, position: Array, force: Array, noise: float) -> None:
+    """The same for the force as it was read, from its least value inwards: a detector stays at a reading.
+
+    A long flat end falsifies the fitted background, over which the end then is not flat. A tilt adds the same slope everywhere.
+
+    Parameters
+    ----------
+    curve, position, force, noise
+        As for `check_saturation`, the force with its background.
+    """
+    lowest = int(np.argmin(force))
+    check_saturation(curve, position[lowest:], force[lowest:] - force[lowest], noise)
+
+
 def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> list[int]:
     """Lengths of the ends of an approach, in readings, over which the force stays where it is.
 
     The force of a contact grows ever faster. An end that is less steep than a quarter of what is before it, in the upper half of
     the rise, is flat: by more than the noise explains (`sure`), or as far as the noise allows to see.
     """
+    if force.size < 2 * _SHORTEST:
+        return []
     # the second largest of a few: less than the largest moved by noise
     top = float(np.partition(force, -3)[-2])
     # data may begin in contact, above half of the rise
@@ -143,7 +178,7 @@ def _steepness(position: Array, force: Array, noise: float) -> tuple[float, floa
 
 
 def adhesion_dip(
-    curve: Curve, force: Array, noise: float, rise: float, before: Flags, adhesion: Adhesion
+    curve: Curve, force: Array, noise: Array, rise: float, before: Flags, adhesion: Adhesion
 ) -> tuple[Flags, tuple[str, ...]]:
     """Which points of an approach can be used in spite of a dip below the background, and notes.
 
@@ -153,7 +188,9 @@ def adhesion_dip(
         An approach.
     force : ndarray, shape (n,)
         Force over its background [N].
-    noise, rise : float
+    noise : ndarray, shape (n,)
+        Standard deviation of this force, with that of its background [N].
+    rise : float
         [N].
     before : ndarray of bool, shape (n,)
         The points that the background was taken from: no dip is looked for there.
@@ -169,18 +206,18 @@ def adhesion_dip(
     looked = np.where(before, np.inf, force)
     lowest = int(np.argmin(looked))
     dip = -float(looked[lowest])
-    if adhesion == "ignore" or not dip > max(CLEAR * noise, DIP * rise) or before.sum() < FEWEST:
+    if adhesion == "ignore" or not dip > max(CLEAR * noise[lowest], DIP * rise) or before.sum() < FEWEST:
         return keep, ()
     if adhesion == "refuse":
         raise CurveError(
-            f"{curve.name}: the force dips {dip:.3g} N below the baseline before it rises, {dip / rise:.1%} of the largest force "
-            f"and {_times(dip, noise)} the noise: the tip is pulled in. A model without adhesion would put the contact point "
-            "wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still biased by the "
-            "adhesive force), or measure in a liquid that screens it. If the curve has a retract, work_of_adhesion fits the "
-            "adhesion with the rest."
+            f"{curve.name}: the force dips {dip:.3g} N below the baseline before it rises, {dip / rise:.1%} of the largest "
+            f"force and {_times(dip, float(noise[lowest]))} the noise: the tip is pulled in. A model without adhesion would put "
+            "the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still "
+            "biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
+            "work_of_adhesion fits the adhesion with the rest."
         )
     back = lowest + int(np.argmax(force[lowest:] >= 0))
-    calm = np.flatnonzero(force[:lowest] >= -3 * noise)
+    calm = np.flatnonzero(force[:lowest] >= -3 * noise[:lowest])
     start = int(calm[-1]) + 1 if calm.size else 0
     keep[start:back] = False
     return keep, (

@@ -20,6 +20,11 @@ LARGEST = 500_000_000
 """Largest text file of a curve [bytes]."""
 
 _NUMBER = re.compile(r"\s*(?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|NaN|)\s*")
+_GROUPED = {
+    ".": re.compile(r"[+-]?[0-9]{1,3}(?:,[0-9]{3})+\.[0-9]*"),
+    ",": re.compile(r"[+-]?[0-9]{1,3}(?:\.[0-9]{3})+,[0-9]*"),
+}
+"""Numbers with marks between thousands, by the decimal mark; without decimals they cannot be distinguished from others."""
 
 
 def text_tables(path: Path, decimal: str = ".") -> list[Table]:
@@ -33,15 +38,23 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     except Unreadable as error:
         raise CurveError(f"{shown_path(path)}: {error}.") from None
     try:
-        text = raw.decode("utf-8-sig")
+        # what spreadsheets call Unicode text is UTF-16 with its mark
+        text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
     if "\0" in text[:1000]:
         raise CurveError(f"{path.name}: not a text file.")
     lines = text.splitlines()
     delimiter = _delimiter(lines, decimal)
+    grouped = _GROUPED[decimal]
     rows = [_cells(line, delimiter) for line in lines]
+    if any(grouped.search(line) for line in lines):
+        # 1,234.5 is a number
+        rows = [[_ungrouped(cell, grouped) for cell in row] for row in rows]
     numeric = [i for i, row in enumerate(rows) if _is_data(row)]
+    if len(numeric) < 2:
+        # a column of words, such as names of segments
+        numeric = [i for i, row in enumerate(rows) if _is_data([cell for cell in row if _NUMBER.fullmatch(cell)])]
     if len(numeric) < 2:
         raise CurveError(
             f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
@@ -61,24 +74,35 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     for count, (run, start) in enumerate(long):
         names, unit_row = _titles(rows[start : run[0]], width)
         pairs = [split_name(title) for title in names]
-        own = dict(enumerate(unit_row or ()))
+        own = {i: unit.strip("()[] ") for i, unit in enumerate(unit_row or ())}
         found = tuple(own.get(i) or unit for i, (_, unit) in enumerate(pairs))
-        body = [row for row in rows[run[0] : run[-1] + 1] if any(cell.strip() for cell in row)]
+        filled = [any(cell.strip() for cell in row) for row in rows[run[0] : run[-1] + 1]]
+        body = [row for row, has in zip(rows[run[0] : run[-1] + 1], filled, strict=True) if has]
+        places = np.cumsum(filled)
+        breaks = tuple(np.unique(places[~np.array(filled)]).tolist())
         if decimal == ",":
             body = [[cell.replace(",", ".") for cell in row] for row in body]
         source = path.name if len(long) == 1 else f"{path.name}, block {count + 1}"
-        table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1)
+        table = Table(source, tuple(n for n, _ in pairs), found, body, run[0] + 1, breaks)
         if tables and names[0].startswith("column "):
             table = replace(table, names=tables[0].names, units=tables[0].units)
         tables.append(table)
     return tables
 
 
+def _ungrouped(cell: str, grouped: re.Pattern[str]) -> str:
+    """A number without the marks between its thousands."""
+    if grouped.fullmatch(cell) is None:
+        return cell
+    mark = cell.lstrip("+-0123456789")[0]
+    return cell.replace(mark, "")
+
+
 def _only_words(row: list[str]) -> bool:
     filled = [cell for cell in row if cell.strip()]
     return (
         bool(filled)
-        and not filled[0].startswith("#")
+        and not filled[0].startswith(("#", "%"))
         and not any(re.search(r"^[+-]?\d", cell.strip()) for cell in filled)
     )
 
@@ -95,6 +119,8 @@ def _delimiter(lines: list[str], decimal: str) -> str | None:
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
+        # a unit in brackets belongs to the title before it, the mark of a comment to the word after it
+        line = re.sub(r"(?<=[^\s)\]])\s+(?=[(\[])|(?<=[#%])\s+", "", line) if re.search(r"[(\[#%]", line) else line
         return line.split()
     if '"' not in line:
         # most of the lines of a large file
@@ -110,7 +136,7 @@ def _is_data(row: list[str]) -> bool:
 def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str] | None]:
     """Titles, and the row of units below them if there is one."""
     candidates = [
-        [re.sub(r"^#+\s*", "", cell) for cell in row]
+        [re.sub(r"^[#%]+\s*", "", cell) for cell in row]
         for row in above
         if len(row) >= width and any(cell.strip() for cell in row)
     ]

@@ -1,0 +1,39 @@
+"""Files of an archive (.zip), unpacked into a folder of their own while they are read."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from flatpunch.fit.measured.curve import CurveError
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Iterator[Path]]:
+    """The files of an archive one after the other, in the order of their names.
+
+    Raises
+    ------
+    CurveError
+        If the archive is damaged or has a password.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+            yield _files(archive, Path(folder))
+    # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError):
+        raise CurveError(
+            f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
+        ) from None
+
+
+def _files(archive: zipfile.ZipFile, folder: Path) -> Iterator[Path]:
+    for name in sorted(name for name in archive.namelist() if not name.endswith("/")):
+        # members of the same name in two folders are read before the next one takes their place
+        inner = folder / Path(name).name
+        inner.write_bytes(archive.read(name))
+        yield inner
