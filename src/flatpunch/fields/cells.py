@@ -3,7 +3,8 @@
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
 periodic images): its half-space part in closed form (`rectangle`), what layers add from a disc of the same area, since that part
 is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s,
-cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes.
+cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes. Farther away
+than twelve widths of the whole load, it acts like a disc.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import interfaces
 from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
 from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
-from flatpunch.fields.axisymmetric.round_load import turned
+from flatpunch.fields.axisymmetric.round_load import round_fields, turned
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.rectangle import normal_corner, shear_corner, summed
@@ -127,9 +128,10 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
     octave = np.floor(np.log2(np.maximum(distance / (count * cells.spacing), 0.5))).astype(int) + 1
-    for m in np.unique(octave):
-        # no wider than the whole load, however far away the points are
-        wide = cells.joined(2 ** min(max(int(m) - 1, 0), max(cells.pressure.shape).bit_length()))
+    # from this octave, the whole load is one cell
+    one = max(cells.pressure.shape).bit_length() + 1
+    for m in np.unique(octave[octave < one]):
+        wide = cells.joined(2 ** max(int(m) - 1, 0))
         for layer in np.unique(at.layer[octave == m]):
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, count if m > 0 else 0):
@@ -141,7 +143,28 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
                     plane = _on_plane(wide, at, float(depth), int(layer), x[points], y[points], direction)
                     total += plane * weights[:, i]
                 result[:, points] = total
+    far = np.flatnonzero(octave >= one)
+    if far.size:
+        part = Located(at.body, far, at.depth[far], at.layer[far], at.upper)
+        result[:, far] = _as_disc(cells.joined(2 ** (one - 1)), part, x[far], y[far], direction)
     return result
+
+
+def _as_disc(cell: Cells, at: Located, x: Array, y: Array, direction: float) -> Array:
+    """All nine components at points far away from a single cell; no plane between them would be small enough for a grid."""
+    pressure, traction = float(cell.pressure[0, 0]), float(cell.traction[0, 0])
+    return np.concatenate(
+        round_fields(
+            UniformDisc(cell.spacing / np.sqrt(np.pi)),
+            at,
+            x - cell.center[0],
+            y - cell.center[1],
+            pressure=pressure,
+            # the friction of the lower body acts backwards on the upper one
+            traction=-traction if at.upper else traction,
+            direction=direction,
+        )
+    )
 
 
 def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Iterator[tuple[Indices, float, float]]:
