@@ -3,8 +3,8 @@
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
 periodic images): its half-space part in closed form (`rectangle`), what layers add from a disc of the same area, since that part
 is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s,
-cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes. Farther away
-than twelve widths of the whole load, it acts like a disc.
+cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes. More than
+twelve widths away, the whole load acts like a disc.
 """
 
 from __future__ import annotations
