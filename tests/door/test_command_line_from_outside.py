@@ -225,3 +225,35 @@ def test_a_case_file_before_the_curve_is_in_the_wrong_place(case, tmp_path, comm
 
 def test_a_folder_for_a_case_file_is_called_a_folder(tmp_path):
     refused(run("solve", tmp_path), "it is a folder, not a file")
+
+
+@pytest.mark.parametrize("command", ["solve", "stress", "compare", "design"])
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("", "`flatpunch fit CURVE"),
+        ("[film]\ndepth_min = '1 nm'", "`flatpunch fit-film CURVE"),
+        ("[plan]\ndepth = '1 nm'\nnoise = '1 pN'", "`flatpunch fit CURVE"),
+    ],
+)
+def test_case_files_of_fits_are_named_for_what_they_are(tmp_path, command, table, words):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace('"5 kPa"', "{ fit = '5 kPa' }") + table, encoding="utf-8")
+    refused(run(command, path), "looks for values", words)
+    refused(run("sweep", path, "--vary", "indenter.radius=1um,2um"), "looks for values", words)
+
+
+def test_case_files_of_corrections_are_checked_and_named(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace("[control]", "[correct]\nreported = '5 kPa'").replace('["10 nm", "20 nm"]', "'9 nm'"))
+    refused(run("solve", path), "corrects a reported modulus", "`flatpunch correct")
+    done = run("check", path)
+    assert done.exit_code == 0
+    assert "Reported  5 kPa at a depth of 9 nm" in done.output
+    path.write_text(
+        "method = 'bem'"
+        + path.read_text()
+        .replace('"sphere"', '"pyramid"\nsides = 4')
+        .replace('radius = "5 um"', 'inclination = "20 deg"')
+    )
+    assert "about a minute" in run("check", path).output

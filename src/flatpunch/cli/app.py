@@ -79,19 +79,8 @@ def solve(
     with friendly():
         _check_targets(output, csv, plot)
         from flatpunch.files import read_case
-        from flatpunch.files.cases import command_for
 
-        _refuse_fits(case, command_for(case))
         _solve(read_case(case), [path for path in (output, csv) if path], plot, style=style, outlines=outlines)
-
-
-def _refuse_fits(case: Path, command: str | None) -> None:
-    """Say which command a case with values to be found belongs to."""
-    if command is not None:
-        raise ValueError(
-            f"{case} looks for values, so there is nothing to solve: fit it to a measured curve with "
-            f"`flatpunch {command} CURVE {case}`."
-        )
 
 
 @app.command(epilog=examples("check"))

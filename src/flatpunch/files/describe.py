@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import quantity_of
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.compliance import compliance
@@ -22,15 +22,6 @@ from flatpunch.files.cases import Case
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies, underlying
 from flatpunch.punch.matrix import sufficient_terms
-
-_UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z"), "m"),
-    **dict.fromkeys(("height_at_axes", "limit", "start", "unit", "smoothing", "reach"), "m"),
-    **dict.fromkeys(("A", "B"), "1/m"),
-    **dict.fromkeys(("time", "times"), "s"),
-}
-
 
 _CELLS_LEAVE = "0.1 %"
 """Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
@@ -220,32 +211,25 @@ def _body(name: str, body: Any) -> Iterator[str]:
 
 def words(thing: Any, skip: tuple[str, ...] = ()) -> str:
     """Name a dataclass and its fields, with units where they have one: "Layer young 5 kPa, poisson 0.5"."""
+    name = type(thing).__name__
     parts = []
     for field in dataclasses.fields(thing):
         value = getattr(thing, field.name)
-        if field.name.startswith("_") or field.name in skip or value == ():
+        if not field.repr or field.name.startswith("_") or field.name in skip or value == ():
             continue
-        parts.append(f"{field.name} {_value(field.name, value)}")
-    return f"{type(thing).__name__} {', '.join(parts)}".strip()
+        parts.append(f"{field.name} {_value(name, field.name, value)}")
+    return f"{name} {', '.join(parts)}".strip()
 
 
-def _value(name: str, value: Any) -> str:
+def _value(owner: str, name: str, value: Any) -> str:
     if dataclasses.is_dataclass(value):
         return f"({words(value)})"
     if isinstance(value, tuple):
         # longest list that is written in full
         if len(value) <= 4 and all(isinstance(entry, float) for entry in value):
-            return f"({', '.join(_value(name, entry) for entry in value)})"
+            return f"({', '.join(_value(owner, name, entry) for entry in value)})"
         return f"({len(value)} values)"
-    if isinstance(value, float):
-        if name == "inclination":
-            return f"{math.degrees(value):.4g} deg"
-        return (
-            text(value, _UNITS[name])
-            if _UNITS.get(name, "1/m") != "1/m"
-            else f"{value:.4g} {_UNITS.get(name, '')}".strip()
-        )
-    return str(value)
+    return quantity_of(f"{owner}.{name}", value)
 
 
 def _control(case: Case) -> str:
