@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flatpunch._support.messages import message, toml
+from flatpunch._support.whole_file import REMEDY
 from flatpunch.cli.app import app
 from support import case_mutations
 
@@ -61,9 +62,10 @@ def test_outputs_are_checked_before_the_work(case, tmp_path, monkeypatch):
     refused(run("solve", case, "-o", tmp_path / "x.txt"), "the ending must be")
     refused(run("solve", case, "--plot", tmp_path / ("x" * 300 + ".png")), "cannot be written")
     refused(run("demo", "-o", case), "case.toml")
-    refused(run("demo", "-o", "/proc/demo"), "/proc/demo")
-    refused(run("paper", "-o", "/proc/paper"), "/proc/paper")
-    refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv")
+    refused(run("demo", "-o", "/proc/demo"), "/proc/demo", REMEDY)
+    refused(run("paper", "-o", "/proc/paper"), "/proc/paper", REMEDY)
+    refused(run("atlas", "build", "bonded-layer", "-o", "/proc/paper"), "/proc/paper", REMEDY)
+    refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv", REMEDY)
 
 
 def test_a_full_disk_is_one_message(case, tmp_path, monkeypatch):
@@ -72,8 +74,9 @@ def test_a_full_disk_is_one_message(case, tmp_path, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
     for output in ("x.nc", "x.csv"):
-        refused(run("solve", case, "-o", tmp_path / output), output, "No space left on device")
-    refused(run("demo", "-o", tmp_path / "demo"), "No space left on device")
+        refused(run("solve", case, "-o", tmp_path / output), output, "No space left on device", REMEDY)
+    refused(run("demo", "-o", tmp_path / "demo"), "No space left on device", REMEDY)
+    refused(run("atlas", "export", "bonded-layer", "--csv", tmp_path / "x.csv"), "No space left on device", REMEDY)
     assert not [path for path in tmp_path.rglob("*") if "unfinished" in path.name or path.suffix in (".nc", ".csv")]
 
 
@@ -257,3 +260,24 @@ def test_case_files_of_corrections_are_checked_and_named(tmp_path):
         .replace('radius = "5 um"', 'inclination = "20 deg"')
     )
     assert "about a minute" in run("check", path).output
+
+
+def test_warnings_are_notes(case):
+    """Neither the line of the source nor its path; those of libraries come with tracebacks only."""
+    program = (
+        "import warnings\nimport flatpunch.cli.app as app\nfrom flatpunch import FlatpunchWarning\n"
+        "def warned(*_):\n    warnings.warn('points cannot be kept', FlatpunchWarning)\n"
+        "    warnings.warn('deep', RuntimeWarning)\n"
+        "app.app = warned\napp.main()\n"
+    )
+    for variable, shown in (("UNUSED", False), ("FLATPUNCH_TRACEBACK", True)):
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+            env={**os.environ, variable: "1"},
+        )
+        assert done.stderr.startswith("Note: points cannot be kept\n")
+        assert ("RuntimeWarning: deep" in done.stderr) is shown

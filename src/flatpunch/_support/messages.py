@@ -15,6 +15,7 @@ from pathlib import Path
 
 from flatpunch._support.checks import brief
 from flatpunch._support.reading import shown_path
+from flatpunch._support.whole_file import NotWritten
 
 TRACEBACK = "FLATPUNCH_TRACEBACK"
 """Environment variable; set to anything, errors show where they come from."""
@@ -27,6 +28,8 @@ def message(error: BaseException) -> str:
     """Return the message of an error for people who write case files."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
+    if isinstance(error, NotWritten):
+        return str(error)
     if isinstance(error, OSError) and error.filename is not None:
         return f"{shown_path(error.filename)}: {error.strerror or type(error).__name__}."
     if isinstance(error, OSError) and error.errno is not None:

@@ -115,12 +115,11 @@ def demo(
     files of their fits are in the folder `fit`. Case files that are there already are kept, and solved as you changed them.
     """
     with friendly():
-        from flatpunch._support.whole_file import check_folder
+        from flatpunch._support.whole_file import made_folder
         from flatpunch.files import read_case, shipped_cases
         from flatpunch.files.describe import shipped_fits
 
-        (output / "fit").mkdir(parents=True, exist_ok=True)
-        check_folder("--output", output)
+        made_folder("--output", output / "fit")
         for source in shipped_fits():
             _copy(source, output / "fit" / source.name)
         for source in shipped_cases():

@@ -192,10 +192,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         with _whole_file.whole_file(path) as temporary:
             yield temporary
-    except OSError as error:
-        raise ResultError(
-            f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists, is yours and has space left."
-        ) from None
+    except _whole_file.NotWritten as error:
+        raise ResultError(str(error)) from None
 
 
 def _format(path: Path) -> str:
