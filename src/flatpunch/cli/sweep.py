@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
+from flatpunch._support.messages import toml
 from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import StyleOption, friendly, progress, say_written
 
@@ -168,7 +170,9 @@ def _failures(result: xr.Dataset) -> list[str]:
     names = parameters(result)
     return [
         f"Failed at {', '.join(f'{name} = {value_text(result[name], i)}' for name, i in zip(names, at, strict=True))}: "
-        + str(result["reason"].values[tuple(at)])
+        + re.sub(
+            r"^(ValueError|TypeError|NotConverged|UnresolvedLayer): ", "", toml(str(result["reason"].values[tuple(at)]))
+        )
         for at in np.argwhere(result["status"].values == "failed")
     ]
 

@@ -162,9 +162,9 @@ def load(path: str | Path) -> xr.Dataset:
         ) from None
     except ResultError as error:
         raise ResultError(f"{shown_path(path)}: {str(error).rstrip('.')}.") from None
-    except Exception as error:  # damaged bytes make HDF5, h5py and xarray fail in any way
+    except Exception:  # damaged bytes make HDF5, h5py and xarray fail in any way
         name = "NetCDF" if kind == ".nc" else "CSV"
-        raise ResultError(f"{shown_path(path)}: damaged, or no {name} file ({type(error).__name__}).") from None
+        raise ResultError(f"{shown_path(path)}: damaged, or no {name} file. Solve it again.") from None
     if _STAMP not in found.attrs:
         raise ResultError(f"{shown_path(path)}: readable, but no flatpunch result (the attribute {_STAMP} is missing).")
     return found
