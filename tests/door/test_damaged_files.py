@@ -202,6 +202,19 @@ def test_damaged_archives_of_curves_are_refused_in_our_words(tmp_path, capfd, en
     assert "Traceback" not in capfd.readouterr().err
 
 
+def test_zips_without_curves_and_with_names_that_are_no_text(tmp_path):
+    pytest.importorskip("afmformats")
+    path = tmp_path / "curve.zip"
+    zipfile.ZipFile(path, "w").close()
+    with pytest.raises(fp.CurveError, match=r"curve\.zip: the file holds no curve"):
+        fp.read_curve(path)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("\u00e9.csv", "depth,force\n1e-9,2e-9\n")
+    path.write_bytes(path.read_bytes().replace("\u00e9".encode(), b"\xff\xff", 1))
+    with pytest.raises(fp.CurveError, match="cannot be unpacked"):
+        fp.read_curve(path)
+
+
 @pytest.mark.parametrize("damage", [np.nan, -np.inf, 1e300])
 @pytest.mark.parametrize("column", ["force", "height (measured)"])
 @pytest.mark.parametrize("k", [0.1, None])

@@ -116,8 +116,11 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
                 inner.write_bytes(archive.read(name))
                 curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
             return curves
-    # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError):
+    except CurveError:
+        raise
+    # what `zipfile` and `zlib` raise on a damaged directory or member: an encrypted member is a RuntimeError, a name that is no
+    # text a ValueError
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError):
         raise CurveError(
             f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
         ) from None

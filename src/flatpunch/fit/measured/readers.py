@@ -139,6 +139,8 @@ def _calibration(given: Mapping[str, float] | None) -> dict[str, float]:
 
 def _only(path: Path, found: list[str], index: int | None) -> int:
     """Which curve: the one asked for, or the only one."""
+    if not found:
+        raise CurveError(f"{path.name}: the file holds no curve.")
     if index is None and len(found) > 1:
         names = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
         raise CurveError(
