@@ -157,11 +157,24 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
     if path.suffix.lower() == ".ibw":
         check_sizes(path)
     with _explained(path):
+        _forget_archive(path)
         found = afmformats.load_data(path, meta_override=override)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):
             columns = free_tip_first(path, override["sensitivity"] * override["spring constant"])
             return found if columns is None else [_Columns(dict(found[0].metadata), columns)]
         return found
+
+
+def _forget_archive(path: Path) -> None:
+    """Close the archive of that name that afmformats keeps open: it may be another file by now."""
+    try:
+        from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
+    except ImportError:
+        # no public name; other versions may keep nothing
+        return
+    before = ArchiveCache.open_archives.pop(path, None)
+    if before is not None:
+        before.close()
 
 
 @contextmanager
