@@ -305,3 +305,16 @@ def test_check_says_that_steep_gradings_take_longer(read):
         takes[exponent] = next(line for line in lines if line.startswith("Takes"))
     assert takes["2"].endswith("about a second")
     assert takes["0.1"].endswith("some seconds")
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("elliptic_tip_on_graded_nitride", "about a second; its stresses about a minute"),
+        ("knee_insert_sliding_on_tray", "about a second; its stresses some seconds"),
+        ("coating_for_a_stiffness", "Design    1 number varied from 4 starts, about a second"),
+    ],
+)
+def test_times_of_stresses_and_designs_are_described(name, line):
+    (path,) = [each for each in shipped_cases() if each.stem == name]
+    assert line in "\n".join(describe(read_case(path)))
