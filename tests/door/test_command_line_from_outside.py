@@ -180,6 +180,9 @@ def test_an_interruption_while_libraries_load(case):
         ("Give columns={'depth': 0}.", "Give columns = {'depth': 0}."),
         ("not with method='bem'.", "not with method = 'bem'."),
         ("x == 3 and a/l = 0.1", "x == 3 and a/l = 0.1"),
+        ("vary['layers[0].young'] = 3", 'vary."layers[0].young" = 3'),
+        ("the round limit is Cone(inclination).", "the round limit is kind = 'cone' with inclination."),
+        ("between axis and face in radians. Degrees go through math.radians.", "between axis and face."),
     ],
 )
 def test_messages_speak_toml(python, written):

@@ -21,6 +21,14 @@ TRACEBACK = "FLATPUNCH_TRACEBACK"
 """Environment variable; set to anything, errors show where they come from."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+_IN_CASE_FILES = {
+    " in radians. Degrees go through math.radians; a half-opening angle t measured from the axis is pi/2 - t.": (
+        ". The angle between axis and face is half_opening_angle."
+    ),
+    " in radians. Degrees go through math.radians.": ".",
+}
+"""What calls need to know, and what case files with their units say instead."""
+
 _RAISED = (ValueError, TypeError, OSError)
 
 
@@ -46,6 +54,10 @@ def message(error: BaseException) -> str:
 
 def toml(text: str) -> str:
     """Return a message with Python's spelling of settings in that of case files: name=True becomes name = true."""
+    for python, written in _IN_CASE_FILES.items():
+        text = text.replace(python, written)
+    text = re.sub(r"\b([a-z]+)\['([^']+)'\]", r'\1."\2"', text)
+    text = re.sub(r"\b(Cone|Cylinder)\((\w+)\)", lambda found: f"kind = '{found[1].lower()}' with {found[2]}", text)
     text = re.sub(r"(?<!--set )\b([a-z_]\w*)=(?=True|False|['\"{\[]|\.\.\.)", r"\1 = ", text)
     return re.sub(r"(?<== )(True|False)\b", lambda found: found[1].lower(), text)
 
