@@ -126,3 +126,14 @@ def test_surface_displacement_is_the_compliance():
     k = np.geomspace(1e-2, 50, 30)
     found = waves_at(stack, k, np.zeros(1), np.zeros(1, dtype=int)).normal[1, :, 0] / k
     np.testing.assert_allclose(found, fp.compliance(stack)(k), rtol=1e-11)
+
+
+@pytest.mark.parametrize("thickness", [0.1, 1.0, 1e3])
+def test_below_a_thin_layer_a_very_thick_one_is_a_half_space(thickness):
+    """Counted from the lower face, heights a million times the wavelength cost all digits."""
+    thin = fp.Layer(5e3, 0.4, 1e-7)
+    thick = fp.Medium([thin, fp.Layer(5e3, 0.4, thickness)], fp.RigidBase())
+    load, z = fp.DiscLoad(1e3, 1e-6), np.array([5e-8, 5e-7, 2e-6])
+    found, wanted = (fp.fields(body, load, 5e-7, 0.0, z, friction=0.3) for body in (thick, fp.HalfSpace(5e3, 0.4)))
+    # the rigid base under it acts like (radius/thickness)^2: 2e-10 at 0.1 m
+    np.testing.assert_allclose(found["von_mises"], wanted["von_mises"], rtol=1e-9)

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flatpunch._support.messages import message, toml
+from flatpunch._support.whole_file import REMEDY
 from flatpunch.cli.app import app
 from support import case_mutations
 
@@ -61,9 +62,10 @@ def test_outputs_are_checked_before_the_work(case, tmp_path, monkeypatch):
     refused(run("solve", case, "-o", tmp_path / "x.txt"), "the ending must be")
     refused(run("solve", case, "--plot", tmp_path / ("x" * 300 + ".png")), "cannot be written")
     refused(run("demo", "-o", case), "case.toml")
-    refused(run("demo", "-o", "/proc/demo"), "/proc/demo")
-    refused(run("paper", "-o", "/proc/paper"), "/proc/paper")
-    refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv")
+    refused(run("demo", "-o", "/proc/demo"), "/proc/demo", REMEDY)
+    refused(run("paper", "-o", "/proc/paper"), "/proc/paper", REMEDY)
+    refused(run("atlas", "build", "bonded-layer", "-o", "/proc/paper"), "/proc/paper", REMEDY)
+    refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv", REMEDY)
 
 
 def test_a_full_disk_is_one_message(case, tmp_path, monkeypatch):
@@ -72,8 +74,9 @@ def test_a_full_disk_is_one_message(case, tmp_path, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
     for output in ("x.nc", "x.csv"):
-        refused(run("solve", case, "-o", tmp_path / output), output, "No space left on device")
-    refused(run("demo", "-o", tmp_path / "demo"), "No space left on device")
+        refused(run("solve", case, "-o", tmp_path / output), output, "No space left on device", REMEDY)
+    refused(run("demo", "-o", tmp_path / "demo"), "No space left on device", REMEDY)
+    refused(run("atlas", "export", "bonded-layer", "--csv", tmp_path / "x.csv"), "No space left on device", REMEDY)
     assert not [path for path in tmp_path.rglob("*") if "unfinished" in path.name or path.suffix in (".nc", ".csv")]
 
 
@@ -177,6 +180,9 @@ def test_an_interruption_while_libraries_load(case):
         ("Give columns={'depth': 0}.", "Give columns = {'depth': 0}."),
         ("not with method='bem'.", "not with method = 'bem'."),
         ("x == 3 and a/l = 0.1", "x == 3 and a/l = 0.1"),
+        ("vary['layers[0].young'] = 3", 'vary."layers[0].young" = 3'),
+        ("the round limit is Cone(inclination).", "the round limit is kind = 'cone' with inclination."),
+        ("between axis and face in radians. Degrees go through math.radians.", "between axis and face."),
     ],
 )
 def test_messages_speak_toml(python, written):
@@ -225,3 +231,56 @@ def test_a_case_file_before_the_curve_is_in_the_wrong_place(case, tmp_path, comm
 
 def test_a_folder_for_a_case_file_is_called_a_folder(tmp_path):
     refused(run("solve", tmp_path), "it is a folder, not a file")
+
+
+@pytest.mark.parametrize("command", ["solve", "stress", "compare", "design"])
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("", "`flatpunch fit CURVE"),
+        ("[film]\ndepth_min = '1 nm'", "`flatpunch fit-film CURVE"),
+        ("[plan]\ndepth = '1 nm'\nnoise = '1 pN'", "`flatpunch fit CURVE"),
+    ],
+)
+def test_case_files_of_fits_are_named_for_what_they_are(tmp_path, command, table, words):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace('"5 kPa"', "{ fit = '5 kPa' }") + table, encoding="utf-8")
+    refused(run(command, path), "looks for values", words)
+    refused(run("sweep", path, "--vary", "indenter.radius=1um,2um"), "looks for values", words)
+
+
+def test_case_files_of_corrections_are_checked_and_named(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace("[control]", "[correct]\nreported = '5 kPa'").replace('["10 nm", "20 nm"]', "'9 nm'"))
+    refused(run("solve", path), "corrects a reported modulus", "`flatpunch correct")
+    done = run("check", path)
+    assert done.exit_code == 0
+    assert "Reported  5 kPa at a depth of 9 nm" in done.output
+    path.write_text(
+        "method = 'bem'"
+        + path.read_text()
+        .replace('"sphere"', '"pyramid"\nsides = 4')
+        .replace('radius = "5 um"', 'inclination = "20 deg"')
+    )
+    assert "about a minute" in run("check", path).output
+
+
+def test_warnings_are_notes(case):
+    """Neither the line of the source nor its path; those of libraries come with tracebacks only."""
+    program = (
+        "import warnings\nimport flatpunch.cli.app as app\nfrom flatpunch import FlatpunchWarning\n"
+        "def warned(*_):\n    warnings.warn('points cannot be kept', FlatpunchWarning)\n"
+        "    warnings.warn('deep', RuntimeWarning)\n"
+        "app.app = warned\napp.main()\n"
+    )
+    for variable, shown in (("UNUSED", False), ("FLATPUNCH_TRACEBACK", True)):
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+            env={**os.environ, variable: "1"},
+        )
+        assert done.stderr.startswith("Note: points cannot be kept\n")
+        assert ("RuntimeWarning: deep" in done.stderr) is shown

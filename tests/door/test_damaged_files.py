@@ -167,18 +167,52 @@ def test_what_is_no_file_is_no_result(tmp_path):
         fp.save(fp.indent(GEL, fp.Cone(0.1), depth=1e-9), tmp_path / "folder.nc")
 
 
-def test_damaged_zips_of_curves_are_refused_in_our_words(tmp_path, capfd):
-    pytest.importorskip("afmformats")
-    whole, path, rng = io.BytesIO(), tmp_path / "curve.zip", random.Random(5)
+def _zip_of_a_curve():
+    whole = io.BytesIO()
     with zipfile.ZipFile(whole, "w") as archive:
         archive.writestr("a.csv", "depth,force\n" + "1e-9,2e-9\n" * 30)
+    return whole.getvalue()
+
+
+def _workbook():
+    whole = io.BytesIO()
+    pytest.importorskip("pandas").DataFrame({"depth (nm)": range(30), "force (nN)": range(30)}).to_excel(
+        whole, index=False
+    )
+    return whole.getvalue()
+
+
+@pytest.mark.parametrize(("ending", "make"), [("zip", _zip_of_a_curve), ("xlsx", _workbook)])
+def test_damaged_archives_of_curves_are_refused_in_our_words(tmp_path, capfd, ending, make):
+    pytest.importorskip("afmformats")
+    pytest.importorskip("openpyxl")
+    whole, path, rng, messages = make(), tmp_path / f"curve.{ending}", random.Random(5), []
     for _ in range(40):
-        path.write_bytes(damaged(whole.getvalue(), rng))
-        with pytest.raises(fp.CurveError, match=r"curve\.zip|a\.csv") as caught:
+        path.write_bytes(damaged(whole, rng))
+        try:
             fp.read_curve(path)
+        except fp.CurveError as error:
+            messages.append(str(error))
+    # damage beside the cells of a workbook changes nothing
+    assert len(messages) == 40 if ending == "zip" else len(messages) > 20
+    for each in messages:
+        assert re.search(r"curve\.(zip|xlsx)|a\.csv", each), each
         # the words of Python and of libraries
-        assert not re.search(r"Errno|codec|Error|argument", str(caught.value)), caught.value
+        assert not re.search(r"Errno|codec|Error|argument|BadZip", each), each
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_zips_without_curves_and_with_names_that_are_no_text(tmp_path):
+    pytest.importorskip("afmformats")
+    path = tmp_path / "curve.zip"
+    zipfile.ZipFile(path, "w").close()
+    with pytest.raises(fp.CurveError, match=r"curve\.zip: the file holds no curve"):
+        fp.read_curve(path)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("\u00e9.csv", "depth,force\n1e-9,2e-9\n")
+    path.write_bytes(path.read_bytes().replace("\u00e9".encode(), b"\xff\xff", 1))
+    with pytest.raises(fp.CurveError, match="cannot be unpacked"):
+        fp.read_curve(path)
 
 
 @pytest.mark.parametrize("damage", [np.nan, -np.inf, 1e300])

@@ -19,7 +19,14 @@ def thin(poisson, thickness, young=1e4):
 STIFF = fp.Medium([fp.Layer(4.6e9, 0.5, 2.3e-6), fp.Layer(135.0, -0.9, 2.9e-5, bonded=False)], fp.RigidBase())
 SLENDER = fp.EllipticParaboloid(189437, 358.69)
 
+NEARLY_FLAT = fp.Superellipse(1e-6, 2e-6, 1e-6, power=3, exponent=0.06)
+"""Its contact is as narrow as the depth to the power of 16."""
+
 REFUSED = {
+    "cells of a contact of no width": (
+        lambda: fp.indent(fp.HalfSpace(1e4, 0.3), NEARLY_FLAT, depth=1e-9, method="bem"),
+        r"depth = 1 nm: the contact would be 2e-56 m wide.*Check the shape of the tip",
+    ),
     "adhesion of an ellipse on a thin layer": (
         lambda: fp.indent(thin(0.3, 1e-8), fp.EllipticParaboloid(1e2, 2e2), depth=1e-9, work_of_adhesion=1.0),
         r"work_of_adhesion = 1 J/m\^2: .* radii above 2.5\d+ µm",
@@ -59,6 +66,15 @@ def test_refused_soon_and_by_name(name):
         call()
     # 0.2 to 1 s on a quiet core, 3 to 180 s before; a loaded machine may take some times as long
     assert time.process_time() - begun < 5
+
+
+def test_a_refusal_leaves_nothing_behind():
+    """A depth that has no round contact is not the end of the tip for the calls that follow."""
+    body, method = fp.HalfSpace(1e4, 0.3), fp.Refined(cells=32)
+    with pytest.raises(ValueError, match="depth = 1 nm is too small"):
+        fp.indent(body, NEARLY_FLAT, depth=1e-9, method=method)
+    found = fp.indent(body, NEARLY_FLAT, force=1e-9, method=method)
+    assert float(found["force"][0]) == pytest.approx(1e-9)
 
 
 BODY = fp.Medium([fp.Layer(10e9, 0.3, 1e-6)], fp.HalfSpace(1e9, 0.3))

@@ -139,3 +139,21 @@ def test_adhesive_contact_on_cells(medium):
 def test_bad_input(make, error, words):
     with pytest.raises(error, match=words):
         make()
+
+
+@pytest.mark.parametrize("medium", [BODY, FILM], ids=["half-space", "film"])
+def test_points_far_from_the_load_and_from_each_other(medium):
+    """Each is what it is alone: no grid is laid over the metres between them."""
+    load = fp.PatchLoad([[1e5, 2e5, 1e5], [1e5, 2e5, 1e5]], 1e-7, traction=2e4)
+    x = np.array([0.0, 1e-5, 2e-4, 2.5e-4, 4e-3])
+    together = fp.fields(medium, load, x, 0.0, 1e-6)["von_mises"].values
+    alone = [float(fp.fields(medium, load, each, 0.0, 1e-6)["von_mises"]) for each in x]
+    np.testing.assert_allclose(together, alone, rtol=1e-9)
+
+
+def test_far_away_cells_act_like_a_disc():
+    load, s = fp.PatchLoad([[1e5, 2e5, 1e5], [1e5, 2e5, 1e5]], 1e-7), np.array([3e-5, 3e-4, 3e-3])
+    disc = fp.DiscLoad(8e-9 / (np.pi * 1e-14), 1e-7)
+    found, wanted = (fp.fields(BODY, each, s, 0.0, s / 2)["von_mises"] for each in (load, disc))
+    # the load is as large as 3 by 2 cells: it counts like size/distance, at an angle to the surface
+    np.testing.assert_array_less(abs(found / wanted - 1), 0.5e-6 / s)

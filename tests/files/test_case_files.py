@@ -185,7 +185,7 @@ def test_formulas_and_tables_give_the_same_line(read):
         ('young = "5 kPa"\n', "", r"layers\[0\].young is missing; it needs a pressure such as '5 kPa'"),
         ("thickness", "thicknes", r"layers\[0\].thicknes is no known field; did you mean 'thickness'\?"),
         ("poisson", "x", r"layers\[0\].x is no known field; known here: young, poisson, thickness, bonded"),
-        ('"5 kPa"', '{ formula = "5*y" }', r"layers\[0\].young: Formula.text '5\*y': found 'y' at character 3"),
+        ('"5 kPa"', '{ formula = "5*y" }', r"layers\[0\].young.formula '5\*y': found 'y' at character 3"),
         (
             '"5 kPa"',
             '{ formula = "1-z", depth_unit = "um" }',
@@ -302,6 +302,49 @@ def test_check_says_that_steep_gradings_take_longer(read):
             "title", "method = 'second-order'\ntitle"
         )
         lines = list(describe(read(text)))
-        takes[exponent] = next(line for line in lines if line.startswith("Takes"))
+        takes[exponent] = next(line.partition(";")[0] for line in lines if line.startswith("Takes"))
     assert takes["2"].endswith("about a second")
     assert takes["0.1"].endswith("some seconds")
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("elliptic_tip_on_graded_nitride", "about a second; its stresses about a minute"),
+        ("knee_insert_sliding_on_tray", "about a second; its stresses some seconds"),
+        ("coating_for_a_stiffness", "Design    1 number varied from 4 starts, about a second"),
+    ],
+)
+def test_times_of_stresses_and_designs_are_described(name, line):
+    (path,) = [each for each in shipped_cases() if each.stem == name]
+    assert line in "\n".join(describe(read_case(path)))
+
+
+@pytest.mark.parametrize(
+    ("indenter", "message"),
+    [
+        (
+            "kind = 'radial-profile', r = ['0 um', '1 um', '2 um'], f = ['0 nm', '9 nm', '1 nm']",
+            r"indenter\.f\[2\] = 1e-09 after indenter",
+        ),
+        (
+            "kind = 'radial-profile', r = ['0 um', '1 um', '2 um'], f = ['0 nm', '1 nm', '9 nm'], kinks = ['9 um']",
+            "indenter.kinks contains",
+        ),
+        (
+            "kind = 'power-law', exponent = 2, radius = '1 um', height = '1 nm', angles = ['0 deg', '9 deg', '90 deg'], "
+            "factors = [1.0, 1.1, 1.2], "
+            "corners = ['5 deg']",
+            "indenter.corners contains",
+        ),
+    ],
+)
+def test_messages_of_objects_name_the_keys_of_the_file(tmp_path, indenter, message):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        f"base = {{ kind = 'rigid' }}\nindenter = {{ {indenter} }}\ncontrol = {{ depth = '1 nm' }}\n", encoding="utf-8"
+    )
+    with pytest.raises(CaseError, match=message) as caught:
+        read_case(path)
+    assert "RadialProfile" not in str(caught.value)
+    assert "PowerLaw" not in str(caught.value)

@@ -99,3 +99,17 @@ def test_bad_tips(read, table, message):
 def test_degrees(read):
     tip = read('kind = "afm-pyramid"\nfront = "15 deg"\nback = "25 deg"\nside = "17.5 deg"').indenter
     assert tip.inclinations == pytest.approx([math.radians(a) for a in (75, 72.5, 65, 72.5)], rel=1e-14)
+
+
+def test_worn_tips_are_described_by_their_own_numbers(tmp_path):
+    """Neither by what they keep for themselves nor in radians and metres."""
+    path = tmp_path / "case.toml"
+    path.write_text(
+        "base = { kind = 'rigid' }\nlayers = [{ young = '5 kPa', poisson = 0.5, thickness = '1 um' }]\n"
+        "indenter = { kind = 'vickers', tip_radius = '20 nm', tilt_x = '1 deg' }\ncontrol = { depth = '10 nm' }\n",
+        encoding="utf-8",
+    )
+    (line,) = [each for each in describe(read_case(path)) if each.startswith("Indenter")]
+    assert "tilt_x 1 deg" in line
+    assert "radius 20 nm, true_sphere yes" in line
+    assert "_" not in line.replace("true_sphere", "").replace("tilt_", "")

@@ -83,6 +83,14 @@ def test_zero_outside_contact():
     assert force[0] == force[1] == 0 < force[2]
 
 
+def test_a_trial_without_contact_tabulates_nothing(monkeypatch):
+    """The scaled depth has no largest value there: a table to a depth of 1 m took 40 s under a worn pyramid."""
+    model = ForwardModel(HalfSpace(1e3, 0.5), Pyramid(4, 0.3), ("base.young",))
+    monkeypatch.setattr(Table, "at", lambda *_: pytest.fail("a table was made"))
+    force, stiffness, derivatives = model.evaluate(np.zeros(0), model.start())
+    assert (force.shape, stiffness.shape, derivatives.shape) == ((0,), (0,), (1, 0))
+
+
 def test_beyond_the_tip_the_curve_goes_on():
     """A trial step of a fit may ask for more than a ball has; the model answers, so that the fit can turn back."""
     force = ForwardModel(HalfSpace(1e4, 0.3), Sphere(1e-6), ("base.young",)).force(np.array([0.5e-6, 3e-6]))

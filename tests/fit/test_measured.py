@@ -30,6 +30,19 @@ def test_chiaro_ball_on_soft_sample(curves):
     assert any("Neighbouring residuals" in note for note in result.notes)
 
 
+def test_another_file_of_the_same_name_is_read_anew(curves, tmp_path):
+    """afmformats keeps archives open by their names."""
+    path = tmp_path / "curve.jpk-force"
+    lengths = []
+    for name in ("*spot3*.jpk-force", "*flipsign*.jpk-force"):
+        new = tmp_path / "new"
+        new.write_bytes(next(curves.glob(name)).read_bytes())
+        # as programs do that write whole files
+        new.replace(path)
+        lengths.append(read_curve(path).depth.size)
+    assert lengths == [4000, 14000]
+
+
 @pytest.mark.parametrize("pattern", ["*.jpk-force", "*.tab"])
 def test_jpk_and_tab(pattern, curves):
     curve = read_curve(next(curves.glob(pattern.replace("*.", "*spot3*.") if "jpk" in pattern else pattern)))

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flatpunch import indent
 from flatpunch.media import (
     DepthTable,
     ExponentialModulus,
@@ -124,3 +125,9 @@ def test_two_bodies_as_data():
         TwoBodies(soft, Layer(1.0, 0.3, 1.0))
     with pytest.raises(ValueError, match="one of its own exponent"):
         TwoBodies(soft, PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3))
+
+
+@pytest.mark.parametrize("law", [lambda z: 1 / 0, lambda: 3.0, lambda z: "a", indent])
+def test_functions_that_fail_are_named(law):
+    with pytest.raises(TypeError, match=r"GradedLayer\.young: the function fails with"):
+        GradedLayer(law, 0.3, 1e-6)

@@ -54,6 +54,22 @@ def test_an_entry_above_the_limit_is_kept_until_the_next_one():
     assert calls == [1, 2, 1]
 
 
+@pytest.mark.parametrize(
+    ("value", "collected"),
+    [(np.zeros(100), 0), ((np.zeros(100), 1.0), 0), ([np.zeros(100)], 1), ((np.zeros(100), lambda: 0), 1)],
+    ids=["array", "tuple of arrays", "list", "function"],
+)
+def test_a_collection_is_made_only_for_what_may_refer_to_itself(value, collected, monkeypatch):
+    """It takes 0.1 s, and a series of many harmonics drops some hundred times."""
+    calls = []
+    monkeypatch.setattr(byte_cache.gc, "collect", lambda: calls.append(1))
+    cache = ByteCache(100)
+    kept = byte_cached(lambda number: value, cache)
+    kept(1), kept(2)
+    assert len(kept._kept) == 1
+    assert bool(calls) == bool(collected)
+
+
 def test_views_count_as_what_they_hold_and_everything_counts_once():
     whole = np.zeros(1000)
     assert 8000 <= size_of([whole[:3], whole[5:], {"again": whole}], set()) < 8000 + 1000

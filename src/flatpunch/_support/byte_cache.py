@@ -98,15 +98,17 @@ class ByteCache:
 
     def _shrink(self) -> None:
         """Measure all entries, and drop those beyond three quarters of the limit but for the one used last."""
-        seen, total = set[int](), 0
+        seen, total, cyclic = set[int](), 0, False
         for i, entry in enumerate(sorted(self._entries.values(), key=lambda entry: -entry.used)):
             if i == 0 or total <= 0.75 * self.limit:
                 total += size_of([entry.key, entry.value], seen)
             if i and total > 0.75 * self.limit:
                 self._drop(entry)
+                cyclic = cyclic or _may_refer_to_itself(entry.value)
         self.bytes = self._measured = total
-        # series refer to themselves through the functions they sample: only a collection frees them
-        gc.collect()
+        if cyclic:
+            # series refer to themselves through the functions they sample: only a collection frees them
+            gc.collect()
 
     def _drop(self, entry: _Entry) -> None:
         entry.home.pop(entry.key, None)
@@ -147,6 +149,11 @@ class ByteCached(Generic[P, R]):
 def byte_cached(function: Callable[P, R], cache: ByteCache = PROCESS) -> ByteCached[P, R]:
     """Decorate a function of hashable arguments: its results are kept within the limit of the process."""
     return ByteCached(function, cache)
+
+
+def _may_refer_to_itself(value: Any) -> bool:
+    """Whether only a collection may free it; arrays and tuples of them are free at once, and a collection takes 0.1 s."""
+    return any(map(gc.is_tracked, value if isinstance(value, tuple) else (value,)))
 
 
 def size_of(things: list[Any], seen: set[int]) -> int:

@@ -15,11 +15,20 @@ from pathlib import Path
 
 from flatpunch._support.checks import brief
 from flatpunch._support.reading import shown_path
+from flatpunch._support.whole_file import NotWritten
 
 TRACEBACK = "FLATPUNCH_TRACEBACK"
 """Environment variable; set to anything, errors show where they come from."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+_IN_CASE_FILES = {
+    " in radians. Degrees go through math.radians; a half-opening angle t measured from the axis is pi/2 - t.": (
+        ". The angle between axis and face is half_opening_angle."
+    ),
+    " in radians. Degrees go through math.radians.": ".",
+}
+"""What calls need to know, and what case files with their units say instead."""
+
 _RAISED = (ValueError, TypeError, OSError)
 
 
@@ -27,6 +36,8 @@ def message(error: BaseException) -> str:
     """Return the message of an error for people who write case files."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
+    if isinstance(error, NotWritten):
+        return str(error)
     if isinstance(error, OSError) and error.filename is not None:
         return f"{shown_path(error.filename)}: {error.strerror or type(error).__name__}."
     if isinstance(error, OSError) and error.errno is not None:
@@ -43,6 +54,10 @@ def message(error: BaseException) -> str:
 
 def toml(text: str) -> str:
     """Return a message with Python's spelling of settings in that of case files: name=True becomes name = true."""
+    for python, written in _IN_CASE_FILES.items():
+        text = text.replace(python, written)
+    text = re.sub(r"\b([a-z]+)\['([^']+)'\]", r'\1."\2"', text)
+    text = re.sub(r"\b(Cone|Cylinder)\((\w+)\)", lambda found: f"kind = '{found[1].lower()}' with {found[2]}", text)
     text = re.sub(r"(?<!--set )\b([a-z_]\w*)=(?=True|False|['\"{\[]|\.\.\.)", r"\1 = ", text)
     return re.sub(r"(?<== )(True|False)\b", lambda found: found[1].lower(), text)
 

@@ -24,6 +24,7 @@ UNITS = {
     **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z", "spacing"), "m"),
     **dict.fromkeys(("height_at_axes", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"),
     **dict.fromkeys(("AreaFunction.limit", "AreaFunction.start"), "m"),
+    **dict.fromkeys(("RadialProfile.r", "RadialProfile.f", "RadialProfile.kinks"), "m"),
     **dict.fromkeys(("A", "B"), "1/m"),
     "force": "N",
     **dict.fromkeys(("time", "times"), "s"),

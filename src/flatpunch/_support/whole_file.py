@@ -21,6 +21,9 @@ from flatpunch._support.reading import shown_path
 UNFINISHED = ".unfinished-"
 """How temporary names begin."""
 
+REMEDY = "Choose a folder that exists, is yours and has space left."
+"""What to do where a file cannot be written."""
+
 _HOUR = 3600.0
 """Age above which files of other machines, and of earlier versions, count as left behind [s]."""
 
@@ -35,8 +38,14 @@ def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> No
         raise ValueError(f"{option} {shown_path(path)}: {reason}")
 
 
-def check_folder(option: str, folder: Path) -> None:
-    """Refuse a folder in which no file can be made, before anything is solved."""
+def made_folder(option: str, folder: Path) -> None:
+    """Make a folder, and refuse one in which no file can be made, before anything is solved."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        # a null character is a ValueError
+        reason = getattr(error, "strerror", None) or "no name of a folder"
+        raise ValueError(f"{option} {shown_path(folder)}: cannot be made ({reason}). {REMEDY}") from None
     if (reason := unwritable(folder / "file")) is not None:
         raise ValueError(f"{option} {shown_path(folder)}: {reason}")
 
@@ -54,8 +63,15 @@ def unwritable(path: Path) -> str | None:
         os.unlink(name)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "no name of a file"
-        return f"cannot be written ({reason}). Choose a folder that exists and is yours."
+        return f"cannot be written ({reason}). {REMEDY}"
     return None
+
+
+class NotWritten(OSError):
+    """A file could not be written; it has the path."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: cannot be written ({self.strerror}). {REMEDY}"
 
 
 @contextmanager
@@ -86,7 +102,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         # a full disk does not say which file it was
-        raise OSError(error.errno, error.strerror or str(error), shown_path(path)) from error
+        raise NotWritten(error.errno, error.strerror or str(error), shown_path(path)) from error
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -209,9 +209,8 @@ def read_table(path: str | Path) -> Table:
         raise
     except (Unreadable, BrokenSeal) as error:
         raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: {error}.") from None
-    except Exception as error:  # damaged bytes make HDF5 fail in any way
-        reason = f"damaged, or of another kind ({type(error).__name__})"
-        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: {reason}.") from None
+    except Exception:  # damaged bytes make HDF5 fail in any way
+        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: damaged, or of another kind.") from None
 
 
 def _read(file: Any, path: Path) -> Table:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import LARGEST, SMALLEST, Array
 from flatpunch._support.prefixes import text
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
@@ -26,8 +26,14 @@ class Extent:
     center: tuple[float, float]
     rough: Rough | None = field(default=None, repr=False, compare=False)
 
-    def grid(self, cells: int) -> Grid:
-        """Grid around it, with a free rim of a quarter of its half-widths."""
+    def grid(self, cells: int, **prescribed: float | None) -> Grid:
+        """Grid around it, with a free rim of a quarter of its half-widths; messages name the depth or force prescribed."""
+        for width in self.half_widths:
+            if not SMALLEST <= width <= LARGEST:
+                raise ValueError(
+                    f"{_asked(**prescribed)}: the contact would be {2 * width:.1g} m wide, beyond what can be computed. "
+                    "Check the shape of the tip and the units, or prescribe more."
+                )
         return Grid.around(self.half_widths, cells, center=self.center)
 
     def fits(self, grid: Grid) -> bool:
@@ -114,13 +120,13 @@ def find_extent(
     ContactTouchesEdge
         If no bounded contact is found.
     """
-    asked = f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
+    asked = _asked(depth, force)
     extent = first
     # half as many attempts find no box from a first one that is 1e9 times too large
     attempts = 60
     for _ in range(attempts):
         # half or twice as many cells find boxes that change the force by 1e-4
-        grid = extent.grid(48)
+        grid = extent.grid(48, depth=depth, force=force)
         pressure = _coarse_pressure(kernel, height, grid, asked, depth, force)
         contact = pressure > 0
         if not contact.any():
@@ -137,6 +143,10 @@ def find_extent(
     raise ContactTouchesEdge(
         f"No bounded contact was found for {asked} in {attempts} attempts. Check the units, ask for less, or give a grid."
     )
+
+
+def _asked(depth: float | None = None, force: float | None = None) -> str:
+    return f"depth = {text(depth, 'm')}" if depth is not None else f"force = {text(force or 0.0, 'N')}"
 
 
 def grown(grid: Grid, contact: Mask) -> Grid:

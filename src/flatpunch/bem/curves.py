@@ -217,7 +217,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
                 extent = first if hinted else find_extent(kernel, height, first, **prescribed)
                 if levels is None or not (close and extent.fits(levels.grid)):
                     levels = announced(
-                        Levels(kernel, extent.grid(grid or DEFAULT_CELLS), xp, course.single), len(steps)
+                        Levels(kernel, extent.grid(grid or DEFAULT_CELLS, **prescribed), xp, course.single), len(steps)
                     )
             start = state.pressure if state is not None and close and before is levels else None
             rough = None if isinstance(grid, Grid) else extent.rough
@@ -312,7 +312,7 @@ def _solve_inside(
             if hinted:
                 half_widths = grid.nx * grid.spacing / 2, grid.ny * grid.spacing / 2
                 found = find_extent(levels.kernel, height, Extent(half_widths, grid.center), **prescribed)
-                grid, hinted = found.grid(round(np.sqrt(levels.grid.nx * levels.grid.ny))), False
+                grid, hinted = found.grid(round(np.sqrt(levels.grid.nx * levels.grid.ny)), **prescribed), False
                 rough = found.rough
             levels, start = announced(replace(levels, grid=grid), 1), None
     raise _too_small(levels, height, **prescribed)

@@ -79,19 +79,8 @@ def solve(
     with friendly():
         _check_targets(output, csv, plot)
         from flatpunch.files import read_case
-        from flatpunch.files.cases import command_for
 
-        _refuse_fits(case, command_for(case))
         _solve(read_case(case), [path for path in (output, csv) if path], plot, style=style, outlines=outlines)
-
-
-def _refuse_fits(case: Path, command: str | None) -> None:
-    """Say which command a case with values to be found belongs to."""
-    if command is not None:
-        raise ValueError(
-            f"{case} looks for values, so there is nothing to solve: fit it to a measured curve with "
-            f"`flatpunch {command} CURVE {case}`."
-        )
 
 
 @app.command(epilog=examples("check"))
@@ -126,12 +115,11 @@ def demo(
     files of their fits are in the folder `fit`. Case files that are there already are kept, and solved as you changed them.
     """
     with friendly():
-        from flatpunch._support.whole_file import check_folder
+        from flatpunch._support.whole_file import made_folder
         from flatpunch.files import read_case, shipped_cases
         from flatpunch.files.describe import shipped_fits
 
-        (output / "fit").mkdir(parents=True, exist_ok=True)
-        check_folder("--output", output)
+        made_folder("--output", output / "fit")
         for source in shipped_fits():
             _copy(source, output / "fit" / source.name)
         for source in shipped_cases():

@@ -335,11 +335,10 @@ def _build(
 
     from flatpunch import atlas
     from flatpunch._support.progress import listening
-    from flatpunch._support.whole_file import check_folder
+    from flatpunch._support.whole_file import made_folder
 
     families = _families(names)
-    output.mkdir(parents=True, exist_ok=True)
-    check_folder("--output", output)
+    made_folder("--output", output)
     ways: dict[str, Any] = {"store": store, "workers": workers, "scheduler": scheduler}
     for family, more in families:
         with listening(_counting(step, f"{family.name}, {{}} of {{}} media")):

@@ -29,14 +29,13 @@ def paper(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    from flatpunch._support.whole_file import check_folder
+    from flatpunch._support.whole_file import made_folder
     from flatpunch.paper import reproduce, wanted_figures
 
     start, console = time.monotonic(), Console(stderr=True)
     with friendly("Finished points are kept; the same command goes on from there."):
         numbers = wanted_figures(figures)
-        output.mkdir(parents=True, exist_ok=True)
-        check_folder("--output", output)
+        made_folder("--output", output)
         columns = (
             SpinnerColumn(),
             TextColumn("{task.description}", markup=False),

@@ -5,7 +5,11 @@ from __future__ import annotations
 import codecs
 import os
 import sys
+import warnings
 from typing import TextIO
+
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.messages import wants_traceback
 
 _ASCII = {"µ": "u", "²": "^2", "°": " deg", "·": "*", "–": "-", "…": "..."}
 _HANDLER = "flatpunch"
@@ -17,6 +21,7 @@ def prepare() -> None:
     # closed ones are None
     sys.stdout = _usable(sys.stdout)
     sys.stderr = _usable(sys.stderr)
+    warnings.showwarning = _note
 
 
 def finish() -> str | None:
@@ -36,6 +41,21 @@ def _silence() -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
+
+
+def _note(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning of the package as a note; those of libraries help nobody without the place, which goes with tracebacks."""
+    if issubclass(category, FlatpunchWarning):
+        print(f"Note: {message}", file=sys.stderr)
+    elif wants_traceback():
+        print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
 
 
 def _usable(stream: TextIO | None) -> TextIO:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
+from flatpunch._support.messages import toml
 from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import StyleOption, friendly, progress, say_written
 
@@ -154,11 +157,16 @@ def _print(result: xr.Dataset, quantity: str | None, step: int) -> None:
     for i in rows:
         table.add_row(
             value_text(result[names[0]], i),
-            *("failed" if failed[i, j] else f"{part[i, j] * factor:.4g}" for j in columns),
+            *("failed" if failed[i, j] else _cell(part[i, j] * factor) for j in columns),
         )
     out = Console()
     out.print(title, markup=False, highlight=False)
     out.print(table)
+
+
+def _cell(value: float) -> str:
+    """Four digits, or a dash where the point has no value, as where a critical load is not reached."""
+    return "-" if math.isnan(value) else f"{value:.4g}"
 
 
 def _failures(result: xr.Dataset) -> list[str]:
@@ -170,7 +178,9 @@ def _failures(result: xr.Dataset) -> list[str]:
     names = parameters(result)
     return [
         f"Failed at {', '.join(f'{name} = {value_text(result[name], i)}' for name, i in zip(names, at, strict=True))}: "
-        + str(result["reason"].values[tuple(at)])
+        + re.sub(
+            r"^(ValueError|TypeError|NotConverged|UnresolvedLayer): ", "", toml(str(result["reason"].values[tuple(at)]))
+        )
         for at in np.argwhere(result["status"].values == "failed")
     ]
 

@@ -178,7 +178,7 @@ def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float
         if hidden.any():
             part.states[:, :, hidden] = _admitted(True, own, own_across)[0][:, :, hidden]
             part.across[:, hidden] = _admitted(True, own, own_across)[1][:, hidden]
-        part.raised, part.lifted = _raised(part, k, part.thickness, hidden, scale)
+        part.raised, part.lifted = _raised(part, k, 0.0, scale)
         flexibility, transverse = _divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
 
@@ -210,12 +210,18 @@ def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Arra
     return states, across
 
 
-def _raised(part: _Part, k: Array, height: float | Array, hidden: Flags, scale: float) -> tuple[Array, Array]:
-    """States of the lower face as they are at heights above it, times exp(-k height); (4, 2, nk) or (4, 2, nk, heights)."""
+def _raised(part: _Part, k: Array, depth: float | Array, scale: float) -> tuple[Array, Array]:
+    """States of the lower face as they are at depths below the upper one, times exp(-k height); (4, 2, nk) or (4, 2, nk, nz).
+
+    Below the depth that a wave reaches, the layer is its own half-space: heights are counted from there. Counted from the lower
+    face of a layer a million times as thick, they would cost all digits.
+    """
     if part.graded is not None:
         # where the wave does not reach the state stays what it is in the layer's own half-space
-        return _stepped(part, np.where(hidden, 0.0, k * part.thickness), scale)
-    x = np.multiply.outer(k, height)
+        return _stepped(part, np.where(_hidden(part, k), 0.0, k * part.thickness), scale)
+    x = np.minimum(k * part.thickness, SATURATION)
+    if np.ndim(depth):
+        x = np.maximum(x[:, None] - np.multiply.outer(k, depth), 0.0)
     states, sideways = part.states, part.across
     mu, nu = part.shear / scale, part.poisson
     system = sagittal_system(mu, nu)
@@ -276,13 +282,12 @@ def _sweep_down(
     sideways = np.ones(k.size)
     states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
-        hidden = _hidden(part, k)
         raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
         wave = sideways / lifted[1]
         if part.depths.size and part.graded is None:
             down = np.clip(z[part.depths] - part.top, 0.0, part.thickness)
-            y, w = _raised(part, k, part.thickness - down, hidden, scale)
+            y, w = _raised(part, k, down, scale)
             decay = np.exp(-k[:, None] * down)
             states[..., part.depths] = np.einsum("ijnz,jkn->iknz", y, amplitude) * decay
             across[..., part.depths] = w * (wave[:, None] * decay)

@@ -3,7 +3,8 @@
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
 periodic images): its half-space part in closed form (`rectangle`), what layers add from a disc of the same area, since that part
 is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s,
-cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes.
+cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes. More than
+twelve widths away, the whole load acts like a disc.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import interfaces
 from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
 from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
-from flatpunch.fields.axisymmetric.round_load import turned
+from flatpunch.fields.axisymmetric.round_load import round_fields, turned
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.rectangle import normal_corner, shear_corner, summed
@@ -135,21 +136,40 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
     octave = np.floor(np.log2(np.maximum(distance / (count * cells.spacing), 0.5))).astype(int) + 1
-    for m in np.unique(octave):
-        # no wider than the whole load, however far away the points are
-        wide = cells.joined(2 ** min(max(int(m) - 1, 0), max(cells.pressure.shape).bit_length()))
+    # from this octave, the whole load is one cell
+    one = max(cells.pressure.shape).bit_length() + 1
+    for m in np.unique(octave[octave < one]):
+        wide = cells.joined(2 ** max(int(m) - 1, 0))
         for layer in np.unique(at.layer[octave == m]):
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, count if m > 0 else 0):
                 points = here[chosen]
                 # Chebyshev nodes in an octave of depth: they leave 3e-5
                 depths, weights = nodes_or_points(at.depth[points], low, high, 6)
-                total = np.zeros((9, points.size))
-                for i, depth in enumerate(depths):
-                    plane = _on_plane(wide, at, float(depth), int(layer), x[points], y[points], direction)
-                    total += plane * weights[:, i]
-                result[:, points] = total
+                planes = _on_planes(wide, at, depths, int(layer), x[points], y[points], direction)
+                result[:, points] = sum(plane * weights[:, i] for i, plane in enumerate(planes))
+    far = np.flatnonzero(octave >= one)
+    if far.size:
+        part = Located(at.body, far, at.depth[far], at.layer[far], at.upper)
+        result[:, far] = _as_disc(cells.joined(2 ** (one - 1)), part, x[far], y[far], direction)
     return result
+
+
+def _as_disc(cell: Cells, at: Located, x: Array, y: Array, direction: float) -> Array:
+    """All nine components at points far away from a single cell; no plane between them would be small enough for a grid."""
+    pressure, traction = float(cell.pressure[0, 0]), float(cell.traction[0, 0])
+    return np.concatenate(
+        round_fields(
+            UniformDisc(cell.spacing / np.sqrt(np.pi)),
+            at,
+            x - cell.center[0],
+            y - cell.center[1],
+            pressure=pressure,
+            # the friction of the lower body acts backwards on the upper one
+            traction=-traction if at.upper else traction,
+            direction=direction,
+        )
+    )
 
 
 def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Iterator[tuple[Indices, float, float]]:
@@ -173,8 +193,10 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Ite
         start, end = end, 2 * end
 
 
-def _on_plane(cells: Cells, at: Located, z: float, layer: int, x: Array, y: Array, direction: float) -> Array:
-    """Components at points of one plane, shape (9, n)."""
+def _on_planes(
+    cells: Cells, at: Located, depths: Array, layer: int, x: Array, y: Array, direction: float
+) -> Iterator[Array]:
+    """Components at points of the planes of several depths, one after the other, shape (9, n)."""
     h = cells.spacing
     # the plane's grid in units of the cells: first and last centres around the points
     column, row = (x - cells.x[0]) / h, (y - cells.y[0]) / h
@@ -184,14 +206,16 @@ def _on_plane(cells: Cells, at: Located, z: float, layer: int, x: Array, y: Arra
     # offsets between the centres of targets and sources
     across = np.arange(first_x - nx + 1, last_x + 1)
     along = np.arange(first_y - ny + 1, last_y + 1)
-    planes = np.zeros((9, last_y - first_y + 1, last_x - first_x + 1))
-    for load, shear in ((cells.pressure, False), (cells.traction, True)):
-        if np.any(load):
-            sign = -1 if shear and at.upper else 1
-            kernel = _kernel(at, z, layer, across, along, h, direction if shear else None)
-            planes += sign * _convolved(load, kernel, planes.shape[1:])
+    shape = last_y - first_y + 1, last_x - first_x + 1
+    acting = [(load, shear) for load, shear in ((cells.pressure, False), (cells.traction, True)) if np.any(load)]
+    kernels = [_kernels(at, depths, layer, across, along, h, direction if shear else None) for _, shear in acting]
     where = np.stack([row - first_y, column - first_x])
-    return np.stack([scipy.ndimage.map_coordinates(each, where, order=3, mode="nearest") for each in planes])
+    for _ in depths:
+        planes = np.zeros((9, *shape))
+        for (load, shear), kernel in zip(acting, kernels, strict=True):
+            sign = -1 if shear and at.upper else 1
+            planes += sign * _convolved(load, next(kernel), shape)
+        yield np.stack([scipy.ndimage.map_coordinates(each, where, order=3, mode="nearest") for each in planes])
 
 
 def _convolved(load: Array, kernel: Array, shape: tuple[int, int]) -> Array:
@@ -202,39 +226,43 @@ def _convolved(load: Array, kernel: Array, shape: tuple[int, int]) -> Array:
     return np.asarray(full[:, ny - 1 : ny - 1 + shape[0], nx - 1 : nx - 1 + shape[1]])
 
 
-def _kernel(at: Located, z: float, layer: int, across: Array, along: Array, h: float, direction: float | None) -> Array:
-    """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx)."""
-    result = np.zeros((9, along.size, across.size))
+def _kernels(
+    at: Located, depths: Array, layer: int, across: Array, along: Array, h: float, direction: float | None
+) -> Iterator[Array]:
+    """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx), depth by depth.
+
+    What layers add is found for all depths at once: most of its time goes into the waves below them, which is the same for all.
+    """
     disc = UniformDisc(h / np.sqrt(np.pi))
-    if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
-        part = SurfacePart.of(at.body)
-        mu, nu = part.constants
-        x = (np.append(across, across[-1] + 1) - 0.5) * h
-        y = (np.append(along, along[-1] + 1) - 0.5) * h
-        gx, gy = np.meshgrid(x, y)
-        if direction is None:
-            result += summed(normal_corner(gx, gy, z, mu, nu))
-        else:
-            result += np.cos(direction) * summed(shear_corner(gx, gy, z, mu, nu))
-            if abs(np.sin(direction)) > 1e-15:
-                result += np.sin(direction) * summed(shear_corner(gy, gx, z, mu, nu)[_SWAP])
-        result = part.kept_of_components(result)
     gx, gy = np.meshgrid(across * h, along * h)
     r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
-    shear = direction is not None
-    normal, sideways = layered_part(
-        at.body,
-        disc,
-        r,
-        np.full(r.size, z),
-        np.full(r.size, layer),
-        shear,
-    )
+    which, shear = which.ravel(), direction is not None
+    places = np.tile(r, depths.size), np.repeat(depths, r.size), np.full(r.size * depths.size, layer)
+    normal, sideways = layered_part(at.body, disc, *places, shear)
     turn = direction or 0.0
     theta = np.arctan2(gy, gx).ravel() - turn
-    which = which.ravel()
-    if shear and sideways is not None:
-        parts = turned(*cartesian(None, sideways[:, which], theta), turn)
-    else:
-        parts = cartesian(normal[:, which], None, theta)
-    return result + np.concatenate(parts).reshape(result.shape)
+    for i, z in enumerate(depths.tolist()):
+        mine = i * r.size + which
+        if sideways is not None:
+            parts = turned(*cartesian(None, sideways[:, mine], theta), turn)
+        else:
+            parts = cartesian(normal[:, mine], None, theta)
+        found = np.concatenate(parts).reshape(9, *gx.shape)
+        if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
+            found += _split_off_part(at, z, across, along, h, direction)
+        yield found
+
+
+def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float, direction: float | None) -> Array:
+    """The half-space part of one cell in closed form."""
+    part = SurfacePart.of(at.body)
+    mu, nu = part.constants
+    x = (np.append(across, across[-1] + 1) - 0.5) * h
+    y = (np.append(along, along[-1] + 1) - 0.5) * h
+    gx, gy = np.meshgrid(x, y)
+    if direction is None:
+        return part.kept_of_components(summed(normal_corner(gx, gy, z, mu, nu)))
+    found = np.cos(direction) * summed(shear_corner(gx, gy, z, mu, nu))
+    if abs(np.sin(direction)) > 1e-15:
+        found += np.sin(direction) * summed(shear_corner(gy, gx, z, mu, nu)[_SWAP])
+    return part.kept_of_components(found)

@@ -259,21 +259,36 @@ def read_case(path: str | Path) -> Case:
     return replace(case_from(parsed(text, path), path), source=(path, text))
 
 
+_OF_FITS = ("fit", "curve", "curves", "film", "priors", "posterior", "plan", "correct")
+"""Tables of case files that are not solved but fitted, or corrected."""
+
+
 def is_fit_case(path: str | Path) -> bool:
-    """Whether a case file looks for something: a value { fit = ... }, or a table [fit] or [curve]."""
+    """Whether a case file looks for something: a value { fit = ... }, or a table such as [fit], [curve] or [correct]."""
     try:
         data = parsed(case_text(path), Path(path))
     except CaseError:
         # the reader reports unreadable files
         return False
-    return "fit" in data or "curve" in data or "curves" in data or _looks_for(data)
+    return _belongs_to_fits(data)
 
 
-def command_for(path: str | Path) -> str | None:
-    """Command that a case file with values to be found belongs to, "fit" or "fit-film"; None if it looks for nothing."""
-    if not is_fit_case(path):
-        return None
-    return "fit-film" if "film" in parsed(case_text(path), Path(path)) else "fit"
+def _belongs_to_fits(data: dict[str, Any]) -> bool:
+    return any(name in data for name in _OF_FITS) or _looks_for(data)
+
+
+def _refuse_fits(data: dict[str, Any], path: Path) -> None:
+    """Say which command a case file belongs to that is not solved."""
+    if not _belongs_to_fits(data):
+        return
+    if "correct" in data and not _looks_for(data):
+        raise CaseError(
+            f"{path} corrects a reported modulus (table [correct]), so there is nothing to solve: use `flatpunch correct {path}`."
+        )
+    command = "fit-film CURVE" if "film" in data else "fit" if "curves" in data else "fit CURVE"
+    raise CaseError(
+        f"{path} looks for values, so there is nothing to solve: fit it to a measured curve with `flatpunch {command} {path}`."
+    )
 
 
 def _looks_for(value: Any) -> bool:
@@ -305,5 +320,6 @@ def parsed(text: str, path: Path) -> dict[str, Any]:
 
 def case_from(data: dict[str, Any], path: Path) -> Case:
     """Check the tables of a case file and return the case; files that they name are looked for beside `path`."""
+    _refuse_fits(data, path)
     case: Case = validated(CaseTable, data, path, folder=path.parent, adhesive="work_of_adhesion" in data).built
     return case

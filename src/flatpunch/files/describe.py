@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,26 +10,20 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.readable import quantity_of
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.compliance import compliance
 from flatpunch.contact import BoundaryElements, Choice, Refined, SecondOrder, default_choice, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
+from flatpunch.design import LargestLoad
 from flatpunch.fields import Strength
 from flatpunch.files.cases import Case
+from flatpunch.files.tables.design import DesignCase
 from flatpunch.files.units import text
 from flatpunch.media import Medium, TwoBodies, underlying
 from flatpunch.punch.matrix import sufficient_terms
-
-_UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z"), "m"),
-    **dict.fromkeys(("height_at_axes", "limit", "start", "unit", "smoothing", "reach"), "m"),
-    **dict.fromkeys(("A", "B"), "1/m"),
-    **dict.fromkeys(("time", "times"), "s"),
-}
-
 
 _CELLS_LEAVE = "0.1 %"
 """Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
@@ -97,7 +90,11 @@ def describe(case: Case) -> Iterator[str]:
     named = EXACT if exact else choice.method.name + ("" if case.method else f" ({choice.reason})")
     yield f"Method    {named}, outline at {case.angles} polar angles"
     yield f"Expected  {_expected(case, choice)}"
-    yield f"Takes     {_cost(case, choice)}"
+    memory, seconds = _cost(case, choice)
+    stresses = "" if case.time is not None else _stresses_take(case, seconds)
+    yield f"Takes     {takes(memory, seconds)}{stresses}"
+    if case.design is not None:
+        yield f"Design    {_design(case, case.design, seconds)}"
     if case.stress is not None:
         asked = sum(strength != Strength() for strength in case.stress.strengths + case.stress.upper_strengths)
         yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
@@ -138,8 +135,8 @@ def _expected(case: Case, choice: Choice) -> str:
     return f"force to {percent(force)}, outline to {percent(outline)} of the mean radius at the largest {case.control}"
 
 
-def _cost(case: Case, choice: Choice) -> str:
-    """Memory that solving takes at most, and its time to an order of magnitude."""
+def _cost(case: Case, choice: Choice) -> tuple[float, float]:
+    """Memory that solving takes at most [bytes], and its time to an order of magnitude [s]."""
     steps = case.values.size
     layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
     # some arrays over the steps, and the outlines while they are made
@@ -149,7 +146,26 @@ def _cost(case: Case, choice: Choice) -> str:
     if not choice.quick:
         memory += required_bytes(Grid(DEFAULT_CELLS, DEFAULT_CELLS, 1.0))
         seconds += 2.0 * steps if isinstance(choice.method, BoundaryElements) else 15.0
-    return takes(memory, seconds)
+    return memory, seconds
+
+
+def _stresses_take(case: Case, solving: float) -> str:
+    """Time of `flatpunch stress` in words, where it is another one: under tips that are not round layers act cell by cell."""
+    seconds = solving if case.indenter.round else max(solving, 3.0)
+    if not case.indenter.round and compliance(case.medium).graded:
+        seconds = max(seconds, 60.0)
+    return "" if _duration(seconds) == _duration(solving) else f"; its stresses {_duration(seconds)}"
+
+
+def _design(case: Case, design: DesignCase, solving: float) -> str:
+    """What a design varies, and how long it takes: some contacts for each number and start."""
+    contacts = 10 * design.starts * (1 + len(design.vary))
+    # seconds of one contact beyond what the first one takes for all; a critical load is many pressures
+    each = max((solving - 0.1) / 2, 0.3 if isinstance(design.objective, LargestLoad) else 0.02)
+    numbers, starts = (
+        f"{n} {word}{'s' if n > 1 else ''}" for n, word in ((len(design.vary), "number"), (design.starts, "start"))
+    )
+    return f"{numbers} varied from {starts}, {_duration(contacts * each)}"
 
 
 def _graded_seconds(case: Case) -> float:
@@ -163,8 +179,11 @@ def _graded_seconds(case: Case) -> float:
 
 def takes(memory: float, seconds: float) -> str:
     """Memory [bytes] and time [s] in words; the memory beside that of the program itself for a small case."""
-    time = next((said for limit, said in _TIMES if seconds < limit), "hours")
-    return f"at most {memory / 1e6:.0f} MB of memory, {time}"
+    return f"at most {memory / 1e6:.0f} MB of memory, {_duration(seconds)}"
+
+
+def _duration(seconds: float) -> str:
+    return next((said for limit, said in _TIMES if seconds < limit), "hours")
 
 
 def _bodies(medium: Any) -> tuple[Any, ...]:
@@ -220,32 +239,25 @@ def _body(name: str, body: Any) -> Iterator[str]:
 
 def words(thing: Any, skip: tuple[str, ...] = ()) -> str:
     """Name a dataclass and its fields, with units where they have one: "Layer young 5 kPa, poisson 0.5"."""
+    name = type(thing).__name__
     parts = []
     for field in dataclasses.fields(thing):
         value = getattr(thing, field.name)
-        if field.name.startswith("_") or field.name in skip or value == ():
+        if not field.repr or field.name.startswith("_") or field.name in skip or value == ():
             continue
-        parts.append(f"{field.name} {_value(field.name, value)}")
-    return f"{type(thing).__name__} {', '.join(parts)}".strip()
+        parts.append(f"{field.name} {_value(name, field.name, value)}")
+    return f"{name} {', '.join(parts)}".strip()
 
 
-def _value(name: str, value: Any) -> str:
+def _value(owner: str, name: str, value: Any) -> str:
     if dataclasses.is_dataclass(value):
         return f"({words(value)})"
     if isinstance(value, tuple):
         # longest list that is written in full
         if len(value) <= 4 and all(isinstance(entry, float) for entry in value):
-            return f"({', '.join(_value(name, entry) for entry in value)})"
+            return f"({', '.join(_value(owner, name, entry) for entry in value)})"
         return f"({len(value)} values)"
-    if isinstance(value, float):
-        if name == "inclination":
-            return f"{math.degrees(value):.4g} deg"
-        return (
-            text(value, _UNITS[name])
-            if _UNITS.get(name, "1/m") != "1/m"
-            else f"{value:.4g} {_UNITS.get(name, '')}".strip()
-        )
-    return str(value)
+    return quantity_of(f"{owner}.{name}", value)
 
 
 def _control(case: Case) -> str:

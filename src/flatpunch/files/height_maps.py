@@ -105,20 +105,26 @@ def _from_topography(path: Path, channel: int | None) -> tuple[Array, Array, Arr
         with open_topography(str(path)) as reader:
             topography = reader.topography() if channel is None else reader.topography(channel_index=channel)
             return _arrays(topography, path.name)
-    except ValueError:
+    except _NoHeightMap:
         raise
-    except (Exception, ReadFileError, UnknownFileFormat) as error:  # its readers raise any type on damaged files
+    except (Exception, ReadFileError, UnknownFileFormat):  # its readers raise any type on damaged files
         raise ValueError(
-            f"{path.name} is not readable as a height map ({type(error).__name__}): damaged, or of a format that "
-            "SurfaceTopography does not know. Export it anew, or as a .npz with x, y and z in metres."
+            f"{path.name} is not readable as a height map: damaged, or of a format that SurfaceTopography does not know. "
+            "Export it anew, or as a .npz with x, y and z in metres."
         ) from None
+
+
+class _NoHeightMap(ValueError):
+    """A scan that is readable, but no height map."""
 
 
 def _arrays(topography: Any, name: str) -> tuple[Array, Array, Array]:
     if topography.dim != 2:
-        raise ValueError(f"{name} holds a line scan; a height map is needed. A round tip from a line is RadialProfile.")
+        raise _NoHeightMap(
+            f"{name} holds a line scan; a height map is needed. A round tip from a line is RadialProfile."
+        )
     if topography.unit is None:
-        raise ValueError(f"{name} does not say in which unit its lengths are; convert it to a .npz in metres.")
+        raise _NoHeightMap(f"{name} does not say in which unit its lengths are; convert it to a .npz in metres.")
     metre = units.to_si(f"1 {topography.unit}", units.LENGTH)
     heights: Array = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
     spacing = metre * np.asarray(topography.physical_sizes) / topography.nb_grid_pts

@@ -162,9 +162,9 @@ def load(path: str | Path) -> xr.Dataset:
         ) from None
     except ResultError as error:
         raise ResultError(f"{shown_path(path)}: {str(error).rstrip('.')}.") from None
-    except Exception as error:  # damaged bytes make HDF5, h5py and xarray fail in any way
+    except Exception:  # damaged bytes make HDF5, h5py and xarray fail in any way
         name = "NetCDF" if kind == ".nc" else "CSV"
-        raise ResultError(f"{shown_path(path)}: damaged, or no {name} file ({type(error).__name__}).") from None
+        raise ResultError(f"{shown_path(path)}: damaged, or no {name} file. Solve it again.") from None
     if _STAMP not in found.attrs:
         raise ResultError(f"{shown_path(path)}: readable, but no flatpunch result (the attribute {_STAMP} is missing).")
     return found
@@ -192,10 +192,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         with _whole_file.whole_file(path) as temporary:
             yield temporary
-    except OSError as error:
-        raise ResultError(
-            f"{path}: cannot be written ({error.strerror or error}). Choose a folder that exists, is yours and has space left."
-        ) from None
+    except _whole_file.NotWritten as error:
+        raise ResultError(str(error)) from None
 
 
 def _format(path: Path) -> str:

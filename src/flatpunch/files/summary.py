@@ -58,7 +58,9 @@ def curve_table(result: xr.Dataset) -> CurveTable:
 
 
 def _four_digits(value: float) -> str:
-    """Four digits; areas up to the next prefix, a million times as much, without a power of ten."""
+    """Four digits; areas up to the next prefix, a million times as much, without a power of ten; a dash for no value."""
+    if np.isnan(value):
+        return "-"
     digits = f"{value:.4g}"
     return f"{float(digits):.0f}" if 1e4 <= abs(value) < 1e6 else digits
 

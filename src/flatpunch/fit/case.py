@@ -341,7 +341,9 @@ def describe_fit(case: FitCase) -> Iterator[str]:
         limits = between(free.minimum, free.maximum, unit)
         own = ", for each curve" if name in case.own else ""
         yield f"{'Fitted' if i == 0 else '':<9} {name}, from {quantity(case.sample.value(name), unit)}{limits}{own}"
-    if not case.free:
+    if case.correct:
+        yield f"Reported  {_reported(case)}"
+    elif not case.free:
         yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
     for i, entry in enumerate(case.curves):
         others = [f"{name} = {quantity(value, unit_of(name))}" for name, value in entry["values"].items()]
@@ -377,8 +379,25 @@ def _seconds(case: FitCase) -> float:
     if case.work_of_adhesion is not None or case.relaxation is not None:
         return 1.0
     free = [name for name in case.free if name not in NUISANCE]
+    if case.correct and not free:
+        free = [DRIFTING]
     shapes = len(scaling(case.medium, case.indenter, free).coordinates)
-    return 0.3 * 6.0**shapes
+    return _table_seconds(case) * 6.0**shapes
+
+
+def _table_seconds(case: FitCase) -> float:
+    """Time of one table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements."""
+    method = method_for(case.indenter, case.settings.method)
+    name = method if isinstance(method, str) else method.name
+    if name == "bem":
+        return 60.0
+    return 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
+
+
+def _reported(case: FitCase) -> str:
+    found = case.correct
+    model = f", formula {found['model']}" if found["model"] else ""
+    return f"{quantity(found['reported'], 'Pa')} at a depth of {quantity(found['depth'], 'm')}{model}, for `flatpunch correct`"
 
 
 def _segment(case: FitCase) -> str:

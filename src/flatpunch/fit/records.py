@@ -16,7 +16,7 @@ from typing import Any
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.reading import Unreadable, as_path, content
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
-from flatpunch._support.whole_file import check_folder, remove_left, write_whole
+from flatpunch._support.whole_file import made_folder, remove_left, write_whole
 from flatpunch._version import __version__
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
@@ -43,11 +43,7 @@ class Records:
 
     def __init__(self, path: str | Path) -> None:
         self.path = as_path("store", path)
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ValueError(f"store = {self.path}: no folder can be made there ({error.strerror or error}).") from None
-        check_folder("store", self.path)
+        made_folder("store", self.path)
         remove_left(self.path)
         self.known: dict[str, dict[str, Any]] = {}
         self.reused = 0

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, real, shown, switch, values
+from flatpunch._support.checks import Array, brief, positive, real, shown, switch, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.media.laws import Constant, DepthTable, Law
@@ -175,7 +175,13 @@ def _poisson_fault(value: float) -> str:
 
 def _check_profile(name: str, z: Array, law: Callable[[Array], Array], fault: Callable[[float], str]) -> None:
     """Raise with the shallowest depth at which `law` leaves its range."""
-    sampled = law(z)
+    try:
+        sampled = law(z)
+    except Exception as error:  # a function of the user's own raises anything
+        raise TypeError(
+            f"{name}: the function fails with {type(error).__name__} ({brief(str(error))}). It takes an array of depths [m] and "
+            "returns the values there."
+        ) from error
     bad = [i for i, value in enumerate(sampled.tolist()) if fault(value)]
     if not bad:
         return

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from flatpunch._support.checks import Array
+from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, ControlName
 from flatpunch.contact.round.mean_profile import mean_contact, resolved_radius
@@ -58,13 +59,17 @@ class RoundReference:
         """Positions on the lattice around [low, high], ln F/E*, its slope, ln a and its slope, shape (5, points)."""
         numbers: list[int | float] = list(range(int(np.floor(low / STEP)) - 1, int(np.ceil(high / STEP)) + 2))
         if numbers[-1] * STEP > self._end or not self._known(numbers):
+            # raises what is wrong with the depth, which would be taken for the end of the tip otherwise
+            self.position("depth", np.array([high]))
             self._find_end(high)
             numbers = [number for number in numbers if number * STEP < self._end]
             if self._end <= high + STEP:
                 numbers.append(self._end / STEP)
             if len(numbers) < 2 or not self._known(numbers):
-                # raises what is wrong with the depth
-                self.position("depth", np.array([high]))
+                raise ValueError(
+                    f"depth = {text(float(np.exp(high)), 'm')}: the contact radius changes too fast with the depth for method="
+                    "'refined', which interpolates between depths. Check the shape of the tip, or choose method='second-order'."
+                )
         rows = np.array([self._rows[number] for number in numbers])
         return np.column_stack([np.array(numbers) * STEP, rows]).T
 

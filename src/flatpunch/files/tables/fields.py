@@ -27,6 +27,7 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from flatpunch import indenters, media
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import brief, shown
 from flatpunch.files import units
@@ -229,8 +230,21 @@ def _value_error(path: str, value: Any, message: str) -> str:
         in_file = shown(written) if isinstance(written, (str, int, float)) else si_value
         return f"{_join(path, field)} = {in_file} {rest}"
     if isinstance(value, (Mapping, list)):
-        return f"{path}: {message}" if path else message
+        message = _OF_OBJECTS.sub(lambda found: _named(path, value, found[1]), message)
+        return f"{path}: {message}" if path and not message.startswith(f"{path}.") else message
     return f"{path} = {shown(value)} {message}"
+
+
+_NAMES = (*indenters.__all__, *media.__all__, "Target", "Limit", "Strength")
+
+_OF_OBJECTS = re.compile(rf"\b(?:{'|'.join(_NAMES)})\.([a-z_]+)\b")
+"""Fields of objects, as their own messages name them: "RadialProfile.f"."""
+
+
+def _named(path: str, value: Mapping[str, Any] | list[Any], field: str) -> str:
+    """The key of the file, where the table has it under this name; the text of a formula is its value."""
+    field = "formula" if field == "text" else field
+    return _join(path, field) if isinstance(value, Mapping) and field in value else field
 
 
 def _needed(field: str) -> str:

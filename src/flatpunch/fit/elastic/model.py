@@ -128,10 +128,13 @@ class ForwardModel(FreeParameters):
         derivatives : ndarray, shape (parameters, n)
             dF/dtheta [N].
         """
+        if not depth.size:
+            # a trial beside the curve; without a depth the table would have no end
+            return np.zeros(0), np.zeros(0), np.zeros((theta.size, 0))
         constants, weights = self._forms
         forms = constants + (weights @ theta if theta.size else 0.0)
         log_depth = np.log(depth) - forms[1]
-        piece = self._table.at(tuple(forms[2:]), float(log_depth.max(initial=-np.inf)) if depth.size else 0.0)
+        piece = self._table.at(tuple(forms[2:]), float(log_depth.max()))
         value, s, by_q = piece.at(log_depth)
         value += forms[0]
         force = np.exp(value, out=value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -147,11 +148,24 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
     if path.suffix.lower() == ".ibw":
         check_sizes(path)
     with _explained(path):
+        _forget_archive(path)
         found = afmformats.load_data(path, meta_override=override)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):
             columns = free_tip_first(path, override["sensitivity"] * override["spring constant"])
             return found if columns is None else [_Columns(dict(found[0].metadata), columns)]
         return found
+
+
+def _forget_archive(path: Path) -> None:
+    """Close the archive of that name that afmformats keeps open: it may be another file by now."""
+    try:
+        from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
+    except ImportError:
+        # no public name; other versions may keep nothing
+        return
+    before = ArchiveCache.open_archives.pop(path, None)
+    if before is not None:
+        before.close()
 
 
 @contextmanager
@@ -168,22 +182,19 @@ def _explained(path: Path) -> Iterator[None]:
     except CurveError:
         raise
     except MissingMetaDataError as error:
+        # afmformats lists the names in quotation marks
+        missing = " and no ".join(re.findall(r"[a-z][a-z ]+(?=')", str(error))) or "complete calibration"
         raise CurveError(
-            f"{path.name}: the file does not say everything ({_first_line(error)}). Write what is missing into the case file, "
+            f"{path.name}: the file has no {missing}. Write what is missing into the case file, "
             '[curve] spring_constant = "0.05 N/m" and sensitivity = "70 nm/V" (Python: Pass spring_constant=... [N/m] and '
             "sensitivity=... [m/V])."
         ) from None
-    except AFMFileFormatError as error:  # is no Exception
-        raise UnknownFormat(f"{path.name}: afmformats cannot read it ({_first_line(error)}).") from None
-    except Exception:  # its readers index and unpack damaged files unchecked: IndexError, struct.error, zlib.error, ...
+    # the latter is no Exception; its readers index and unpack damaged files unchecked: IndexError, struct.error, zlib.error, ...
+    except (Exception, AFMFileFormatError):
         raise UnknownFormat(
             f"{path.name}: afmformats cannot read it. It is damaged, or of a form that afmformats does not know; text "
             "files must be in UTF-8."
         ) from None
-
-
-def _first_line(error: BaseException) -> str:
-    return str(error).splitlines()[0] if str(error) else "no reason given"
 
 
 def _curve(data: Any, path: Path, index: int, height: str) -> Curve:

@@ -62,9 +62,9 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         raise CurveError(f"{path.name}: {error}.") from None
     except ImportError as error:
         raise CurveError(f"{path.name}: reading it needs {error.name}: pip install 'flatpunch[fit]'.") from None
-    except Exception as error:
+    except Exception:
         # both libraries raise a wide range of types on damaged files
-        raise CurveError(f"{path.name}: damaged, or no Excel file ({type(error).__name__}).") from None
+        raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None
 
 
 def _tables(source: str, rows: list[list[Any]]) -> list[Table]:

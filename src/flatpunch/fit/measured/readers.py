@@ -147,6 +147,8 @@ def _calibration(given: Mapping[str, float] | None) -> dict[str, float]:
 
 def _only(path: Path, found: list[str], index: int | None) -> int:
     """Which curve: the one asked for, or the only one."""
+    if not found:
+        raise CurveError(f"{path.name}: the file holds no curve.")
     if index is None and len(found) > 1:
         names = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
         raise CurveError(
@@ -207,6 +209,7 @@ def tables_in(
     for role, title in mapping("columns", columns, '{"force": "Load"}').items():
         one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
         check_title(role, title)
+    one_of("decimal", decimal, (".", ","))
     kind = path.suffix.lower()
     if kind not in (*TEXT, *EXCEL, ".zip"):
         known = ", ".join((*TEXT, *EXCEL, *AFM))

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from flatpunch._support.kinds import one_of
 from flatpunch._support.reading import Unreadable, content, shown_path
 from flatpunch.fit.measured.columns import Table, split_name
 from flatpunch.fit.measured.curve import FEWEST, CurveError
@@ -32,7 +31,6 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
 
     Words between two runs make them two tables; comments, blank lines and single cells that are no number do not.
     """
-    one_of("decimal", decimal, (".", ","))
     try:
         raw = content(path, LARGEST)
     except Unreadable as error:

@@ -24,8 +24,12 @@ def unpacked(path: Path) -> Iterator[Iterator[Path]]:
     try:
         with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
             yield _files(archive, Path(folder))
-    # what `zipfile` and `zlib` raise on a damaged directory or member; an encrypted member is a RuntimeError
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError):
+    # a CurveError, which is a ValueError too, comes from the reader of a member
+    except CurveError:
+        raise
+    # what `zipfile` and `zlib` raise on a damaged directory or member: an encrypted member is a RuntimeError, a name that is no
+    # text a ValueError
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError):
         raise CurveError(
             f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
         ) from None
