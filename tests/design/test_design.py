@@ -223,6 +223,10 @@ def test_progress_is_told():
         ({"limits": 3}, "limits = 3 must be a list of Limit"),
         ({"objective": fp.LargestLoad([None, fp.Strength(yield_stress=1e15)])}, "nothing fails in this case"),
         (
+            {"limits": [fp.Limit("depth", maximum=1e-8, force=1e-3), fp.Limit("depth", minimum=2e-8, force=1e-3)]},
+            "exclude each other",
+        ),
+        (
             {"limits": [fp.Limit("depth", maximum=1e-9, force=2e-3)], "starts": 1},
             "no values within the bounds keep depth",
         ),

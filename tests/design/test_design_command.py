@@ -103,6 +103,11 @@ def test_limits_and_loads_are_read(tmp_path):
         (("50 kN/m", "50 kN"), "stiffness"),
         (('force = "2 mN"\nstarts', "starts"), "exactly one of depth and force"),
         (('quantity = "stiffness"', 'quantity = "weight"'), "quantity"),
+        (
+            ('quantity = "stiffness"', 'objective = "largest load"'),
+            "value is given, but the largest load prescribes nothing",
+        ),
+        (('"layers[0].young" = ["1 GPa", "9 GPa"]', ""), "vary is empty"),
     ],
 )
 def test_mistakes_are_named(tmp_path, change, message):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -91,6 +92,7 @@ def design(
             f"objective = {shown(objective)} must be a Target(quantity, value, depth=... or force=...) or LargestLoad(strengths)."
         )
     kept = listed("limits", limits, Limit, "Limit(quantity, minimum=, maximum=, depth=, force=)")
+    _check_together(kept)
     count = whole("starts", starts, 1, "It is the number of starts of the search.", most=1000)
     chosen = derivable(method, indenter)
     problem = Problem(variables(underlying(medium), indenter, vary), chosen)
@@ -116,6 +118,18 @@ def _check_cells(objective: Target | LargestLoad, limits: list[Limit]) -> None:
             f"{wrong[0]} is not designed with boundary elements, whose derivatives are those of force and depth. Prescribe one "
             "of these, or choose method='first-order'."
         )
+
+
+def _check_together(limits: list[Limit]) -> None:
+    """Refuse limits on one quantity at one place that exclude each other."""
+    for one, other in itertools.permutations(limits, 2):
+        alike = (one.quantity, one.control.name, float(one.control.values[0])) == (
+            other.quantity,
+            other.control.name,
+            float(other.control.values[0]),
+        )
+        if alike and one.minimum is not None and other.maximum is not None and one.minimum > other.maximum:
+            raise ValueError(f"limits: {one.text} and {other.text} exclude each other.")
 
 
 def _first(problem: Problem, objective: Target | LargestLoad, limits: list[Limit]) -> Array:

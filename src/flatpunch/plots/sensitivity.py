@@ -127,7 +127,7 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     axes.set_xlabel(f"indentation depth $d$ ({along_unit})")
     axes.set_ylabel(f"depth $z$ ({down_unit})")
     # white on the pale paper below the axes cannot be read
-    axes.legend(labelcolor="white", loc="lower right")
+    axes.legend(labelcolor="white", loc="lower right", frameon=False)
 
 
 def layer_shares(result: xr.Dataset) -> list[float]:

@@ -86,8 +86,8 @@ class DesignTable(Table):
         if self.objective == "largest load":
             if given:
                 raise ValueError(
-                    f"objective = 'largest load' prescribes nothing, but {given[0]} is given. Leave it out; strengths are those "
-                    "of [stress]."
+                    f"{given[0]} is given, but the largest load prescribes nothing. Leave it out; strengths are those of "
+                    "[stress]."
                 )
             return None
         if self.quantity is None or self.value is None:
@@ -108,6 +108,10 @@ class DesignTable(Table):
             if stress is None or not stress.strengths:
                 raise ValueError("[design] objective = 'largest load' needs the strengths of a table [stress].")
             objective = LargestLoad(list(stress.strengths), stress.friction, stress.residual_stress)
+        if not self.vary:
+            raise ValueError(
+                '[design] vary is empty; name a number and its bounds, such as "layers[0].young" = ["1 GPa", "9 GPa"].'
+            )
         vary = {name: _bounds(name, bounds, unit_of(medium, indenter, name)) for name, bounds in self.vary.items()}
         return DesignCase(vary, objective, tuple(limit.built for limit in self.limits), self.starts)
 
