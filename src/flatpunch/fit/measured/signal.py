@@ -128,7 +128,8 @@ def check_reading(curve: Curve, position: Array, force: Array, noise: float) -> 
         As for `check_saturation`, the force with its background.
     """
     lowest = int(np.argmin(force))
-    check_saturation(curve, position[lowest:], force[lowest:] - force[lowest], noise)
+    for end in flat_ends(position[lowest:], force[lowest:] - force[lowest], noise, sure=True):
+        raise saturated(curve, force, end, "as read")
 
 
 def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> list[int]:
@@ -159,10 +160,10 @@ def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> lis
     return found
 
 
-def saturated(curve: Curve, force: Array, end: int) -> CurveError:
-    """The error of a saturated detector, whose force stays over the last `end` readings."""
+def saturated(curve: Curve, force: Array, end: int, counted: str = "above its baseline") -> CurveError:
+    """The error of a saturated detector, whose force, counted from there, stays over the last `end` readings."""
     return CurveError(
-        f"{curve.name}: over the last {end} points the force stays at {float(np.median(force[-end:])):.4g} N above its baseline "
+        f"{curve.name}: over the last {end} points the force stays at {float(np.median(force[-end:])):.4g} N {counted} "
         "while the tip goes on: the detector is saturated. Cut the curve below it (force_to=...), or measure again with a "
         "smaller setpoint."
     )
