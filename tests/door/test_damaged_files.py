@@ -225,3 +225,29 @@ def test_numbers_of_damaged_microscope_files_are_refused_with_the_file(tmp_path,
     data = afm._Columns({"spring constant": k}, columns)
     with pytest.raises(fp.CurveError, match=r"^curve\.ibw: "):
         afm._curve(data, tmp_path / "curve.ibw", 0, "height (measured)")
+
+
+def test_names_that_are_too_long_are_no_files(tmp_path):
+    name = "x" * 10_000
+    with pytest.raises(fp.CurveError, match="no such file"):
+        fp.read_curve(f"{name}.csv")
+    with pytest.raises(ValueError, match="is no file"):
+        fp.read_height_map(f"{name}.npz")
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        atlas.read_table(tmp_path / f"{name}.nc")
+
+
+def test_a_full_disk_costs_no_fit(tmp_path, monkeypatch):
+    """Records of finished curves only serve the next run."""
+    from flatpunch.fit.records import Records
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    records = Records(tmp_path / "table.records")
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    with pytest.warns(fp.FlatpunchWarning, match="cannot be kept .No space left on device."):
+        records.keep(["a"], [{"points": 3}])
+    # once only: warnings are errors here
+    records.keep(["b"], [{"points": 4}])
+    assert set(records.known) == {"a", "b"}

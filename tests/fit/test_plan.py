@@ -275,3 +275,16 @@ def test_plans_are_for_one_curve_in_elastic_contact(tmp_path):
         _read(tmp_path, CASE + KNOWN + law)
     with pytest.raises(CaseError, match="needs something to be fitted"):
         _read(tmp_path, (CASE + KNOWN).replace('{ fit = "5 kPa" }', '"5 kPa"').replace('{ fit = "1 um" }', '"1 um"'))
+
+
+@pytest.mark.parametrize(
+    "prior",
+    ['{ median = "2 mm", relative = 0.02 }', '{ mean = "3 mm", std = "1 %" }', '{ min = "1 mm", max = "2 mm" }'],
+)
+def test_priors_that_exclude_the_case_are_refused(tmp_path, prior):
+    """A tip of 3 um cannot be one of 2 mm; draws of it took half a minute and meant nothing."""
+    text = CASE + KNOWN.replace('{ median = "3 um", relative = 0.02 }', prior)
+    with pytest.raises(
+        CaseError, match=r"priors: indenter.radius is .* mm ± .*, but the case has 3 µm\. Check the units"
+    ):
+        _read(tmp_path, text)

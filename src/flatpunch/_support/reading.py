@@ -32,6 +32,24 @@ def as_path(name: str, value: object) -> Path:
     return Path(value)
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a regular file; a name that is too long or no name at all is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        # ValueError: a null character
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder; a name that is too long or no name at all is none."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        # ValueError: a null character
+        return False
+
+
 class Unreadable(ValueError):
     """A file that cannot be read; the message says why, without the path."""
 

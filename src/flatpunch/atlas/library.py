@@ -12,6 +12,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.kinds import one_of
+from flatpunch._support.reading import is_file
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
 from flatpunch.atlas.solution import Solution
@@ -217,7 +218,7 @@ def _read_once(path: Path, changed: float) -> Table:
 
 
 def _read(path: Path) -> Table:
-    return _read_once(path, path.stat().st_mtime if path.is_file() else 0.0)
+    return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
 
 
 def describe(found: Table) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import h5netcdf
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
 from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
 from flatpunch._support.whole_file import write_whole
 from flatpunch.atlas.parameter import Parameter, Scale
@@ -196,7 +196,7 @@ def read_table(path: str | Path) -> Table:
     sliding-layer
     """
     path = Path(path)
-    if not path.exists():
+    if not is_file(path) and not is_folder(path):
         raise FileNotFoundError(f"{shown_path(path)}: there is no such file. `flatpunch atlas build` makes one.")
     try:
         body, has_seal = unsealed(content(path, LARGEST))

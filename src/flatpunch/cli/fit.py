@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from flatpunch._support.reading import is_folder
 from flatpunch._support.whole_file import check_target
 from flatpunch.cli.examples import examples
 from flatpunch.cli.terminal import PICTURES, StyleOption, friendly, progress, say, say_written
@@ -78,7 +79,7 @@ def add_commands(app: typer.Typer) -> None:
             if case is None or loaded.curves:
                 _check_alone(curve, case, loaded, drift)
                 _fit_together(loaded, output, plot, profile, posterior, style)
-            elif curve.is_dir() or _many(curve, loaded):
+            elif is_folder(curve) or _many(curve, loaded):
                 if drift is not None or profile or posterior is not None:
                     raise ValueError("--drift, --profile and --posterior go with a single curve.")
                 _fit_folder(curve, loaded, output, plot, workers, style, resume)
@@ -252,7 +253,7 @@ def _fit_folder(
     from flatpunch.fit.places import files_in, listed
     from flatpunch.fit.records import Records
 
-    items = listed(files_in(folder) if folder.is_dir() else [folder], case.reading)
+    items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
     settings = replace(case.settings, engine="normal-equations")
     records = Records(output.with_suffix(".records")) if output is not None else None
     if records is not None and not resume:

@@ -12,7 +12,7 @@ import numpy as np
 
 from flatpunch._support.archives import UNPACKED, check_archive
 from flatpunch._support.checks import Array, positive, whole
-from flatpunch._support.reading import Unreadable, as_path, content, shown_path
+from flatpunch._support.reading import Unreadable, as_path, content, is_file, shown_path
 from flatpunch.files import units
 from flatpunch.indenters import HeightMap
 
@@ -63,7 +63,7 @@ def read_height_map(
     125 nm above the apex
     """
     path = as_path("path", path)
-    if not path.is_file():
+    if not is_file(path):
         raise ValueError(f"{shown_path(path)} is no file; the height map is read from there.")
     try:
         check_archive(path)

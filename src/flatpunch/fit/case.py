@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import Field
 
 from flatpunch._support.readable import readable
@@ -247,9 +248,11 @@ def _check_curves(case: FitCase) -> None:
 def _check_knowledge(case: FitCase) -> None:
     """Refuse priors of what is not there, and plans of what cannot be planned."""
     known = (*case.sample.names, *case.settings.nuisance, *CALIBRATION)
-    for name in case.priors:
+    for name, prior in case.priors.items():
         if name not in known:
             raise ValueError(f"priors: {name} is not part of this case; it has {', '.join(known)}.")
+        if name in case.sample.names and name not in case.free:
+            _check_prior(name, case.sample.value(name), prior)
     if case.plan and (case.relaxation is not None or case.curves or case.film):
         raise ValueError(
             "[plan] is for a single curve of an elastic or adhesive contact; leave it out of fits of relaxation, of several "
@@ -257,6 +260,19 @@ def _check_knowledge(case: FitCase) -> None:
         )
     if case.plan and not case.free:
         raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
+
+
+def _check_prior(name: str, value: float, prior: Prior) -> None:
+    """Refuse a prior that excludes what the case holds for known: draws would look for a contact that nobody has described."""
+    place, centre = np.array(value), np.array(prior.centre)
+    missed = 2 * float(prior.logarithm(centre) - prior.logarithm(place))
+    # standard deviations: ten are no accident
+    if missed > 100:
+        unit = unit_of(name)
+        raise ValueError(
+            f"priors: {name} is {quantity(prior.centre, unit)} ± {quantity(prior.spread, unit)}, but the case has "
+            f"{quantity(value, unit)}. Check the units, or give the case the value of the prior."
+        )
 
 
 def plan_of(case: FitCase) -> Plan:

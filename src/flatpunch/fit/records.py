@@ -47,6 +47,7 @@ class Records:
         remove_left(self.path)
         self.known: dict[str, dict[str, Any]] = {}
         self.reused = 0
+        self._told = False
         for file in sorted(self.path.glob("*.json")):
             self.known |= _whole(file)
 
@@ -57,8 +58,22 @@ class Records:
             return
         with held():
             body = json.dumps(good, ensure_ascii=False).encode()
-            write_whole(self.path / f"{content_key(sorted(good))}.json", sealed(body))
+            try:
+                write_whole(self.path / f"{content_key(sorted(good))}.json", sealed(body))
+            except OSError as error:
+                # a full disk costs the resumption, not the fits
+                self._warn(error)
             self.known |= good
+
+    def _warn(self, error: OSError) -> None:
+        if not self._told:
+            self._told = True
+            warnings.warn(
+                f"{error.filename or self.path}: records of fitted curves cannot be kept ({error.strerror or error}). The run "
+                "goes on; after an interruption these curves are fitted again.",
+                FlatpunchWarning,
+                stacklevel=4,
+            )
 
     def remove(self) -> None:
         """Delete the records, and the folder if nothing else is in it."""

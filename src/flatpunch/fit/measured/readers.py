@@ -20,7 +20,7 @@ import numpy as np
 from flatpunch._support.archives import check_archive
 from flatpunch._support.checks import Array, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
-from flatpunch._support.reading import Unreadable, as_path, shown_path
+from flatpunch._support.reading import Unreadable, as_path, is_file, shown_path
 from flatpunch.fit.measured.columns import ROLES, Table, check_title, chosen_columns, in_si, is_signal, segments_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.records import records_in
@@ -105,7 +105,7 @@ def read_curve(
     60 points up to 195 nm
     """
     path = as_path("path", path)
-    if not path.is_file():
+    if not is_file(path):
         raise CurveError(f"{shown_path(path)}: no such file.")
     if spring_constant is not None:
         spring_constant = positive("spring_constant", spring_constant, unit="N/m")
@@ -282,7 +282,7 @@ def curves_in(
     """
     path = as_path("path", path)
     afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
-    if not path.is_file():
+    if not is_file(path):
         return 1
     if path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
         return 1
