@@ -1,5 +1,7 @@
 """Limits, layers, any history, both roads against each other, orders of convergence, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -249,3 +251,15 @@ def test_refused(medium, arguments, message):
     given = {"time": [0.0, 1.0], "depth": [0.0, 1e-6], "relaxation": SOLID, **arguments}
     with pytest.raises(ValueError, match=message):
         fp.indent(medium, BALL, **given)
+
+
+def test_a_contact_of_several_parts_has_no_history():
+    """A stiff film lifts off between the edges of a three-sided tip: forces are known there, outlines are not."""
+    tip, kernel, phi = fp.Pyramid(3, 0.3), compliance(fp.HalfSpace(1.0, 0.3)), np.zeros(1)
+
+    def parted(*given):
+        curve = fp.SecondOrder().solve(*given)
+        return replace(curve, contour=np.where(curve.depth[:, None] > 0.5, np.nan, curve.contour))
+
+    with pytest.raises(ValueError, match="no outline at depth 1 m"):
+        elastic_curve(parted, kernel, tip, 1.0, phi)

@@ -127,11 +127,11 @@ def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: flo
     depth[-1] = deepest
     curve = solve(kernel, indenter, Control("depth", depth), angles)
     found = np.stack([curve.force, curve.radius, curve.area, curve.stiffness], axis=1)
-    good = np.all(np.isfinite(found) & (found > 0), axis=1)
+    good = np.all(np.isfinite(found) & (found > 0), axis=1) & np.all(np.isfinite(curve.contour), axis=1)
     if not good.all():
         raise ValueError(
-            f"The elastic curve has no answer at depth {text(float(depth[~good].max()), 'm')}, so nothing can be built on it. "
-            + " ".join(curve.notes)
+            f"The elastic curve has no contact or no outline at depth {text(float(depth[~good].max()), 'm')}, so nothing can be "
+            "built on it. " + " ".join(curve.notes)
         )
     logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else degree)
     shape = None
