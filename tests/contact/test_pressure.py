@@ -165,3 +165,13 @@ def test_flat_ended_cone_on_a_power_law_half_space(exponent):
         p = fp.pressure(ground, tip, r.ravel(), 0.0, radius=a).reshape(r.shape)
         force += np.pi * np.sum(np.abs(np.diff(cuts))[:, None] * weight * r * p)
     assert force == pytest.approx(float(contact.force[0]), rel=1e-4)
+
+
+def test_superposed_pressures_that_miss_their_force_are_not_given():
+    """Beside the loss of the first-order outline under a film about 7 times stiffer."""
+    film = fp.Medium([fp.Layer(young=200e9, poisson=0.3, thickness=1e-6)], base=fp.HalfSpace(30e9, 0.3))
+    pyramid = fp.Pyramid(4, 0.3)
+    curve = fp.indent(film, pyramid, depth=np.linspace(1e-8, 2e-6, 80), angles=12, method="first-order")
+    last = float(curve.depth[int(np.argmin(np.isfinite(curve.area.values))) - 1])
+    with pytest.warns(fp.FlatpunchWarning, match="none of the first order, as the superposed pressure adds up to"):
+        fp.pressure(film, pyramid, 0.0, 0.0, depth=last, method="first-order")
