@@ -73,12 +73,13 @@ def test_what_the_bounds_make_impossible_is_said():
 
 
 def test_a_design_beyond_the_theory_says_so():
-    """Depths below a layer on a rigid base: prescribed, and under the largest load."""
+    """Depths below a layer on a rigid base, prescribed, and on a stiff one under the largest load."""
     gel = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.RigidBase())
     found = fp.design(gel, TIP, vary=YOUNG, objective=fp.Target("force", 1.0, depth=2e-6), starts=1)
     assert any("pressed through a layer" in note for note in found.notes)
     aim = fp.LargestLoad(fp.Strength(yield_stress=1e10))
-    problem = Problem(variables(gel, TIP, YOUNG), fp.FirstOrder())
+    on_steel = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(2e14, 0.3))
+    problem = Problem(variables(on_steel, TIP, YOUNG), fp.FirstOrder())
     u = problem.variables.internal(problem.variables.start)
     problem.load(u, aim)
     assert "pressed through a layer" in problem.limits[u.tobytes()][0]

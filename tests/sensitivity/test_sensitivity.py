@@ -229,6 +229,26 @@ def test_cells_against_differences_on_the_same_cells(medium, tip):
     assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("sides", [3, 5])
+def test_cells_know_that_pyramids_are_similar_at_all_sizes(sides):
+    """F = c d^2 cot(beta) on a half-space: exactly known by the tip's angle, and at fixed force, though the punch is not."""
+    found = fp.sensitivity(
+        fp.HalfSpace(1.0, 0.3), fp.Pyramid(sides, 0.3), depth=0.3, method=fp.BoundaryElements(grid=64)
+    )
+    by_angle = found.sel(parameter="indenter.inclination")
+    assert float(by_angle.force) == pytest.approx(-0.6 / np.sin(0.6), rel=1e-6)
+    assert float(by_angle.depth) == pytest.approx(0.3 / np.sin(0.6), rel=1e-6)
+
+
+def test_cells_beside_a_flat_end():
+    """At first touch the force is that of the flat punch, whose side is height_removed/tan(inclination)."""
+    tip = fp.Truncated(fp.Pyramid(4, 0.3), 0.1)
+    found = fp.sensitivity(fp.HalfSpace(1.0, 0.3), tip, depth=1e-5, method=fp.BoundaryElements(grid=128))
+    # what a rim among cells leaves
+    assert float(found.force.sel(parameter="indenter.height_removed")) == pytest.approx(1.0, abs=0.03)
+    assert float(found.force.sel(parameter="indenter.tip.inclination")) == pytest.approx(-0.6 / np.sin(0.6), abs=0.03)
+
+
 def test_cells_of_a_contact_without_an_outline():
     """Under a stiff film the lobes of a three-sided pyramid come off its centre; depths are chosen by the size of the whole."""
     stiff = fp.Medium([fp.Layer(5.551, 0.0083, 1.164)], base=fp.HalfSpace(1.0, 0.3))

@@ -160,7 +160,7 @@ def _on_cells(
     force = np.empty(len(wanted))
     if rest:
         force[~of_tip] = by_medium(medium, kernel, spectrum(None), rest)[0]
-    force[of_tip] = cells.force_by_tip(indenter, found, [each for each in wanted if each.body < 0])
+    force[of_tip] = cells.force_by_tip(kernel, indenter, found, method, [each for each in wanted if each.body < 0])
     unknown = np.full(len(wanted), np.nan)
     # contacts of several parts have no outline: the radius of a disc of their area
     radius = solution.radius if np.isfinite(solution.radius) else float(np.sqrt(solution.area / np.pi))

@@ -101,8 +101,8 @@ def sensitivity(
     -----
     The contact area is the one that makes the force largest, so its motion drops out of the derivative (Barber 1974): the
     pressure of the contact and that of the flat punch on it give all derivatives at once, (T15.1). Relative to the largest
-    derivative they are accurate to 1e-8 on homogeneous surfaces and 1e-6 on graded ones; on 256 x 256 cells to 1e-4. Those by
-    numbers of the tip, and all at fixed force, take the stiffness of the cells, which is up to 3e-3 off under sharp pyramids.
+    derivative they are accurate to 1e-8 on homogeneous surfaces and 1e-6 on graded ones; on 256 x 256 cells to 1e-4 (numbers
+    that stretch slender tips 4e-4, those of tips with a flat end that the contact hardly exceeds some per cent).
 
     Examples
     --------
