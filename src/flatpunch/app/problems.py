@@ -14,7 +14,7 @@ _FIELD = re.compile(
 """Names of fields of the page; those that are empty are not in the form."""
 
 
-_PLACE = re.compile(r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*)(?= = | is | has |: | must )")
+_PLACE = re.compile(r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*)(?= = | is | has |: | must | \")")
 """The place in a case file that a message begins with."""
 
 

@@ -119,5 +119,7 @@ def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
         return ("At every step: " + sentence,) if bad.any() else ()
     first, last = depth[bad & known].min(), depth[bad & known].max()
     if (~bad & known & (depth > last)).any():
+        if first == last:
+            return (f"At a depth of {text(float(first), 'm')}: {sentence}",)
         return (f"Between depths of {text(float(first), 'm')} and {text(float(last), 'm')}: {sentence}",)
     return (f"At depths of {text(float(first), 'm')} and more: {sentence}",)
