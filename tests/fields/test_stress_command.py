@@ -142,7 +142,7 @@ def test_sweep_and_its_map(tmp_path):
 
 def test_a_search_that_ends_takes_nothing_else_away(tmp_path):
     """A film too thin for the contact at which its strong base would fail: stresses and curves are there, with a note."""
-    thin = COATING.replace("2 um", "20 nm").replace('"sphere"', '"paraboloid"').replace("50 um", "1 mm")
+    thin = COATING.replace("2 um", "100 nm").replace('"sphere"', '"paraboloid"').replace("50 um", "1 mm")
     case = written(tmp_path, thin + '[stress]\nstrengths = [{}, { yield_stress = "1e6 GPa" }]\n')
     done = CliRunner().invoke(app, ["stress", str(case)])
     assert done.exit_code == 0, done.output
