@@ -132,3 +132,15 @@ def test_pictures():
     axes = fp.plot_design(found, Figure().subplots())
     np.testing.assert_allclose(axes.lines[2].get_ydata() / axes.lines[1].get_ydata(), force / found.achieved)
     assert axes.get_xlabel().startswith("depth")
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [('["9 GPa", "1 GPa"]', "the smaller one first"), ('["3 GPa", "9 GPa"]', "outside its bounds")],
+    ids=["order", "start"],
+)
+def test_check_refuses_bounds_that_hold_no_design(tmp_path, bounds, message):
+    case = written(tmp_path, CASE + WANTED.replace('["1 GPa", "9 GPa"]', bounds))
+    done = CliRunner().invoke(app, ["check", str(case)])
+    assert done.exit_code == 2
+    assert message in " ".join(done.output.split())

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from flatpunch._support.checks import shown
 from flatpunch.design import LargestLoad, Limit, Target
-from flatpunch.design.variables import unit_of
+from flatpunch.design.variables import unit_of, variables
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.steps import ForceSteps, LengthSteps, steps_of
@@ -113,6 +113,8 @@ class DesignTable(Table):
                 '[design] vary is empty; name a number and its bounds, such as "layers[0].young" = ["1 GPa", "9 GPa"].'
             )
         vary = {name: _bounds(name, bounds, unit_of(medium, indenter, name)) for name, bounds in self.vary.items()}
+        # refuses bounds in the wrong order, and those that do not hold the value of the case
+        variables(medium, indenter, vary)
         return DesignCase(vary, objective, tuple(limit.built for limit in self.limits), self.starts)
 
 
