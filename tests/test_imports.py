@@ -90,6 +90,7 @@ _INSIDE = {
         {"case_tables", "case_knowledge", "places"},
         {"records"},
         {"films", "batch", "case"},
+        {"describe"},
         {"batch_pictures", "posterior_picture"},
         {"pictures"},
         {"__init__"},

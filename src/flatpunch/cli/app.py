@@ -93,7 +93,8 @@ def check(case: CaseFile) -> None:
     with friendly():
         from flatpunch.files import describe, read_case
         from flatpunch.files.cases import is_fit_case
-        from flatpunch.fit.case import describe_fit, read_fit_case
+        from flatpunch.fit.case import read_fit_case
+        from flatpunch.fit.describe import describe_fit
 
         lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
         for line in lines:

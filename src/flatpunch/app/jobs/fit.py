@@ -21,8 +21,9 @@ from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows
-from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fit.case import DRIFTING, FitCase, drift, fit_case_from
 from flatpunch.fit.case_tables import CurveTable
+from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
