@@ -86,9 +86,10 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
         curve.depth,
         "the numbers are not finite: the sizes of this case overflow, or the force of a sudden step is infinite.",
     )
-    valid = curve.valid & finite & _known(curve)
+    known = _known(curve)
+    valid = curve.valid & finite & known
     # a force that is not known says nothing about the layers
-    through = np.where(_known(curve), compression(medium, curve.depth, curve.force, curve.radius), 0.0)
+    through = np.where(known, compression(medium, curve.depth, curve.force, curve.radius), 0.0)
     notes += first_failure(
         through >= 1,
         curve.depth,

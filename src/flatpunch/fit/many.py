@@ -18,18 +18,17 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.plastic import HARD, IMPRINT, depth_reached
 from flatpunch.fit.elastic.setup import SAFE
 from flatpunch.fit.measured.curve import FEWEST, Curve
-from flatpunch.fit.measured.signal import CLEAR, DIP
+from flatpunch.fit.measured.signal import CLEAR, DIP, memory_of
 from flatpunch.fit.models import bounds
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.estimate import half_width
 from flatpunch.fit.report.findings import TIMES, WIDE
 from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.result import read_lines
+from flatpunch.fit.search import MISFIT
 
 _NEAR = 0.7
 """Share of a threshold from which a curve is judged by the fit of one curve."""
-CORRELATED = 0.5
-"""Correlation of neighbouring residuals in the contact above which the fit of one curve finds the reason."""
 
 
 def plain_rows(
@@ -82,7 +81,7 @@ def _row(curve: Curve, found: Found, model: ForwardModel, settings: Settings, bo
         or _unusual(data.level - level, over, (begin, safe), found, noise)
         or float(pressed @ pressed) > (_NEAR * TIMES * noise) ** 2 * pressed.size
         or not error[0] < _NEAR * WIDE
-        or _misfit(pressed) > CORRELATED
+        or memory_of(pressed) > _NEAR * MISFIT
         or (young > _NEAR * HARD and _imprint(curve, found, level, tilt))
     ):
         return None
@@ -102,10 +101,6 @@ def _row(curve: Curve, found: Found, model: ForwardModel, settings: Settings, bo
     if read:
         row["read"] = "; ".join(read)
     return {**row, "notes": " ".join(notes)}
-
-
-def _misfit(residual: Array) -> float:
-    return float(residual[1:] @ residual[:-1] / max(float(residual @ residual), 1e-300))
 
 
 def _imprint(curve: Curve, found: Found, level: float, tilt: float) -> bool:

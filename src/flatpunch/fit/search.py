@@ -14,6 +14,7 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import reweighted
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import FEWEST, CurveError
+from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.models import FAR
 from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.parameters.settings import Free, Settings
@@ -78,7 +79,7 @@ def evenly_weighted(
         return setup, found
     theta, rest = objective.split(found.x)
     r = found.residual[objective.depth > rest["contact"]]
-    if r.size < 2 * FEWEST or not float(r[1:] @ r[:-1]) > MISFIT * float(r @ r):
+    if r.size < 2 * FEWEST or not memory_of(r) > MISFIT:
         return setup, found
     weighted = ", ".join(
         f"{n} = {quantity(external(n, float(t)), unit_of(n))}" for n, t in zip(objective.model.free, theta, strict=True)

@@ -58,8 +58,7 @@ by 2e-5, and cells that join the contact leave about as much."""
 def cell_contact(kernel: Kernel, indenter: Indenter, control: Control, method: BoundaryElements) -> CellContact:
     """Solve one contact on cells, and the flat punch under it."""
     solution = _solved(kernel, indenter, method, **{"depths" if control.name == "depth" else "forces": control.values})
-    tolerance = 1e-8 if method.tolerance is None else method.tolerance
-    flat = bem.solve_punch(kernel, solution.contact, solution.grid, tolerance=tolerance, limit=method.limit, angles=8)
+    flat = bem.solve_punch(kernel, solution.contact, solution.grid, **_accuracy(method), angles=8)
     pressure = np.asarray(flat.pressure) * solution.contact
     if isinstance(method.grid, bem.Grid):
         # cells that stay while the contact grows join it one by one: forces scatter more than the punch is off
@@ -156,7 +155,11 @@ def force_by_tip(
 
 
 def _solved(kernel: Kernel, indenter: Indenter, method: BoundaryElements, **target: Any) -> bem.Solution:
-    """One contact; derivatives take the pressure itself, not only the force, so that gap errors are small."""
-    tolerance = 1e-8 if method.tolerance is None else method.tolerance
-    (solution,) = bem.solve(kernel, indenter, **target, grid=method.grid, tolerance=tolerance, limit=method.limit)
+    """One contact."""
+    (solution,) = bem.solve(kernel, indenter, **target, grid=method.grid, **_accuracy(method))
     return solution
+
+
+def _accuracy(method: BoundaryElements) -> dict[str, Any]:
+    """Derivatives take the pressure itself, not only the force, so that gap errors are small."""
+    return {"tolerance": 1e-8 if method.tolerance is None else method.tolerance, "limit": method.limit}

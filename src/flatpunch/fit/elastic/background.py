@@ -7,6 +7,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags
 from flatpunch.fit.least_squares.blocks import uniform
 from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.signal import memory_of
 
 WAVES = 160
 """Stretches of the background in which a wave is looked for."""
@@ -53,10 +54,9 @@ def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tup
 
 def waves(means: Array, rise: float) -> bool:
     """Whether means of the force over its background, over stretches in order, are correlated and change their sign."""
-    memory = float(means[1:] @ means[:-1]) / max(float(means @ means), 1e-300)
     turns = int(np.sum(np.diff(np.sign(means - means.mean())) != 0))
     # standard deviation of a wave over the rise from which it is worth a note
-    return not (memory < 0.5 or turns < 3 or np.std(means) < 0.01 * rise)
+    return not (memory_of(means) < 0.5 or turns < 3 or np.std(means) < 0.01 * rise)
 
 
 def wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:

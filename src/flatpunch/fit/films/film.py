@@ -23,6 +23,7 @@ from flatpunch.fit.films.formulas import by_formulas, differentiated
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
 from flatpunch.fit.least_squares.minimum import covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
@@ -318,7 +319,7 @@ def fit_film(
             f"{int((points.contact_depth > medium.length).sum())} points are deeper than the film is thick; the tip has gone "
             "through. Limit the depths."
         )
-    memory = float(found.residual[1:] @ found.residual[:-1] / max(float(found.residual @ found.residual), 1e-300))
+    memory = memory_of(found.residual)
     if memory > 0.5:
         notes.append(
             f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "

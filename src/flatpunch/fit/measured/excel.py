@@ -62,8 +62,8 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         raise CurveError(f"{path.name}: {error}.") from None
     except ImportError as error:
         raise CurveError(f"{path.name}: reading it needs {error.name}: pip install 'flatpunch[fit]'.") from None
+    # xlrd and openpyxl index and unpack damaged bytes unchecked: KeyError, struct.error, zlib.error, AssertionError, ...
     except Exception:
-        # both libraries raise a wide range of types on damaged files
         raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None
 
 

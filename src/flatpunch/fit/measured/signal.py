@@ -59,6 +59,11 @@ def noise_of(force: Array, step: float = 0.0) -> float:
     return float(1.4826 * np.median(np.abs(force - np.median(force))))
 
 
+def memory_of(values: Array) -> float:
+    """Correlation of neighbours among values about zero: near 0 for independent noise, near 1 for a drift."""
+    return float(values[1:] @ values[:-1] / max(float(values @ values), 1e-300))
+
+
 def without_spikes(force: Array) -> Array:
     """Median of each reading and its two neighbours: a single reading is no rise, no dip and no end of a contact."""
     result = force.copy()

@@ -17,6 +17,7 @@ from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate, interval_text
@@ -109,8 +110,7 @@ class JointResult:
     @property
     def memory(self) -> float:
         """Correlation of neighbouring residuals; 0 for independent noise."""
-        r = self.minimum.residual
-        return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
+        return memory_of(self.minimum.residual)
 
     @property
     def agreement(self) -> float:

@@ -15,6 +15,7 @@ from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import external, kind, plain_limits
 from flatpunch.fit.report.estimate import Estimate, interval_text
@@ -136,8 +137,7 @@ class FitResult:
     @property
     def memory(self) -> float:
         """Correlation of neighbouring residuals; 0 for independent noise."""
-        r = self.minimum.residual
-        return float(r[1:] @ r[:-1] / max(float(r @ r), 1e-300))
+        return memory_of(self.minimum.residual)
 
     def correlations(self) -> xr.DataArray:
         """Correlations of the estimates, shape (parameters, parameters)."""

@@ -13,6 +13,7 @@ from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fit.report.likelihood import Fitted
@@ -293,8 +294,7 @@ def _alike(density: LogPosterior, quick: LogPosterior, positions: Array) -> bool
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
     """What the numbers do not say by themselves."""
     residual = result.minimum.residual
-    memory = float(residual[1:] @ residual[:-1] / max(float(residual @ residual), 1e-300))
-    notes = list(correlated(memory, residual.size))
+    notes = list(correlated(memory_of(residual), residual.size))
     spread = np.std(values, axis=0)
     for j, name in enumerate(density.names):
         prior = density.priors.get(name)
