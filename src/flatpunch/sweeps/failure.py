@@ -109,7 +109,9 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
             if levels[-1] > 2 * levels[0]:
                 levels = np.array([float(f"{level:.1e}") for level in levels])
             lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
-            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small")
+            # numbers in the middle of lines are not cut off by an edge; lines of few points cross a corner only
+            middles = [tuple(line[len(line) // 2]) for level in lines.allsegs for line in level if len(line) > 4]
+            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=middles)
         for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
             # cells of the outermost points reach beyond them
             axis.set_view_interval(float(values.min()), float(values.max()), ignore=True)
