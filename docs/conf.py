@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import tomllib
 import warnings
 from dataclasses import fields
 from importlib import import_module
@@ -23,6 +24,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 from flatpunch import __version__  # noqa: E402
+from flatpunch.literature import bibliography  # noqa: E402
 
 project = "flatpunch"
 author = "The flatpunch developers"
@@ -106,6 +108,35 @@ class SettingsTable(SphinxDirective):
         return box.children
 
 
+class NamesTable(SphinxDirective):
+    """`names`: every public name with the version in which it came (public_names.toml), and what it is."""
+
+    def run(self) -> list[nodes.Node]:
+        """Rows in the order of the alphabet, the first line of each docstring beside them."""
+        versions = tomllib.loads(Path(self.env.srcdir, "public_names.toml").read_text(encoding="utf-8"))
+        rows = ["| name | since | what it is |", "|---|---|---|"]
+        for name, since in sorted((name, since) for since, names in versions.items() for name in names):
+            room, _, last = f"flatpunch.{name}".rpartition(".")
+            text = (getattr(import_module(room), last, None) or import_module(f"{room}.{last}")).__doc__.split("\n\n")[
+                0
+            ]
+            rows.append(f"| `{name}` | {since} | {' '.join(text.split())} |")
+        box = nodes.container()
+        self.state.nested_parse(StringList(rows, source="names"), 0, box)
+        return box.children
+
+
+class ReferencesTable(SphinxDirective):
+    """`references`: every work of the bibliography, from the package itself."""
+
+    def run(self) -> list[nodes.Node]:
+        """A line for each work, with its key."""
+        lines = [f"- `{key}`: {each.text}" for key, each in bibliography().items()]
+        box = nodes.container()
+        self.state.nested_parse(StringList(lines, source="references"), 0, box)
+        return box.children
+
+
 class TheoryMath(MathDomain):
     """Equations keep the number that they are written with, (T3.2), so that the code can cite them."""
 
@@ -142,6 +173,8 @@ def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
 def setup(app: Sphinx) -> None:
     """Equations and their numbers."""
     app.add_directive("settings", SettingsTable)
+    app.add_directive("names", NamesTable)
+    app.add_directive("references", ReferencesTable)
     app.connect("source-read", link_equations)
     app.connect("builder-inited", crop_thumbnails, priority=900)  # after the gallery is made
     app.add_domain(TheoryMath, override=True)

@@ -36,15 +36,38 @@ def test_helpers_load_no_more_of_scipy_than_they_need():
     assert not {"scipy.interpolate", "scipy.integrate", "scipy.optimize", "scipy.sparse"} & set(loaded)
 
 
+UNUSED = {
+    "pint",
+    "dask",
+    "matplotlib",
+    "h5py",
+    "h5netcdf",
+    "pydantic",
+    "typer",
+    "rich",
+    "lmfit",
+    "emcee",
+    "openpyxl",
+    "xlrd",
+}
+"""Libraries that are loaded by files, pictures, commands and fits only."""
+
+
 @pytest.mark.parametrize(
-    "call", ["fp.indent(gel, tip, depth=[0.1, 0.2])", "fp.adhesion_loop(gel, tip, depth=0.1, work_of_adhesion=0.01)"]
+    "call",
+    [
+        "fp.indent(gel, tip, depth=[0.1, 0.2])",
+        "fp.indent(gel, fp.Pyramid(sides=4, inclination=0.3), depth=0.1)",
+        "fp.indent(gel, fp.Cone(0.3), depth=[0.1, 0.2], time=[0.0, 1.0], relaxation=fp.StandardLinearSolid(0.5, 1.0))",
+        "fp.adhesion_loop(gel, tip, depth=0.1, work_of_adhesion=0.01)",
+    ],
 )
-def test_results_load_no_library_of_units_or_chunks(call):
-    """xarray does, of arrays it converts: a third of a second of the first call."""
+def test_results_load_no_library_that_they_do_not_use(call):
+    """xarray loads those of units and chunks itself, of arrays it converts: a third of a second of the first call."""
     code = f"import sys, flatpunch as fp; gel, tip = fp.HalfSpace(1.0, 0.3), fp.Paraboloid(1.0); {call}"
     loaded = run(f"{code}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))")
     assert "xarray" in loaded
-    assert not {"pint", "dask"} & set(loaded)
+    assert not UNUSED & set(loaded)
 
 
 def test_a_round_contact_loads_nothing_of_scipy():
@@ -56,6 +79,8 @@ def test_a_round_contact_loads_nothing_of_scipy():
     loaded = run(f"{code}; {layered}; print(*sorted(sys.modules))")
     parts = ("special", "fft", "linalg", "interpolate", "integrate", "optimize", "sparse")
     assert not {f"scipy.{name}" for name in parts} & set(loaded)
+    rooms = ("bem", "fields", "files", "fit", "plots", "indenters.worn", "contact.refined", "contact.adhesion")
+    assert not {f"flatpunch.{name}" for name in rooms} & set(loaded)
 
 
 @pytest.mark.parametrize("name", fp.__all__)

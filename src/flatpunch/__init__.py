@@ -6,4 +6,9 @@ all that has to be known of that medium. Everything is in consistent units, SI r
 
 from flatpunch._support.lazy import names_of
 
-__getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi
+# names from __init__.pyi; old ones with the room that they moved to, the version of the move, and the one in which they go
+__getattr__, __dir__, __all__ = names_of(
+    __name__,
+    __file__,
+    moved={"CriticalLoad": ("flatpunch.fields", "1.0", "2.0"), "Design": ("flatpunch.design", "1.0", "2.0")},
+)

@@ -4,12 +4,14 @@ from . import atlas as atlas
 from . import bem as bem
 from . import files as files
 from . import indenters as indenters
+from . import kernels as kernels
 from . import media as media
 from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliance import compliance
 from .contact import (
     BoundaryElements,
+    Exact,
     FirstOrder,
     FourthOrder,
     Refined,
@@ -19,9 +21,18 @@ from .contact import (
     pressure,
     pull_off,
 )
-from .design import Design, LargestLoad, Limit, Target, design
-from .fields import CriticalLoad, DiscLoad, PatchLoad, Strength, critical_load, energy_by_depth, fields
-from .files import load, read_case, read_height_map, save
+from .design import LargestLoad, Limit, Target, design
+from .fields import (
+    DiscLoad,
+    PatchLoad,
+    Strength,
+    critical_load,
+    critical_loads,
+    energy_by_depth,
+    fields,
+    peak_stresses,
+)
+from .files import load, read_case, read_height_map, read_topography, save
 from .fit import (
     Curve,
     CurveError,
@@ -33,6 +44,7 @@ from .fit import (
     fit_batch,
     fit_together,
     plot_fit,
+    plot_measured,
     plot_posterior,
     read_curve,
 )
@@ -52,7 +64,9 @@ from .indenters import (
     PowerLaw,
     Pyramid,
     RadialProfile,
+    Roller,
     Rounded,
+    RoundedPunch,
     Sphere,
     SpheroCone,
     Spheroid,
@@ -61,12 +75,15 @@ from .indenters import (
     Truncated,
     Vickers,
 )
+from .literature import cite
 from .media import (
     DepthTable,
     ExponentialModulus,
     Formula,
+    FreeLayer,
     GradedLayer,
     HalfSpace,
+    Interface,
     Layer,
     LinearModulus,
     Medium,
@@ -76,7 +93,10 @@ from .media import (
     Prony,
     RigidBase,
     StandardLinearSolid,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
     TwoBodies,
+    homogenised,
 )
 from .plots.curve import plot_curve
 from .plots.design import plot_design
@@ -85,9 +105,12 @@ from .plots.indenter import plot_tip
 from .plots.medium import plot_medium
 from .plots.outline import plot_outline
 from .plots.pressure import plot_pressure
+from .plots.rough import plot_rough
 from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
+from .rough import asperities, full_contact, rough_contact, rough_theories
 from .sensitivity import sensitivity
+from .surfaces import Topography, self_affine
 from .sweeps import sweep
 
 __all__ = [
@@ -96,16 +119,15 @@ __all__ = [
     "Berkovich",
     "BoundaryElements",
     "Cone",
-    "CriticalLoad",
     "CubeCorner",
     "Curve",
     "CurveError",
     "Cylinder",
     "DepthTable",
-    "Design",
     "DiscLoad",
     "Ellipsoid",
     "EllipticParaboloid",
+    "Exact",
     "ExponentialModulus",
     "FacetedPyramid",
     "FirstOrder",
@@ -113,9 +135,11 @@ __all__ = [
     "Formula",
     "FourthOrder",
     "Free",
+    "FreeLayer",
     "GradedLayer",
     "HalfSpace",
     "HeightMap",
+    "Interface",
     "Knoop",
     "LargestLoad",
     "Layer",
@@ -134,7 +158,9 @@ __all__ = [
     "RadialProfile",
     "Refined",
     "RigidBase",
+    "Roller",
     "Rounded",
+    "RoundedPunch",
     "SecondOrder",
     "Sphere",
     "SpheroCone",
@@ -144,16 +170,22 @@ __all__ = [
     "Superellipse",
     "Target",
     "Tilted",
+    "Topography",
+    "TransverselyIsotropicHalfSpace",
+    "TransverselyIsotropicLayer",
     "Truncated",
     "TwoBodies",
     "Vickers",
     "__version__",
     "adhesion_loop",
+    "asperities",
     "atlas",
+    "cite",
     "compare_formulas",
     "compliance",
     "correct",
     "critical_load",
+    "critical_loads",
     "design",
     "energy_by_depth",
     "fields",
@@ -161,16 +193,21 @@ __all__ = [
     "fit_batch",
     "fit_together",
     "flat_punch",
+    "full_contact",
+    "homogenised",
     "indent",
     "load",
+    "peak_stresses",
     "plot_curve",
     "plot_design",
     "plot_fields",
     "plot_fit",
+    "plot_measured",
     "plot_medium",
     "plot_outline",
     "plot_posterior",
     "plot_pressure",
+    "plot_rough",
     "plot_sensitivity",
     "plot_tip",
     "pressure",
@@ -178,7 +215,11 @@ __all__ = [
     "read_case",
     "read_curve",
     "read_height_map",
+    "read_topography",
+    "rough_contact",
+    "rough_theories",
     "save",
+    "self_affine",
     "sensitivity",
     "sweep",
 ]

@@ -68,6 +68,16 @@ def test_flat_end_is_lost_at_once():
     assert "separated" in curve.attrs["notes"]
 
 
+def test_flat_end_on_a_graded_body():
+    # K grows as a^(1 + k), so that 2 pi a w = d^2 K'/2 is F^2 = 4 pi a^2 w K/(1 + k); k = 0 is Kendall's
+    body, tip = fp.PowerLawHalfSpace(modulus=1e6, depth=1e-6, exponent=0.3, poisson=0.3), fp.Cylinder(2e-6)
+    stiffness = float(fp.indent(body, tip, depth=1e-8).stiffness[0])
+    point = fp.pull_off(body, tip, work_of_adhesion=W)
+    # rounding
+    assert point.force == pytest.approx(-tip.radius * np.sqrt(4 * np.pi * W * stiffness / 1.3), rel=1e-13)
+    assert point.depth == pytest.approx(point.force / stiffness, rel=1e-13)
+
+
 def test_controls_agree():
     force = np.linspace(-0.9999, 5, 300) * TENSION
     by_force = fp.indent(GEL, fp.Paraboloid(R), force=force, work_of_adhesion=W)

@@ -161,8 +161,10 @@ def test_layers_are_moved_by_mouse_and_keyboard(visit):
     window.focus("#layers .layer:nth-child(2) [aria-label='Move up']")
     window.keyboard.press("Enter")
     assert window.evaluate(order) == "80 kPa,5 kPa"
+    # below the middle of the other layer, whatever its fields
+    below = window.locator("#layers .layer:nth-child(2)").bounding_box()["height"] - 10
     window.drag_and_drop(
-        "#layers .layer:nth-child(1) .handle", "#layers .layer:nth-child(2)", target_position={"x": 100, "y": 150}
+        "#layers .layer:nth-child(1) .handle", "#layers .layer:nth-child(2)", target_position={"x": 100, "y": below}
     )
     assert window.evaluate(order) == "5 kPa,80 kPa"
     window.wait_for_function("() => document.querySelector('#shown').textContent.includes('E = 80 kPa')")
@@ -176,6 +178,33 @@ def test_keyboard_changes_a_value_and_solves(visit):
     window.keyboard.press("ArrowUp")
     assert window.input_value("[name='indenter.radius']") == "5.25 um"
     window.wait_for_function("(before) => document.querySelector('#shown table').innerText !== before", arg=before)
+
+
+def test_nothing_is_cut_off_on_a_phone(visit):
+    window = solved(visit(width=390))
+    for tab in ("press", "fit", "correct", "coating", "compare"):
+        window.click(f"#tab-{tab}")
+        assert window.evaluate("document.documentElement.scrollWidth") == 390, tab
+        fields = window.eval_on_selector_all(
+            "input, select, textarea, button",
+            "all => all.filter((e) => e.offsetParent && e.getBoundingClientRect().right > 390).map((e) => e.name || e.id)",
+        )
+        assert fields == [], tab
+
+
+def test_curves_are_kept_and_compared(visit):
+    window = solved(visit())
+    window.click("#keep")
+    window.wait_for_selector("#shown .readout:has-text('force / 1 1')")
+    assert window.is_disabled("#keep")
+    window.fill("[name='layers.0.young']", "10 kPa")
+    window.wait_for_function("() => document.querySelector('#shown').classList.contains('stale')")
+    solved(window)
+    window.wait_for_selector("#shown .legend:has-text('kept 1')")
+    (said,) = (text for text in window.locator("#shown .readout li").all_inner_texts() if text.startswith("force / 1"))
+    assert float(said.split()[-1]) == pytest.approx(2, rel=1e-3)  # glass is rigid beside both gels
+    window.click("#drop-kept")
+    assert window.locator("#shown .legend:has-text('kept')").count() == 0
 
 
 def test_long_job_shows_progress_and_is_stopped(visit):
@@ -342,3 +371,28 @@ def test_curve_is_dropped_fitted_and_saved(visit):
     with window.expect_download() as saved:
         window.click("[data-save='csv']")
     assert "mine" in Path(saved.value.path()).read_text(encoding="utf-8")
+
+
+def test_the_baseline_is_chosen_beside_the_button(visit):
+    """Visible without unfolding or scrolling, on this tab alone; it decides over a baseline that is tilted."""
+    window = visit("?tab=fit")
+    baseline = window.locator("[data-name='fit.baseline'] select")
+    assert baseline.count() == 1
+    assert baseline.is_visible()
+    assert not window.locator("[data-name='fit.loss'] select").is_visible()
+    example(window, "Fit: Thin gel")
+    title, *rows = (FILM.parent / "fit" / "thin_gel.csv").read_text(encoding="utf-8").splitlines()
+    pairs = [tuple(map(float, row.split(","))) for row in rows]
+    rise = max(force for _, force in pairs)
+    tilted = [f"{depth},{force + 0.2 * rise * i / len(pairs)}" for i, (depth, force) in enumerate(pairs)]
+    curve = "\n".join([title, *tilted]).encode()
+    window.set_input_files("#curve-file", files=[{"name": "tilted.csv", "mimeType": "text/csv", "buffer": curve}])
+    window.wait_for_selector("#long:has-text('Fit this case')")
+    gap = window.locator("#solve").bounding_box()["y"] - baseline.bounding_box()["y"]
+    assert 0 < gap < 100
+    for chosen, other in (("constant", "linear"), ("auto", "constant")):
+        baseline.select_option(chosen)
+        window.click("#solve")
+        window.wait_for_selector(f"#shown :text(\"with baseline = '{other}'\")")
+    window.click("#tab-press")
+    assert not baseline.is_visible()

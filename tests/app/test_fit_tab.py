@@ -118,7 +118,6 @@ def test_problems_find_their_field(change, field):
         Upload("a.xlsx", b"PK\x03\x04 no archive"),
         Upload("a.jpk-force", b"no archive"),
         Upload("a.exe", CURVE),
-        Upload("curve", CURVE),
         Upload("a.csv", b"depth (nm),force (nN)\n1,2\n"),
     ],
     ids=lambda upload: f"{upload.name}-{len(upload.content)}",
@@ -177,3 +176,9 @@ def test_tables_of_other_tabs_are_left_out():
     assert "[correct]" not in case_text(gel(), "fit")
     assert "[control]" not in case_text(gel(**{"control.quantity": "depth", "control.values": "1 nm"}), "fit")
     assert "[curve]" not in case_text(gel(**{"curve.flip": "true"}), "press")
+
+
+def test_a_fit_of_nothing_is_refused_with_the_box_to_tick():
+    form = {name: value for name, value in gel().items() if not name.endswith(".fit")}
+    (problem,) = fit_curve(form, True, Upload("thin_gel.csv", CURVE))["problems"]
+    assert "tick “fit”" in problem["text"]

@@ -96,7 +96,7 @@ def test_layers_are_in_the_order_of_their_numbers_and_gaps_do_not_count():
         ({"control.values": "-1 nm"}, "control.values", "work_of_adhesion"),
         ({"control.quantity": "force", "control.start": "1 nm"}, "control.start", "dimension of a length"),
         ({"method": "best"}, "method", "is unknown"),
-        ({"angles": "3"}, "angles", "must be 8 or more"),
+        ({"angles": "3"}, "angles", "at least 8"),
         ({"work_of_adhesion": "1 Pa"}, "work_of_adhesion", "dimension"),
         ({"more": "[history"}, "more", "not valid TOML"),
         ({"more": "[base]\nkind = 'rigid'"}, "more", "fields of its own"),

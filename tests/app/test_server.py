@@ -59,6 +59,29 @@ def test_requests_that_name_another_machine_are_refused(server, host):
     assert asked(server, "GET", "/", {"Host": host})[0] == 403
 
 
+@pytest.mark.parametrize(
+    "host",
+    [
+        "[",
+        "[::1",
+        "localhost:port",
+        "evil.com@127.0.0.1",
+        "@localhost",
+        "localhost/x",
+        "localhost?x",
+        "a]b",
+        "localhost:99999",
+    ],
+)
+def test_malformed_hosts_are_bad_requests(server, host):
+    assert asked(server, "GET", "/", {"Host": host})[0] == 400
+
+
+def test_malformed_addresses_are_bad_requests(server):
+    assert asked(server, "GET", "http://[/")[0] == 400
+    assert asked(server, "POST", "/api/case", {"Origin": "http://["})[0] == 400
+
+
 def test_requests_from_another_page_are_refused(server):
     headers = {"Origin": "http://evil.example", "Content-Length": "0"}
     assert asked(server, "POST", "/api/case", headers)[0] == 403

@@ -18,12 +18,12 @@ def test_jobs_end_where_no_process_can_be_had(pool, monkeypatch, how):
     """Too many processes, or a library that cannot be loaded: a message, and no job that waits for ever."""
     if how == "start":
 
-        def refused(self):
+        def refused():
             raise OSError(11, "Resource temporarily unavailable")
 
-        monkeypatch.setattr(workers._Worker, "__init__", refused)
+        monkeypatch.setattr(workers, "_worker", refused)
     else:
-        monkeypatch.setattr(workers._Worker, "is_ready", lambda self: False)
+        monkeypatch.setattr(workers, "_is_ready", lambda worker: False)
     jobs = [pool.submit("press:warm_up") for _ in range(3)]
     for job in jobs:
         assert job.wait(LIMITS.start)

@@ -1,4 +1,4 @@
-"""`flatpunch atlas` as a user meets it."""
+"""`flatpunch atlas` as a user meets it, and the program that makes tables."""
 
 import csv
 
@@ -6,15 +6,20 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from atlas_tables.__main__ import app as making
 from flatpunch import atlas
 from flatpunch.cli.app import app
 from support.atlas_families import FAMILY_FILE
 
+TERMINAL = {"COLUMNS": "140", "NO_COLOR": "1", "TERM": "dumb"}
+
 
 def run(*arguments):
-    return CliRunner().invoke(
-        app, ["atlas", *map(str, arguments)], env={"COLUMNS": "140", "NO_COLOR": "1", "TERM": "dumb"}
-    )
+    return CliRunner().invoke(app, ["atlas", *map(str, arguments)], env=TERMINAL)
+
+
+def make(*arguments):
+    return CliRunner().invoke(making, [*map(str, arguments)], env=TERMINAL)
 
 
 def test_list_and_show():
@@ -35,7 +40,7 @@ def test_query():
     assert "needs --set poisson=..." in run("query", "bonded-layer").output
     assert "does not know nu" in run("query", "bonded-layer", "--set", "nu=0.3", "--set", "poisson=0.3").output
     assert "lies outside the table" in run("query", "sliding-layer", "--beta", "1e4").output
-    assert "neither numbers" in run("query", "sliding-layer", "--beta", "one").output
+    assert "neither a number" in run("query", "sliding-layer", "--beta", "one").output
     assert "atlas export" in run("query", "sliding-layer", "--beta", "0.1:1:99").output
     assert run("query", "nothing").exit_code == 2
 
@@ -61,20 +66,21 @@ def test_export(tmp_path):
 def test_build_verify_and_use_a_family_of_ones_own(tmp_path):
     path = tmp_path / "gel.toml"
     path.write_text(FAMILY_FILE, encoding="utf-8")
-    done = run("build", path, "-o", tmp_path, "--workers", 1, "--check", 20)
+    done = make("build", path, "-o", tmp_path, "--workers", 1, "--check", 20)
     assert done.exit_code == 0, done.output
     made = tmp_path / "gel-on-pdms.nc"
     assert "Written" in done.output
     assert atlas.read_table(made).attributes["family_file"] == FAMILY_FILE
-    checked = run("verify", made, "--points", 10, "--workers", 1)
+    checked = make("verify", made, "--points", 10, "--workers", 1)
     assert checked.exit_code == 0, checked.output
     assert "keeps its bound" in checked.output
     assert "gel: 10000 ... 1e+06 Pa" in run("show", made).output
-    refused = run("build", "nothing", "-o", tmp_path)
+    refused = make("build", "nothing", "-o", tmp_path)
     assert refused.exit_code == 2
     assert "is no family" in refused.output
+    assert "/proc/tables" in make("build", "bonded-layer", "-o", "/proc/tables").output
     path.write_text(FAMILY_FILE.replace("gel-on-pdms", "bonded-layer"), encoding="utf-8")
-    assert "is that of a shipped family" in run("build", path, "-o", tmp_path).output
+    assert "is that of a shipped family" in make("build", path, "-o", tmp_path).output
 
 
 def test_a_table_that_does_not_keep_its_bound_is_told(tmp_path):
@@ -82,6 +88,6 @@ def test_a_table_that_does_not_keep_its_bound_is_told(tmp_path):
 
     table = replace(atlas.table("sliding-layer"), bound=1e-18)
     path = atlas.write_table(table, tmp_path / "sliding-layer.nc")
-    found = run("verify", path, "--points", 3, "--workers", 1)
+    found = make("verify", path, "--points", 3, "--workers", 1)
     assert found.exit_code == 1
     assert "DOES NOT KEEP" in found.output

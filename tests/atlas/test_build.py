@@ -7,34 +7,35 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import atlas_tables
 import flatpunch as fp
+from atlas_tables.family_file import family_from, read_family
 from flatpunch import atlas
 from flatpunch.atlas import Parameter
 from flatpunch.atlas.point import panel_edges
-from flatpunch.cli.atlas_family import family_from, read_family
 from flatpunch.files.tables.fields import CaseError
 from support.atlas_families import FAMILY_FILE, SMALL, soft_on_stiffer
 
 
 @pytest.fixture(scope="module")
 def small():
-    return atlas.build(SMALL, workers=1)
+    return atlas_tables.build(SMALL, workers=1)
 
 
 def test_meets_its_tolerance(small):
-    found = atlas.verify(small, SMALL, points=60, workers=1)
+    found = atlas_tables.verify(small, SMALL, points=60, workers=1)
     # what is dropped and left out adds up to a few times the tolerance
     assert max(found.largest[q] for q in ("Kbar", "kappa_1", "kappa_2")) < 5 * SMALL.tolerance
-    told = atlas.verified(small, found)
+    told = atlas_tables.verified(small, found)
     assert told.bound == found.bound >= 2 * found.largest["Kbar"]
     assert told.attributes["verified_points"] == 60
     assert small.beta_range == (panel_edges(0.5, 2.0)[0][0], panel_edges(0.5, 2.0)[-1][1])
 
 
 def test_tighter_tolerance_refines_the_grid(small):
-    finer = atlas.build(replace(SMALL, tolerance=1e-9), workers=1)
+    finer = atlas_tables.build(replace(SMALL, tolerance=1e-9), workers=1)
     assert finer.attributes["grid"][0] > small.attributes["grid"][0]
-    found = atlas.verify(finer, SMALL, points=20, workers=1)
+    found = atlas_tables.verify(finer, SMALL, points=20, workers=1)
     assert found.largest["Kbar"] < 5e-9
 
 
@@ -44,11 +45,11 @@ def test_interrupted_and_resumed(small, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        atlas.build(SMALL, workers=1, store=tmp_path, progress=stop)
+        atlas_tables.build(SMALL, workers=1, store=tmp_path, progress=stop)
     kept = len(list(tmp_path.glob("*.npz")))
     assert kept >= 2
     begun = []
-    again = atlas.build(SMALL, workers=1, store=tmp_path, progress=lambda done, total: begun.append(done))
+    again = atlas_tables.build(SMALL, workers=1, store=tmp_path, progress=lambda done, total: begun.append(done))
     assert begun[0] == kept
     beta = np.geomspace(0.5, 2.0, 9)
     for ratio in (0.3, 1.1, 2.9):
@@ -69,7 +70,7 @@ def test_on_a_cluster_that_loses_a_worker(small, tmp_path):
             if done == 2 and workers:
                 os.kill(workers.pop(), signal.SIGKILL)
 
-        found = atlas.build(SMALL, scheduler=cluster.scheduler_address, store=tmp_path, progress=lose_one)
+        found = atlas_tables.build(SMALL, scheduler=cluster.scheduler_address, store=tmp_path, progress=lose_one)
     assert len(workers) == 1  # one was lost
     beta = np.geomspace(0.5, 2.0, 9)
     # another process, another order of sums in BLAS
@@ -80,13 +81,13 @@ def test_on_a_cluster_that_loses_a_worker(small, tmp_path):
 def test_media_that_cannot_be_solved_are_named():
     far = replace(SMALL, beta=(0.5, 1e8))
     with pytest.raises(RuntimeError, match=r"of 'small' could not be solved; the first, ratio = 0\.3: "):
-        atlas.build(far, workers=1)
+        atlas_tables.build(far, workers=1)
 
 
 def test_a_family_that_is_not_smooth_enough_says_so():
     jump = replace(SMALL, parameters=(Parameter("ratio", "", 1e-9, 1e9, "linear"),), tolerance=1e-12)
     with pytest.raises(RuntimeError, match=r"over ratio still end at .* Narrow the range, choose another scale"):
-        atlas.build(jump, workers=1)
+        atlas_tables.build(jump, workers=1)
 
 
 def test_a_medium_of_ones_own_table(small):

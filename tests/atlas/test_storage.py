@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from flatpunch import atlas
-from flatpunch._support.sealed import sealed
+from flatpunch._support.whole_file import sealed
 from flatpunch.atlas.library import folder
 from flatpunch.atlas.storage import LICENCE
 
@@ -86,7 +86,8 @@ def test_what_is_no_table(tmp_path):
     with h5py.File(other, "w") as file:
         file.attrs["title"] = "something else"
     with pytest.raises(
-        atlas.AtlasFileError, match=r"no line of its checksum at the end; `flatpunch atlas build` makes it"
+        atlas.AtlasFileError,
+        match=r"no line of its checksum at the end; scripts/atlas_tables of the repository makes it",
     ):
         atlas.read_table(other)
     other.write_bytes(sealed(other.read_bytes()))

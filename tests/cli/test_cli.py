@@ -4,6 +4,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 
 import matplotlib.image
 import numpy as np
@@ -12,6 +13,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
+from flatpunch.cli import terminal
 from flatpunch.cli.app import app
 from flatpunch.files import load, shipped_cases
 
@@ -296,3 +298,11 @@ def test_help_teaches():
     assert run("--version").output.strip() == f"flatpunch {fp.__version__}"
     # without arguments the help is shown; older typer ends that with status 0, newer with 2
     assert "Usage" in run().output
+
+
+def test_long_work_tells_a_log_what_it_does(monkeypatch, capsys):
+    monkeypatch.setattr(terminal, "_SILENCE", 0.02)
+    with terminal.progress("Film", 2) as step:
+        step("step 3 of 40")
+        time.sleep(0.2)
+    assert "Film: step 3 of 40, 0 s so far" in capsys.readouterr().err.splitlines()

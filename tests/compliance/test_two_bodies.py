@@ -84,5 +84,5 @@ def test_power_law_media_pair_with_their_own_exponent_or_a_rigid_body():
     for stranger in (BODIES["film"], PowerLawHalfSpace(1.0, 1.0, 0.4, 0.3)):
         with pytest.raises(ValueError, match=r"pairs with one of its own exponent or with RigidBase"):
             TwoBodies(one, stranger)
-    with pytest.raises(TypeError, match="must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies"):
+    with pytest.raises(TypeError, match="must be a Medium, a half-space or TwoBodies"):
         compliance(RigidBase())

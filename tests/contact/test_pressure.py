@@ -175,3 +175,49 @@ def test_superposed_pressures_that_miss_their_force_are_not_given():
     last = float(curve.depth[int(np.argmin(np.isfinite(curve.area.values))) - 1])
     with pytest.warns(fp.FlatpunchWarning, match="none of the first order, as the superposed pressure adds up to"):
         fp.pressure(film, pyramid, 0.0, 0.0, depth=last, method="first-order")
+
+
+def _drawn(rng):
+    """A stack with strongly anisotropic, soft, stiff, sliding and graded layers, and a round tip."""
+
+    def layer():
+        thickness, bonded = 10 ** rng.uniform(-1, 0.5), bool(rng.random() < 0.7)
+        if rng.random() < 0.25:
+            return fp.GradedLayer(
+                young=([0, thickness], 10 ** rng.uniform(-0.7, 0.7, 2)), poisson=0.3, thickness=thickness
+            )
+        if rng.random() < 0.4:
+            return fp.Layer(10 ** rng.uniform(-1.5, 1.5), rng.uniform(0, 0.5), thickness, bonded=bonded)
+        while True:
+            try:
+                axial = rng.uniform(0, 0.45)
+                moduli, shear = 10 ** rng.uniform(-2, 2, 2), 10 ** rng.uniform(-3, 2)
+                return fp.TransverselyIsotropicLayer(*moduli, rng.uniform(-0.3, 0.6), axial, shear, thickness, bonded)
+            except ValueError:
+                # no stable solid
+                continue
+
+    base = fp.HalfSpace(1.0, 0.3) if rng.random() < 0.6 else fp.RigidBase()
+    flat = fp.Truncated(fp.Cone(0.2), height_removed=0.002)
+    tips = fp.Paraboloid(1.0), fp.Sphere(5.0), fp.Cone(0.3), flat, fp.PowerLaw(rng.uniform(1.1, 4), 1.0)
+    return fp.Medium([layer() for _ in range(rng.integers(1, 4))], base), tips[rng.integers(5)]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_pressures_under_round_tips_agree_with_stresses_within_their_errors(seed):
+    """Under graded and strongly anisotropic surfaces pressures were off by up to a million times the stated error."""
+    rng = np.random.default_rng(700 + seed)
+    medium, tip = _drawn(rng)
+    radius = 10 ** rng.uniform(-1.0, 0.3)
+    x = radius * np.array([0.01, 0.2, 0.4, 0.6, 0.8, 0.9, 0.96])
+    p, error = fp.pressure(medium, tip, x, 0.0, radius=radius, return_error=True)
+    inside = fp.fields(medium, tip, x=x, y=0.0, z=0.0, radius=radius)
+    off = np.abs(p + inside.stress.sel(component="zz").values)
+    # punches are interpolated over the radius to 1e-8
+    allowed = error + inside.attrs["stress_error"] * np.abs(p).max() + 1e-8 * np.abs(p).max()
+    assert (off < 3 * allowed).all()
+
+
+def test_too_many_points_are_refused_before_any_work():
+    with pytest.raises(ValueError, match="x and y make 1600000000 points"):
+        fp.pressure(HALF_SPACE, fp.Sphere(5.0), np.zeros((40000, 1)), np.zeros(40000), depth=0.1)

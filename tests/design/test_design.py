@@ -82,7 +82,8 @@ def test_a_design_beyond_the_theory_says_so():
     problem = Problem(variables(on_steel, TIP, YOUNG), fp.FirstOrder())
     u = problem.variables.internal(problem.variables.start)
     problem.load(u, aim)
-    assert "pressed through a layer" in problem.limits[u.tobytes()][0]
+    assert problem.limits[u.tobytes()][0] == "The load is limited by yield of layer 1."
+    assert "pressed through a layer" in problem.limits[u.tobytes()][1]
 
 
 def test_values_are_kept_by_what_is_asked():

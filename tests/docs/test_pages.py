@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 import flatpunch as fp
-from flatpunch import atlas, bem, files
+from flatpunch import atlas, bem, files, kernels
 from flatpunch.fit import __all__ as fitting
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,9 +28,10 @@ def test_validation_names_tests_that_exist():
         ("atlas.", [*atlas.__all__]),
         ("bem.", bem.__all__),
         ("fit.", fitting),
+        ("kernels.", kernels.__all__),
         ("files.", files.__all__),
     ],
-    ids=["flatpunch", "atlas", "bem", "fit", "files"],
+    ids=["flatpunch", "atlas", "bem", "fit", "kernels", "files"],
 )
 def test_the_reference_lists_every_public_name(prefix, names):
     listed = set(re.findall(r"^   ([\w.]+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE))

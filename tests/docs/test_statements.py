@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.contact.default import FORCE_LIMIT, OUTLINE_LIMIT
+from flatpunch.contact.default import FORCE_LIMIT, NOTABLE_OUTLINE
 
 ROOT = Path(__file__).resolve().parents[2]
 STIFF = {f"film-{ratio}" for ratio in (2, 3, 4, 7, 10, 20, 30, 50, 100)} | {
@@ -47,7 +47,7 @@ def test_promises_of_the_default():
         estimates = [row[f"fourth-order {name}"] for name in ("estimate", "outline_estimate")]
         # general shapes have no fourth order
         fast = all(
-            text and float(text) <= limit for text, limit in zip(estimates, (FORCE_LIMIT, OUTLINE_LIMIT), strict=True)
+            text and float(text) <= limit for text, limit in zip(estimates, (FORCE_LIMIT, NOTABLE_OUTLINE), strict=True)
         )
         method = "fourth-order" if fast else "refined"
         force.append(float(row[f"{method} force"]))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch._support import archives
+from flatpunch._support import reading
 
 AXIS = np.linspace(-1e-6, 1e-6, 15)
 
@@ -21,7 +21,7 @@ def npz(tmp_path):
 
 def test_the_unpacked_size_is_bounded(npz, monkeypatch):
     fp.read_height_map(npz)
-    monkeypatch.setattr(archives, "UNPACKED", 1000)
+    monkeypatch.setattr(reading, "UNPACKED", 1000)
     with pytest.raises(ValueError, match=r"unpacks to .* GB"):
         fp.read_height_map(npz)
 
@@ -31,7 +31,7 @@ def test_so_are_archives_of_curves(ending, tmp_path, monkeypatch):
     path = tmp_path / f"bomb{ending}"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a.txt", b"0" * 1_000_000)
-    monkeypatch.setattr(archives, "UNPACKED", 100_000)
+    monkeypatch.setattr(reading, "UNPACKED", 100_000)
     with pytest.raises(fp.CurveError, match=r"an archive that unpacks to"):
         fp.read_curve(path)
 
@@ -41,7 +41,7 @@ def test_many_small_files_are_no_archive_either(tmp_path, monkeypatch):
     with zipfile.ZipFile(path, "w") as archive:
         for i in range(30):
             archive.writestr(f"{i}.txt", b"0")
-    monkeypatch.setattr(archives, "FILES", 20)
+    monkeypatch.setattr(reading, "FILES", 20)
     with pytest.raises(fp.CurveError, match="an archive of 30 files"):
         fp.read_curve(path)
 

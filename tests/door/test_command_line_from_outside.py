@@ -63,8 +63,6 @@ def test_outputs_are_checked_before_the_work(case, tmp_path, monkeypatch):
     refused(run("solve", case, "--plot", tmp_path / ("x" * 300 + ".png")), "cannot be written")
     refused(run("demo", "-o", case), "case.toml")
     refused(run("demo", "-o", "/proc/demo"), "/proc/demo", REMEDY)
-    refused(run("paper", "-o", "/proc/paper"), "/proc/paper", REMEDY)
-    refused(run("atlas", "build", "bonded-layer", "-o", "/proc/paper"), "/proc/paper", REMEDY)
     refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv", REMEDY)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import atlas
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed
 from flatpunch.atlas.library import folder
 from flatpunch.files import ResultError
 from flatpunch.fit.measured import afm
@@ -224,7 +224,7 @@ def test_numbers_of_damaged_microscope_files_are_refused_with_the_file(tmp_path,
     columns[column] = np.append(columns[column][1:], damage)
     data = afm._Columns({"spring constant": k}, columns)
     with pytest.raises(fp.CurveError, match=r"^curve\.ibw: "):
-        afm._curve(data, tmp_path / "curve.ibw", 0, "height (measured)")
+        afm._curve(data, tmp_path / "curve.ibw", 0, "height (measured)", {})
 
 
 def test_names_that_are_too_long_are_no_files(tmp_path):

@@ -49,7 +49,10 @@ ARGUMENTS = [
     ("atlas.Parameter", "scale"),
     ("sweep", "contours"),
     *(("read_curve", name) for name in ("columns", "units", "calibration", "decimal", "sheet", "skip_nan", "flip")),
-    *(("Settings", name) for name in ("baseline", "loss", "adhesion", "segment", "engine", "drag", "method")),
+    *(
+        ("Settings", name)
+        for name in ("baseline", "loss", "adhesion", "segment", "direction", "quick", "drag", "method")
+    ),
 ]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.fields.failure.events import Event, first_event
 
 STEEL = fp.HalfSpace(210e9, 0.3)
 FILM = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], base=fp.HalfSpace(210e9, 0.3))
@@ -163,7 +164,6 @@ def test_a_thin_film_under_a_large_sphere():
         ({"strengths": [fp.Strength(tensile=1.0)] * 3}, ValueError, "at most 2"),
         ({"strengths": [None, fp.Strength(interface_shear=1.0)]}, ValueError, "no interface"),
         ({"strengths": [3.0]}, TypeError, "Strength"),
-        ({"indenter": fp.Cylinder(1e-6)}, ValueError, "edge"),
         ({"friction": -1.0}, ValueError, "friction"),
         ({"indenter": fp.Cylinder}, TypeError, "indenter"),
         ({"medium": fp.TwoBodies(STEEL, STEEL), "strengths": fp.Strength(tensile=1.0)}, TypeError, "pair"),
@@ -272,7 +272,7 @@ def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
     """Strong bodies fail nowhere; whether the contact ends with the tip or with what is solved must not look alike."""
     strong = [None, fp.Strength(yield_stress=1e15)]
     thin = fp.Medium([fp.Layer(300e9, 0.25, 1e-9)], base=STEEL)
-    with pytest.raises(ValueError, match=r"not reached .*yield of layer 1.*Leave out") as refused:
+    with pytest.raises(ValueError, match=r"not reached .*yield of layer 2.*Leave out") as refused:
         fp.critical_load(thin, fp.Paraboloid(1e-3), strong)
     named = re.search(r"load of (\S+) (\S?)N", str(refused.value))
     assert named is not None
@@ -303,4 +303,96 @@ def test_a_load_beyond_the_theory_says_so():
     gel, tip = fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.HalfSpace(1e4, 0.3)), fp.Sphere(20.0)
     found = fp.critical_load(gel, tip, fp.Strength(yield_stress=5.0))
     assert "pressed through a layer" in found.notes[0]
-    assert fp.critical_load(gel, tip, fp.Strength(yield_stress=0.1)).notes == ()
+    # a hundredth of the modulus: strains are small
+    assert fp.critical_load(gel, tip, fp.Strength(yield_stress=0.01)).notes == ()
+
+
+def test_the_rim_of_a_flat_end_fails_at_once():
+    found = fp.critical_load(FILM, fp.Cylinder(1e-6), [fp.Strength(yield_stress=1e9)])
+    assert found.force == 0
+    assert found.place == (1e-6, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.Truncated(fp.Pyramid(3, 0.3), height_removed=1e-8)])
+def test_every_criterion_under_sharp_tips_that_are_not_round(tip):
+    """Yield at the first touch left nothing to search for the other criteria."""
+    film = fp.Medium([fp.Layer(3e11, 0.25, 2e-6)], fp.HalfSpace(2.1e11, 0.3))
+    strengths = [fp.Strength(yield_stress=6e9, interface_shear=1e9), fp.Strength(yield_stress=1e9)]
+    loads = fp.critical_loads(film, tip, strengths)
+    assert loads.attrs["first"] == "layers[0].yield"
+    assert float(loads.force[0]) == 0
+    alone = fp.critical_load(film, tip, [None, fp.Strength(yield_stress=1e9)])
+    assert float(loads.force[-1]) == pytest.approx(alone.force, rel=1e-6)
+    assert 0 < float(loads.force[1]) < np.inf
+
+
+def test_straight_rollers_are_refused_with_the_reason():
+    roller = fp.Roller(radius=5e-5, length=2e-5)
+    with pytest.raises(ValueError, match="highest stresses lie along edges and ends"):
+        fp.critical_load(fp.HalfSpace(2.1e11, 0.3), roller, fp.Strength(yield_stress=1e9))
+
+
+class _Jump:
+    """A search whose grid and refined place give any utilisation of the size."""
+
+    def __init__(self, grid, fine, limits=(1e-9, 1e-6, 1e-3)):
+        self.grid, self.fine, self.limits = grid, fine, lambda: limits
+
+    def singular(self, size):
+        return []
+
+    def events(self, size):
+        return [Event("yield", 0, self.grid(size), (0.0, 0.0, 0.0))]
+
+    def refined(self, event, size):
+        return Event("yield", 0, self.fine(size), (0.0, 0.0, 0.0))
+
+    def follower(self, event, size):
+        return lambda other: Event("yield", 0, self.fine(other), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("at", np.geomspace(3e-9, 3e-4, 6))
+@pytest.mark.parametrize("jump", [1.5, 10.0, 1e4])
+def test_a_jump_of_the_estimate_is_neither_zero_nor_never(at, jump):
+    """A grid that jumps over one leads to the load of the refined place, and a refined place that jumps to that of its jump."""
+
+    def stepped(size):
+        return (size / at) ** 0.3 * (jump if size > at else 1 / jump)
+
+    size, worst, _ = first_event(_Jump(stepped, lambda size: size / at))
+    assert size == pytest.approx(at, rel=1e-6)
+    assert worst.utilisation == pytest.approx(1, rel=1e-6)
+    size, worst, _ = first_event(_Jump(stepped, stepped))
+    assert size == pytest.approx(at, rel=1e-6)
+    assert abs(worst.utilisation - 1) > 0.1  # which is part of the error of a critical load
+
+
+@pytest.mark.parametrize("factor", [1e-4, 0.1, 10.0, 1e4])
+def test_refined_place_far_from_the_grid_has_its_own_load(factor):
+    """The load follows the refined place, however far that of the grid is; zero and infinity are decided by it too."""
+    size, worst, _ = first_event(_Jump(lambda size: size / 1e-6, lambda size: factor * size / 1e-6, (1e-12, 1e-6, 1.0)))
+    assert size == pytest.approx(1e-6 / factor, rel=1e-6)
+    assert worst.utilisation == pytest.approx(1, rel=1e-6)
+    # the grid is above one everywhere
+    size, _, _ = first_event(_Jump(lambda size: 30.0, lambda size: size / 1e-7))
+    assert size == pytest.approx(1e-7, rel=1e-6)
+    assert first_event(_Jump(lambda size: 30.0, lambda size: 20.0))[0] == 0
+    assert first_event(_Jump(lambda size: 0.1, lambda size: 0.1))[0] == np.inf
+    assert first_event(_Jump(lambda size: size / 1e-6, lambda size: 0.1))[0] == np.inf
+
+
+def test_a_flat_end_that_rounding_tilts_is_found_flat():
+    """The pressure is infinite at once at the edge of a pyramid cut off at any height."""
+    for height in (1.003e-9, 1.003e-7, 1.003e-5):
+        tip = fp.Truncated(fp.Pyramid(4, 0.393329), height)
+        loads = fp.critical_loads(FILM, tip, [fp.Strength(yield_stress=1e9), fp.Strength(yield_stress=1e9)])
+        assert loads.force.values[0] == 0
+        assert 0 < loads.force.values[1] < np.inf
+
+
+def test_cells_wider_than_a_film_give_no_load_of_its_interface():
+    """A film of 0.003 times the radius of a flat end: cells put edges of pressure on it that there are not."""
+    film = fp.Medium([fp.Layer(5.6e9, 0.2, 0.13e-6)], base=fp.HalfSpace(70e9, 0.3))
+    tip = fp.Truncated(fp.Pyramid(4, 0.2), 4e-6)
+    with pytest.raises(ValueError, match="% only"):
+        fp.critical_load(film, tip, [fp.Strength(interface_tension=5e7)])

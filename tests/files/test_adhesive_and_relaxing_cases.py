@@ -143,7 +143,7 @@ LISTS = 'time = ["0 s", "1 s"]\ndepth = ["0 nm", "10 nm"]\n'
         (STICKY, '"50 uJ/m^2"', "50", "work_of_adhesion = 50 has no unit"),
         (STICKY, '"50 uJ/m^2"', '"0 uJ/m^2"', "work_of_adhesion = '0 uJ/m.2' must be finite and > 0"),
         (STICKY, '"0.5 nm"', '"-0.5 nm"', "range_of_action = '-0.5 nm' must be finite and > 0"),
-        (STICKY, 'work_of_adhesion = "50 uJ/m^2"', "", r"control: depth\[[56]\] = .* Below zero it takes a work_of_adhesion"),
+        (STICKY, 'work_of_adhesion = "50 uJ/m^2"', "", r"control\.depth\[[56]\] = .* Below zero it takes a work_of_adhesion"),
         (STICKY, "work_of_adhesion", "work_of_adhesoin", "did you mean 'work_of_adhesion'"),
         (
             STICKY,
@@ -181,8 +181,8 @@ LISTS = 'time = ["0 s", "1 s"]\ndepth = ["0 nm", "10 nm"]\n'
         (RELAXING, STEPS, 'depth = ["0 nm", "10 nm"]\n', "give either time with depth or force, or segments"),
         (RELAXING, STEPS, LISTS + 'force = ["0 N", "1 N"]\n', "exactly one of depth and force must be given, found depth and"),
         (RELAXING, STEPS, LISTS.replace('"1 s"', '"1 s", "2 s"'), "time has 3 values and depth 2"),
-        (RELAXING, STEPS, LISTS.replace('"1 s"', '"0 s"'), r"time\[1\] = 0 s must be after time\[0\] = 0 s"),
-        (RELAXING, STEPS, 'time = ["0 s", "1 s"]\nforce = ["0 nN", "-10 nN"]\n', r"force\[1\] = -1e-08 must be finite and >= 0"),
+        (RELAXING, STEPS, LISTS.replace('"1 s"', '"0 s"'), r"history\.time\[1\] = '0 s' must be after time\[0\] = 0 s"),
+        (RELAXING, STEPS, 'time = ["0 s", "1 s"]\nforce = ["0 nN", "-10 nN"]\n', r"history\.force\[1\] = '-10 nN' must be"),
     ],
 )  # fmt: skip
 def test_messages(read, text, old, new, message):
@@ -193,7 +193,8 @@ def test_messages(read, text, old, new, message):
 
 def test_negative_depths_need_adhesion(read):
     with pytest.raises(
-        CaseError, match=r"control: depth\[4\] = -1e-09 must be finite and >= 0. Below zero it takes a work_of_adhesion"
+        CaseError,
+        match=r"control\.depth\[4\] = '-1 nm' must be finite and >= 0. Below zero it takes a work_of_adhesion",
     ):
         read(f'{BODY}[control]\ndepth = ["1 nm", "2 nm", "3 nm", "4 nm", "-1 nm"]\n')
     with pytest.raises(CaseError, match=r"control.radius = '-1 nm' must be finite and >= 0"):
@@ -239,3 +240,47 @@ def test_what_the_shipped_case_says_of_the_glass():
     assert layer.force / thick.force == pytest.approx(1.13, abs=0.005)
     assert layer.depth_minimum.depth == pytest.approx(-57e-9, abs=0.5e-9)
     assert thick.depth_minimum.depth == pytest.approx(-82e-9, abs=0.5e-9)
+
+
+EACH = """
+layers = [{ young = "5 kPa", poisson = 0.5, thickness = "2 um" }]
+base = { kind = "half-space", young = "50 kPa", poisson = 0.3 }
+indenter = { kind = "INDENTER" }
+history = { segments = [{ kind = "ramp", depth = "300 nm", duration = "1 s", points = 4 }] }
+relaxation = { kind = "each", bodies = [{ kind = "prony", weights = [0.5], times = ["2 s"] }BODIES] }
+"""
+BALL, ELASTIC = 'sphere", radius = "5 um', ', { kind = "elastic" }'
+
+
+def _each(tmp_path, indenter=BALL, bodies=ELASTIC, more=""):
+    path = tmp_path / "case.toml"
+    path.write_text(more + EACH.replace("INDENTER", indenter).replace("BODIES", bodies), encoding="utf-8")
+    return fp.read_case(path)
+
+
+def test_relaxation_of_each_layer(tmp_path):
+    case = _each(tmp_path)
+    assert case.relaxation == (fp.Prony([0.5], [2.0]), None)
+    assert "Prony" in " ".join(fp.files.describe(case))
+    direct = fp.indent(
+        case.medium, case.indenter, depth=case.values, time=case.time, relaxation=[fp.Prony([0.5], [2.0]), None]
+    )
+    found = fp.indent(case.medium, case.indenter, **case.arguments)
+    assert found.force.values.tolist() == direct.force.values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"bodies": ""}, "relaxation has 1 entries for 1 layers and an elastic base; give 2"),
+        (
+            {"indenter": "vickers"},
+            r"indenter = .* is not round, and relaxation for each layer is solved for round tips",
+        ),
+        ({"more": 'method = "second-order"\n'}, "method is not chosen with one relaxation for each layer"),
+        ({"bodies": ', { kind = "power-law", exponent = 0.2, time = "1 s" }'}, "power-law"),
+    ],
+)
+def test_relaxation_of_each_layer_is_checked_before_anything_is_solved(tmp_path, changed, message):
+    with pytest.raises(ValueError, match=message):
+        _each(tmp_path, **changed)

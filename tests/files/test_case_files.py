@@ -246,9 +246,14 @@ def test_formulas_and_tables_give_the_same_line(read):
             '[control]\nmethod = "bem"',
             "control.method is no known field; 'method' belongs at the top of the file",
         ),
-        ('title = "gel"', 'method = "magic"', "method = 'magic' is unknown; it is one of 'first-order'"),
-        ('title = "gel"', "angles = 3", "angles = 3 must be 8 or more"),
+        ('title = "gel"', 'method = "magic"', "method = 'magic' is unknown; it is one of 'exact'"),
+        ('title = "gel"', "angles = 3", "angles = 3 must be a whole number of at least 8"),
         ('title = "gel"', "title = gel", "not valid TOML"),
+        ('"5 kPa"', "5 kPa", 'Write young = "5 kPa", in quotation marks'),
+        ('"5 kPa"', "5,3 kPa  # soft", 'Write young = "5.3 kPa", in quotation marks; the decimal sign is a point'),
+        ('"5 kPa"', '"5,3 kPa"', "layers.0..young = '5,3 kPa' has a decimal comma; write '5.3 kPa'"),
+        ("sides = 4", "sides = 4,0", "Write sides = 4.0; the decimal sign is a point"),
+        ("poisson = 0.5", 'poisson = "0,5"', "layers.0..poisson = '0,5' has a decimal comma; write 0.5"),
     ],
 )
 def test_messages(read, old, new, message):
@@ -325,7 +330,7 @@ def test_times_of_stresses_and_designs_are_described(name, line):
     [
         (
             "kind = 'radial-profile', r = ['0 um', '1 um', '2 um'], f = ['0 nm', '9 nm', '1 nm']",
-            r"indenter\.f\[2\] = 1e-09 after indenter",
+            r"indenter\.f\[2\] = '1 nm' after indenter",
         ),
         (
             "kind = 'radial-profile', r = ['0 um', '1 um', '2 um'], f = ['0 nm', '1 nm', '9 nm'], kinks = ['9 um']",

@@ -49,6 +49,8 @@ def read(tmp_path):
             'kind = "pyramid"\nsides = 4\ninclination = "0.5 rad"\ntilt_y = "0.125 rad"',
             fp.Tilted(fp.Pyramid(4, 0.5), 0, 0.125),
         ),
+        ('kind = "roller"\nradius = "5 mm"\nlength = "2 mm"\ncrown = "1 m"', fp.Roller(5e-3, 2e-3, crown=1.0)),
+        ('kind = "rounded-punch"\nhalf_width = "1 mm"\ncorner_radius = "0.1 mm"', fp.RoundedPunch(1e-3, 1e-4)),
         ('kind = "superellipse"\nhalf_x = "2 m"\nhalf_y = "1 m"\nheight_at_axes = "0.5 m"', fp.Superellipse(2, 1, 0.5)),
         ('kind = "ellipsoid"\nhalf_x = "2 m"\nhalf_y = "1 m"\nhalf_z = "4 m"', fp.Ellipsoid(2, 1, 4)),
         (

@@ -43,7 +43,7 @@ def _ratios(medium, tip, deepest, count):
         noise = 0.01 * exact.force.max() * rng.normal(size=exact.force.size)
         contact, offset = rng.uniform(-0.3, 0.3) * deepest, 0.02 * exact.force.max() * rng.normal()
         curve = type(exact)(exact.depth + contact, exact.force + noise + offset)
-        estimate = fit(curve, start, tip, [YOUNG], engine="normal-equations").estimates[YOUNG]
+        estimate = fit(curve, start, tip, [YOUNG], quick=True).estimates[YOUNG]
         relative.append(estimate.value / truth - 1)
         covered += estimate.low <= truth <= estimate.high
     return np.array(relative), covered
@@ -113,5 +113,5 @@ def test_curves_made_by_boundary_elements(name, sides):
     touching = z > 0
     curve = np.zeros(500)
     curve[touching] = z[touching] ** 2 * np.exp(smooth(np.log(np.maximum(z[touching], depth[0]))))
-    found = fit(Curve(z, curve), medium, tip, [YOUNG], engine="normal-equations")[YOUNG]
+    found = fit(Curve(z, curve), medium, tip, [YOUNG], quick=True)[YOUNG]
     assert abs(found / truth - 1) < 0.004

@@ -46,22 +46,34 @@ def test_three_parameters_of_two_combinations():
     assert any("only a combination of layers[0].young and layers[0].thickness and" in note for note in result.notes)
 
 
-def test_lmfit_and_normal_equations_agree():
-    """Two engines, one minimum: within a hundredth of the standard error; covariances to 1e-4, the curvature's own error."""
+def test_quick_fits_and_lmfit_agree():
+    """One minimum: within a hundredth of the standard error; covariances to 1e-3, the error of lmfit's difference quotients."""
     curve = synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8, baseline=0.05)
     one = fit(curve, START, Sphere(3e-6), [YOUNG], baseline="linear")
-    two = fit(curve, START, Sphere(3e-6), [YOUNG], baseline="linear", engine="normal-equations")
+    two = fit(curve, START, Sphere(3e-6), [YOUNG], baseline="linear", quick=True)
     for name, estimate in one.estimates.items():
         assert two[name] == pytest.approx(estimate.value, abs=0.01 * estimate.stderr)
         assert two.estimates[name].stderr == pytest.approx(estimate.stderr, rel=1e-3)
-    stderr = one.lmfit.params["log_layers_0_young"].stderr
-    assert stderr * one[YOUNG] == pytest.approx(one.estimates[YOUNG].stderr, rel=1e-3)
-    assert two.lmfit is None
+    found = one.to_lmfit().leastsq().params["log_layers_0_young"]
+    assert np.exp(found.value) == pytest.approx(one[YOUNG], abs=0.01 * one.estimates[YOUNG].stderr)
+    assert found.stderr * one[YOUNG] == pytest.approx(one.estimates[YOUNG].stderr, rel=1e-3)
+
+
+def test_old_names_warn():
+    curve = synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8)
+    with pytest.warns(DeprecationWarning, match=r"Settings\(engine=...\) is deprecated .* use quick=True or False"):
+        result = fit(curve, START, Sphere(3e-6), [YOUNG], engine="normal-equations")
+    assert result.settings.quick
+    with pytest.warns(DeprecationWarning, match=r"use result.to_lmfit\(\).leastsq\(\)"):
+        assert "log_layers_0_young" in result.lmfit.params
+    with pytest.warns(DeprecationWarning, match="engine"), pytest.raises(ValueError, match="engine"):
+        fit(curve, START, Sphere(3e-6), [YOUNG], engine="emcee")
 
 
 def test_profile_agrees_with_covariance_where_it_should():
     """One parameter, one layer: nearly quadratic, the profile's interval is the covariance's within 5 % of its width."""
-    result = fit(synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8), START, Sphere(3e-6), [YOUNG])
+    curve = synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8)
+    result = fit(curve, START, Sphere(3e-6), [YOUNG], baseline="constant")
     estimate, profile = result.estimates[YOUNG], result.profile(YOUNG)
     width = estimate.high - estimate.low
     assert profile.low == pytest.approx(estimate.low, abs=0.05 * width)
@@ -75,12 +87,12 @@ def test_profile_is_lmfits():
 
     result = fit(synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8), START, Sphere(3e-6), [YOUNG], baseline="none")
     objective = result.objective
-    names = list(result.lmfit.params)
+    names = list(result.to_lmfit().params)
 
     def residual(p):
         return objective.evaluate(np.array([p[n].value for n in names]))[0]
 
-    parameters = result.lmfit.params.copy()
+    parameters = result.to_lmfit().params.copy()
     for p in parameters.values():
         p.set(min=-np.inf, max=np.inf)
     problem = Minimizer(residual, parameters)
@@ -117,6 +129,15 @@ def test_modulus_and_radius_on_a_half_space_are_one_combination():
     assert result["base.young"] * result["indenter.radius"] ** 0.5 == pytest.approx(5e3 * 3e-6**0.5, rel=0.02)
 
 
+def test_a_value_on_its_limit_is_held_in_lmfit():
+    curve = synthetic(GEL, Sphere(3e-6), 0.4e-6)
+    result = fit(curve, START, Sphere(3e-6), {YOUNG: Free(1e3, 500.0, 4e3)})
+    params = result.to_lmfit().leastsq().params
+    assert not params["log_layers_0_young"].vary
+    assert np.exp(params["log_layers_0_young"].value) == pytest.approx(4e3)
+    assert params["contact"].value == pytest.approx(result.minimum.x[1], abs=1e-6)
+
+
 def test_limits_hold_and_are_named():
     curve = synthetic(GEL, Sphere(3e-6), 0.4e-6)
     result = fit(curve, START, Sphere(3e-6), {YOUNG: Free(1e3, 500.0, 4e3)})
@@ -137,7 +158,7 @@ def test_outliers_do_not_move_a_robust_fit(loss):
     robust = fit(dirty, START, Sphere(3e-6), [YOUNG], loss=loss)
     plain = fit(dirty, START, Sphere(3e-6), [YOUNG])
     assert abs(robust[YOUNG] / 5e3 - 1) < 0.02 < abs(plain[YOUNG] / 5e3 - 1)
-    fast = fit(dirty, START, Sphere(3e-6), [YOUNG], loss=loss, engine="normal-equations")
+    fast = fit(dirty, START, Sphere(3e-6), [YOUNG], loss=loss, quick=True)
     # both stop at 1e-8 of the cost, a hundredth of a standard error or so
     assert fast[YOUNG] == pytest.approx(robust[YOUNG], abs=0.05 * robust.estimates[YOUNG].stderr)
 
@@ -157,7 +178,7 @@ def test_noise_behind_a_soft_cantilever():
     for seed in range(20):
         noise = 0.003 * exact.force.max() * np.random.default_rng(seed).normal(size=exact.force.size)
         curve = Curve.from_piezo(exact.depth + exact.force / k, exact.force + noise, k)
-        result = fit(curve, body, tip, ["base.young"], engine="normal-equations")
+        result = fit(curve, body, tip, ["base.young"], quick=True, baseline="constant")
         ratios.append((result["base.young"] - 5e5) / result.estimates["base.young"].stderr)
     # mean of 20 standard normal numbers: 0.22 standard deviation; 4 of them
     assert abs(np.mean(ratios)) < 0.9

@@ -52,11 +52,19 @@ def test_formulas_agree_with_the_exact_contact_where_they_are_exact():
         assert found["valid_to"].sel(formula=name, limit=0.01) == found["depth"].values[-1]
 
 
-def test_several_layers_have_the_half_space_formula_only():
-    two = fp.Medium([*GEL.layers, fp.Layer(9e3, 0.4, H)], base=fp.RigidBase())
-    assert formulas(two, fp.Sphere(1e-6)) == []
-    found = fp.compare_formulas(two, fp.Cone(0.3), depth=[1e-7])
-    assert found["formula"].values.tolist() == ["Sneddon"]
+def test_of_several_layers_formulas_see_the_first_and_say_so():
+    below, tip = fp.Layer(9e3, 0.4, H), fp.Cone(0.3)
+    two = fp.Medium([*GEL.layers, below], base=fp.RigidBase())
+    assert formulas(two, tip) == []
+    found, one = (fp.compare_formulas(medium, tip, depth=[1e-7]) for medium in (two, GEL))
+    assert found["formula"].values.tolist() == one["formula"].values.tolist() == ["Sneddon", "Garcia"]
+    np.testing.assert_array_equal(found["formula_force"], one["formula_force"])
+    assert found["remark"].values[1].startswith("without the layer below")
+    three = fp.Medium([*GEL.layers, below, below], base=fp.RigidBase())
+    assert fp.compare_formulas(three, tip, depth=1e-7)["remark"].values[1].startswith("without the 2 layers below")
+    sprung = fp.Layer(5e3, 0.5, H, bonded=fp.Interface(normal=1e12, shear=1e10))
+    sprung_on_glass = fp.Medium([sprung], base=fp.RigidBase())
+    assert "without springs" in fp.compare_formulas(sprung_on_glass, tip, depth=1e-7)["remark"].values[1]
 
 
 def test_range_ends_before_the_first_depth_beyond_the_limit():
@@ -78,7 +86,7 @@ def test_no_load_says_nothing_about_a_formula():
 
 
 def test_what_cannot_be_compared_says_so(tmp_path):
-    with pytest.raises(TypeError, match=r"layers\[0\] must be a homogeneous layer"):
+    with pytest.raises(ValueError, match=r"layers\[0\] must be a homogeneous layer"):
         fp.compare_formulas(fp.HalfSpace(5e3, 0.5), fp.Sphere(1e-6), depth=1e-8)
     with pytest.raises(ValueError, match="no half-space formula is in use"):
         fp.compare_formulas(GEL, fp.Berkovich(), depth=1e-8)

@@ -7,7 +7,7 @@ import pytest
 
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, fit_batch
-from flatpunch.fit.elastic.many import at_once
+from flatpunch.fit.elastic.many import at_once, plain
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.models import model_of
@@ -24,7 +24,7 @@ def rows_both_ways(name, baseline, count, seed=5):
     kind, rng = KINDS[name], np.random.default_rng(seed)
     tilted = baseline == "linear"
     curves = [laboratory_curve(kind, rng, tilted=tilted) for _ in range(count)]
-    settings = Settings(engine="normal-equations", baseline=baseline)
+    settings = Settings(quick=True, baseline=baseline)
     free = as_free(kind.free)
     model = model_of(Sample(kind.start, kind.tip), free, "auto")
     return curves, plain_rows(curves, model, free, settings), model, free, settings
@@ -33,9 +33,12 @@ def rows_both_ways(name, baseline, count, seed=5):
 @pytest.mark.parametrize("baseline", ["constant", "linear"])
 @pytest.mark.parametrize("name", PLAIN)
 def test_the_same_values_intervals_and_notes(name, baseline):
-    """Within a twentieth of a standard error, which is what block means cost a single fit; intervals and noise to 2 %."""
+    """Within a twentieth of a standard error, which is what block means cost a single fit; intervals and noise to 2 %.
+
+    Both are judged alike, so that the notes are the same but for their last digits.
+    """
     curves, rows, model, free, settings = rows_both_ways(name, baseline, 12)
-    assert sum(row is not None for row in rows) >= 8
+    assert sum(row is not None for row in rows) >= 10
     for curve, row in zip(curves, rows, strict=True):
         if row is None:
             continue
@@ -71,7 +74,7 @@ def test_blocks_lose_nothing():
     curves = [laboratory_curve(kind, rng, tilted=False) for _ in range(8)]
     free = as_free(kind.free)
     model = model_of(Sample(kind.start, kind.tip), free, "auto")
-    found = at_once(curves, model, Settings(engine="normal-equations"))
+    found = at_once([plain(curve).part for curve in curves], model, Settings(quick=True))
     for curve, many in zip(curves, found, strict=True):
         one = fit_model(curve, model, free, Settings()).estimates["layers[0].young"]
         assert abs(np.exp(many.x[0]) - one.value) < 0.01 * one.stderr
@@ -96,9 +99,11 @@ def test_what_is_not_plain_is_fitted_alone():
         "calibrated": dataclasses.replace(plain, meta={"calibration": {"spring_constant": 0.1}}),
     }
     free = as_free(kind.free)
-    settings = Settings(engine="normal-equations")
+    settings = Settings(quick=True)
     model = model_of(Sample(kind.start, kind.tip), free, "auto")
-    assert plain_rows(list(odd.values()), model, free, settings) == [None] * len(odd)
+    rows = plain_rows(list(odd.values()), model, free, settings)
+    # a sign that is turned changes nothing else
+    assert [row is None for row in rows] == [name != "turned" for name in odd]
     batch = fit_batch([plain, *odd.values()], kind.start, kind.tip, kind.free, workers=1)
     reasons = [row["reason"] for row in batch.rows]
     assert "dips" in reasons[1]

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
-from flatpunch.fit import LogNormal, Normal, Uniform, fit, planned, read_fit_case
+from flatpunch.fit import LogNormal, Normal, Uniform, fit, plan_scan, planned, read_fit_case
 from flatpunch.fit.case import plan_of
 from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.parameters.scaling import replaced, value_of
@@ -55,7 +55,9 @@ def test_errors_by_differences(medium, tip, free, spring):
     unit = 1 / np.sqrt(np.diag(jacobian @ jacobian.T))
     scaled = jacobian * unit[:, None]
     expected = np.sqrt(np.diag(np.linalg.inv(scaled @ scaled.T))) * unit
-    plan = planned(medium, tip, free, depth=depth, noise=noise, points=count, spring_constant=spring)
+    plan = planned(
+        medium, tip, free, depth=depth, noise=noise, points=count, spring_constant=spring, baseline="constant"
+    )
     assert plan.names == (*free, "contact", "baseline")
     np.testing.assert_allclose(plan.errors, expected, rtol=3e-3)
 
@@ -64,11 +66,15 @@ def test_errors_by_differences(medium, tip, free, spring):
 def test_errors_are_those_of_the_fit(medium, tip):
     """At the fitted values; what is left is the contact point, which the noise moves by 1 % of the depth."""
     curve = synthetic(medium, tip, 0.4e-6, points=600)
-    result = fit(curve, medium, tip, [YOUNG, THICK])
-    plan = planned(*result.case, [YOUNG, THICK], depth=0.4e-6, noise=result.noise, points=600)
+    result = fit(curve, medium, tip, [YOUNG, THICK], baseline="constant")
+    planning = {"depth": 0.4e-6, "noise": result.noise, "points": 600}
+    plan = planned(*result.case, [YOUNG, THICK], **planning, baseline="constant")
     for name in result.names:
         assert plan[name] == pytest.approx(result.estimates[name].stderr, rel=0.04), name
     np.testing.assert_allclose(plan.correlation, result.correlation, atol=0.03)
+    # by itself the tilt counts that such a fit does not exclude: on average what a tilt that is fitted costs
+    tilted = planned(*result.case, [YOUNG, THICK], **planning, baseline="linear")
+    assert planned(*result.case, [YOUNG, THICK], **planning)[YOUNG] == tilted[YOUNG] > plan[YOUNG]
 
 
 def test_adhesive_retract():
@@ -123,8 +129,8 @@ def test_tips_that_are_not_round_say_what_is_taken():
     assert any("mean profile" in note for note in plan.notes)
     # the fourth order, which fits take
     curve = synthetic(GEL, Pyramid(4, 0.35), 0.4e-6, points=600)
-    result = fit(curve, GEL, Pyramid(4, 0.35), [YOUNG])
-    plan = planned(*result.case, [YOUNG], depth=0.4e-6, noise=result.noise, points=600)
+    result = fit(curve, GEL, Pyramid(4, 0.35), [YOUNG], baseline="constant")
+    plan = planned(*result.case, [YOUNG], depth=0.4e-6, noise=result.noise, points=600, baseline="constant")
     assert plan[YOUNG] == pytest.approx(result.estimates[YOUNG].stderr, rel=0.1)
 
 
@@ -289,3 +295,24 @@ def test_priors_that_exclude_the_case_are_refused(tmp_path, prior):
         CaseError, match=r"priors: indenter.radius is .* mm ± .*, but the case has 3 µm\. Check the units"
     ):
         _read(tmp_path, text)
+
+
+def test_tips_and_depths_are_scanned_at_once(tmp_path):
+    """Each line is the plan of that tip to that depth; what cannot be planned says why."""
+    gel = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())
+    tips = {"bead": Sphere(4e-6), "small": Sphere(3e-7)}
+    names = ["layers[0].young", "layers[0].thickness"]
+    scan = plan_scan(gel, tips, names, depths=[1e-7, 4e-7], noise=3e-11)
+    assert list(scan.plans) == [(tip, depth) for tip in tips for depth in (1e-7, 4e-7)]
+    alone = planned(gel, Sphere(4e-6), names, depth=4e-7, noise=3e-11)
+    np.testing.assert_array_equal(scan.plans["bead", 4e-7].errors, alone.errors)
+    (tmp_path / "case.toml").write_text(
+        'layers = [{ young = { fit = "5 kPa" }, poisson = 0.5, thickness = { fit = "1 um" } }]\n'
+        'base = { kind = "rigid" }\nindenter = { kind = "sphere", radius = "4 um" }\n'
+        '[plan]\ndepth = ["100 nm", "400 nm"]\nnoise = "30 pN"\nindenters.small = { kind = "sphere", radius = "300 nm" }\n'
+    )
+    said = "\n".join(describe_fit(read_fit_case(tmp_path / "case.toml")))
+    for row in scan.rows():
+        assert all(cell in said for cell in row[1:])
+    with pytest.raises(TypeError, match="mapping of names to indenters"):
+        plan_scan(gel, [Sphere(1e-6)], names, depths=[1e-7], noise=1e-11)

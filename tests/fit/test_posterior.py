@@ -23,7 +23,7 @@ CURVE = synthetic(GEL, BEAD, 0.4e-6, points=400)
 
 @pytest.fixture(scope="module")
 def fitted():
-    return fit(CURVE, GEL, BEAD, [YOUNG])
+    return fit(CURVE, GEL, BEAD, [YOUNG], baseline="constant")
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def test_residuals_of_many_vectors_are_those_of_each(spring, rtol, baseline):
     wave = 0.02 * CURVE.force.max() * np.sin(CURVE.depth / 1e-8)
     curve = replace(CURVE, force=CURVE.force + wave if baseline == "sine" else CURVE.force, spring_constant=spring)
     free = [YOUNG, THICK] if baseline == "linear" else [YOUNG]
-    result = fit(curve, GEL, BEAD, free, baseline=baseline, engine="normal-equations")
+    result = fit(curve, GEL, BEAD, free, baseline=baseline, quick=True)
     x = result.minimum.x + 0.02 * np.random.default_rng(3).normal(size=(7, result.minimum.x.size))
     one = np.ones(7)
     many = ensemble.residuals(result.objective, x, one, one)
@@ -62,7 +62,7 @@ def test_residuals_of_many_vectors_are_those_of_each(spring, rtol, baseline):
 def test_residuals_with_another_calibration_are_those_of_the_other_curve():
     """Forces 1.1 x 0.95 times, deflections 0.95 times as large: the curve that the true constants would have given."""
     spring, more, less = 0.05, 1.1, 0.95
-    result = fit(replace(CURVE, spring_constant=spring), GEL, BEAD, [YOUNG], engine="normal-equations")
+    result = fit(replace(CURVE, spring_constant=spring), GEL, BEAD, [YOUNG], quick=True)
     objective, x = result.objective, result.minimum.x + 0.03
     found = ensemble.residuals(objective, x[None], np.array([more]), np.array([less]))[0]
     gain = more * less
@@ -251,7 +251,7 @@ def _ranks(count, seed, draws=99):
     ranks = np.empty((count, len(PRIORS)), dtype=int)
     for i in range(count):
         truth = _drawn(rng)
-        result = fit(_measured(truth, rng), GEL, BEAD, [YOUNG, THICK], engine="normal-equations")
+        result = fit(_measured(truth, rng), GEL, BEAD, [YOUNG, THICK], quick=True)
         found = result.posterior(draws, PRIORS, seed=int(rng.integers(2**31)))
         ranks[i] = [int(np.sum(found[name] < truth[name])) for name in PRIORS]
     return ranks

@@ -165,6 +165,8 @@ CYCLE = [*APPROACH, *APPROACH[::-1]]
         ([APPROACH[:20], APPROACH[20:]], "\n", [40]),
         # without anything between them cycles are one record
         ([CYCLE, CYCLE], "", [160]),
+        # blank lines here and there, where the tip goes on as before
+        ([CYCLE[:13], CYCLE[13:52], CYCLE[52:]], "\n", [80]),
         # lines set apart for the eye
         ([APPROACH[i : i + 5] for i in range(0, 40, 5)], "\n", [40]),
     ],

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from flatpunch.cli.app import app
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
 from flatpunch.fit.films.film import normalised_stiffness
+from flatpunch.fit.films.measured import film_curves
 from flatpunch.fit.films.oliver_pharr import DIAMOND
 from flatpunch.fit.measured.cycles import load_cycles
 from flatpunch.media import HalfSpace, Layer, Medium
@@ -181,3 +182,77 @@ def test_many_plastic_cycles_are_sent_there_too(tmp_path, left):
     done = CliRunner().invoke(app, ["fit", str(tmp_path / "cycles.csv"), str(tmp_path / "case.toml")])
     assert done.exit_code == 2
     assert "flatpunch fit-film" in done.output
+
+
+def _book(path, sheets):
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+    return path
+
+
+def _rows(curve, stiffness=None):
+    more = [] if stiffness is None else [stiffness]
+    titles = ["Depth (nm)", "Load (mN)", *(["Stiffness (N/m)"] if more else [])]
+    none = 1.79e308
+    values = [[none] * curve.depth.size] if more else []
+    if more:
+        values[0][int(np.argmax(curve.force))] = stiffness
+    return [titles, *map(list, zip((curve.depth * 1e9).tolist(), (curve.force * 1e3).tolist(), *values, strict=True))]
+
+
+CYCLES = [_cycle(depth, 2e-3 * (depth / 1e-7) ** 2, 8e4 * depth / 1e-7) for depth in np.linspace(80e-9, 400e-9, 17)]
+
+
+@pytest.mark.parametrize("title", ["Results", "Tabelle"])
+@pytest.mark.parametrize("stiff", [False, True])
+def test_sheets_of_results_are_none_of_the_tests(tmp_path, title, stiff):
+    """Seventeen tests, and as many rows of results that look like a curve; one stiffness a test beside the readings."""
+    results = [["Test", "Depth (nm)", "Load (mN)", "Pmax (mN)"]]
+    results += [[i + 1, float(c.depth.max() * 1e9), float(c.force.max() * 1e3), 1.0] for i, c in enumerate(CYCLES)]
+    sheets = {title: results} | {f"Test {i:03d}": _rows(c, 8e4 if stiff else None) for i, c in enumerate(CYCLES)}
+    found = film_curves(_book(tmp_path / "t.xlsx", sheets), {})
+    assert len(found) == 1
+    # depths to a micrometre in nanometres are floats
+    np.testing.assert_allclose(found[0].stiffness, [unloading(c).stiffness for c in CYCLES], rtol=1e-6)
+    assert found[0].meta["notes"] == ()
+
+
+def test_one_bad_test_costs_one_test_and_is_named(tmp_path):
+    short = [*_rows(CYCLES[0])[:8]]
+    up = [_rows(CYCLES[1])[0], *_rows(CYCLES[1])[1:250]]
+    sheets = {"Test 1": short, "Test 2": up} | {f"Test {i}": _rows(c) for i, c in enumerate(CYCLES[3:], 3)}
+    (points,) = film_curves(_book(tmp_path / "t.xlsx", sheets), {})
+    assert points.depth.size == len(CYCLES) - 3
+    assert len(points.meta["notes"]) == 2
+    for name in ("Test 1", "Test 2"):
+        assert any(name in note and note.startswith("Left out") for note in points.meta["notes"])
+
+
+def test_a_folder_of_tests_is_one_sample(tmp_path):
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    for i, curve in enumerate(CYCLES):
+        rows = "\n".join(f"{h * 1e9:.8g}\t{p * 1e3:.8g}" for h, p in zip(curve.depth, curve.force, strict=True))
+        (folder / f"{i:03d}.txt").write_text("Depth (nm)\tLoad (mN)\n" + rows)
+    (folder / "LICENSE").write_text("words")
+    (tmp_path / "case.toml").write_text(FILM_CASE)
+    ran = CliRunner().invoke(app, ["fit-film", str(folder), str(tmp_path / "case.toml")])
+    assert ran.exit_code == 0, ran.output
+    assert f"tests: {len(CYCLES)} points" in ran.output
+
+
+@pytest.mark.parametrize(("exponent", "words"), [(1.4, None), (2.0, None), (3.0, "is 3.0"), (6.0, "on the limit")])
+def test_odd_exponents_are_noted(exponent, words):
+    notes = unloading(_cycle(400e-9, 5e-3, 1e5, exponent, noise=1e-4)).notes
+    assert bool(notes) == (words is not None)
+    if words:
+        assert words in notes[0]
+        points = unloadings(_cycle(h, 5e-3 * h / 4e-7, 1e5, exponent, noise=1e-4) for h in np.linspace(2e-7, 4e-7, 6))
+        assert "So are 5 more of 6 unloadings" in points.meta["notes"][0]

@@ -93,7 +93,7 @@ def test_wrong_types_are_refused():
         GradedLayer(1e9, 0.3, H, bonded=1)
     with pytest.raises(ValueError, match="thickness"):
         GradedLayer(1e9, 0.3, -H)
-    with pytest.raises(TypeError, match="must be a Layer or a GradedLayer"):
+    with pytest.raises(TypeError, match="must be a Layer, a GradedLayer"):
         Medium([HalfSpace(1, 0.3)], base=RigidBase())
 
 

@@ -7,8 +7,8 @@ from scipy.linalg import expm
 from flatpunch import bem
 from flatpunch.contact import indent
 from flatpunch.indenters import Paraboloid
-from flatpunch.paper import base_stress
-from flatpunch.paper.cases import kernel, medium
+from paper import base_stress
+from paper.cases import kernel, medium
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])

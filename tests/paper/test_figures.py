@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
-from flatpunch.paper import plan as plans
-from flatpunch.paper import points, reproduce, wanted_figures
 from flatpunch.reference import elliptic
+from paper import plan as plans
+from paper import points, reproduce, wanted_figures
+from paper.__main__ import app
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +149,7 @@ def test_finished_points_are_used_again(quick):
 
 def test_a_point_that_cannot_be_solved_stops_the_run(tmp_path):
     bad = dataclasses.replace(plans.quick().points((6,))[0], depth=-1.0)
-    with pytest.raises(ValueError, match=r"Point\(.*depth=-1.0.*ValueError: depth"):
+    with pytest.raises(ValueError, match=r"Point\(.*depth=-1.0.*BadValue: depth"):
         points.Store(tmp_path).solve([bad], jobs=1)
 
 
@@ -162,9 +162,12 @@ def test_figure_numbers():
 
 
 def test_command(tmp_path):
-    done = CliRunner().invoke(app, ["paper", "--quick", "--figures", "10", "--jobs", "1", "-o", str(tmp_path)])
+    done = CliRunner().invoke(app, ["--quick", "--figures", "10", "--jobs", "1", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output
     assert "corners of the pyramid" in done.output
-    refused = CliRunner().invoke(app, ["paper", "--figures", "14"])
+    refused = CliRunner().invoke(app, ["--figures", "14"])
     assert refused.exit_code == 2
     assert "must name figures" in refused.output
+    refused = CliRunner().invoke(app, ["-o", "/proc/paper"])
+    assert refused.exit_code == 2
+    assert "/proc/paper" in refused.output

@@ -73,8 +73,8 @@ def test_error_of_the_force_is_drawn_and_said(result, axes):
     (band,) = axes.collections
     top = band.get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(float(rough["force"][-1]) * 1e12 * (1 + float(rough["force_error"][-1])), rel=1e-9)
-    fp.plot_outline(rough, axes, indenter=TIP)
-    assert f"{100 * float(rough['contour_error'][-1]):.0f} %" in axes.get_title()
+    outline = fp.plot_outline(rough, indenter=TIP)
+    assert f"{100 * float(rough['contour_error'][-1]):.0f} %" in outline.get_title()
 
 
 def test_round_contacts_are_drawn_as_exact(axes):

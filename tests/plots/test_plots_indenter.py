@@ -31,7 +31,7 @@ def test_every_tip_is_drawn(tip, tmp_path):
 
 def test_level_lines_lie_at_their_heights():
     tip = fp.EllipticParaboloid(2e5, 5e5)
-    axes = plots_indenter.level_lines(tip, Figure().subplots(), 1e-6)
+    axes = fp.plot_tip(tip, Figure().subplots(), extent=1e-6, view="levels")
     # the lowest height on the border is 2e5 (1e-6)^2 = 200 nm
     assert axes.get_title() == "level lines every 20 nm"
     line = axes.patches[-1].get_xy() * 1e-6  # drawn in um
@@ -39,10 +39,10 @@ def test_level_lines_lie_at_their_heights():
 
 
 def test_sections_go_where_the_tip_is_steepest_and_flattest():
-    axes = plots_indenter.sections(fp.EllipticParaboloid(2e5, 5e5), Figure().subplots(), 1e-6)
+    axes = fp.plot_tip(fp.EllipticParaboloid(2e5, 5e5), Figure().subplots(), extent=1e-6)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["along 90°", "along 0°"]
     assert max(axes.lines[0].get_ydata()) == pytest.approx(500)  # nm
-    assert len(plots_indenter.sections(fp.Sphere(1e-6), Figure().subplots(), 1e-6).lines) == 1
+    assert len(fp.plot_tip(fp.Sphere(1e-6), Figure().subplots(), extent=1e-6).lines) == 1
 
 
 def test_a_flat_without_anything_beyond_is_refused():
@@ -50,3 +50,17 @@ def test_a_flat_without_anything_beyond_is_refused():
         plots_indenter.indenter_figure(fp.Vickers(height_removed=1e-7), extent=1e-8)
     with pytest.raises(ValueError, match="extent"):
         plots_indenter.indenter_figure(fp.Cone(0.4), extent=0)
+
+
+@pytest.mark.parametrize("view", ["sections", "levels", "surface"])
+def test_a_second_tip_keeps_units_and_has_its_own_colours(view):
+    axes = fp.plot_tip(fp.Sphere(1e-6), extent=4e-7, view=view, label="bead")
+    before = axes.get_xlabel(), axes.get_ylabel()
+    assert fp.plot_tip(fp.EllipticParaboloid(2e5, 5e5), axes, extent=4e-6, view=view, label="tip") is axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == before
+    assert axes.get_xlim()[1] == pytest.approx(4000, rel=0.3)  # nm
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {name.split(",")[0] for name in names} == {"bead", "tip"}
+    # level lines of a surface have the colour of their tip
+    named = {line.get_color() for line in axes.get_legend().get_lines()}
+    assert len(named) == len(names)

@@ -48,3 +48,15 @@ def test_what_has_no_depth_sensitivity_is_refused():
     found = fp.sensitivity(fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3), TIP, depth=1e-8)
     with pytest.raises(ValueError, match="no depth_sensitivity"):
         fp.plot_sensitivity(found)
+
+
+def test_a_second_curve_keeps_the_units_and_has_its_own_colour():
+    film = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
+    thick = fp.Medium([fp.Layer(2e9, 0.4, 1e-3)], base=fp.HalfSpace(70e9, 0.22))
+    axes = fp.plot_sensitivity(fp.sensitivity(film, fp.Sphere(20e-6), depth=100e-9), label="thin")
+    before, low = axes.get_ylabel(), axes.get_ylim()
+    fp.plot_sensitivity(fp.sensitivity(thick, fp.Sphere(20e-3), depth=100e-6), axes, label="thick")
+    assert axes.get_ylabel() == before
+    assert axes.get_ylim()[0] > 100 * low[0] > 0  # downwards, deep enough for both
+    colours = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    assert colours["thin"] != colours["thick"]

@@ -154,7 +154,10 @@ def test_solutions_next_to_each_other_do_no_harm_to_curves() -> None:
         assert (np.diff(curve.force.values) > 0).all()
 
 
-@pytest.mark.parametrize(("ratio", "width"), [(1.0, 1e-3), (20.0, 1e-2), (20.0, 0.2), (1.0, 3.0)])
+@pytest.mark.parametrize(
+    ("ratio", "width"),
+    [(1.0, 1e-3), (20.0, 0.2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((20.0, 1e-2), (1.0, 3.0)))],
+)
 def test_stiffness_beside_a_flat_end(ratio: float, width: float) -> None:
     """The flat is a punch, whose force is its stiffness times the depth; from depth to depth cells scatter by some 1e-3 of it."""
     refinement.cache_clear()

@@ -23,11 +23,11 @@ def test_kinds_of_edges() -> None:
     ("ratio", "sides", "depth", "apart"),
     [
         # round contacts grow by half within this gap
-        (50.0, 4, 2.25, False),
+        pytest.param(50.0, 4, 2.25, False, marks=pytest.mark.slow),
         # narrow lobes of five mean radii grow to thirteen within a fifth more depth
         (100.0, 3, 1.72, False),
         # separate parts have just come into contact
-        (100.0, 3, 7.3, True),
+        pytest.param(100.0, 3, 7.3, True, marks=pytest.mark.slow),
         (10.0, 4, 3.06, True),
     ],
 )
@@ -44,7 +44,7 @@ def test_stiff_films_between_solutions(ratio: float, sides: int, depth: float, a
     assert float(found.force) == pytest.approx(float(own.force), rel=1e-3)
     assert float(found.radius) == pytest.approx(float(own.radius), rel=0.015)
     assert float(found.area) == pytest.approx(float(own.area), rel=0.03)
-    assert bool(np.isnan(own.contour).all()) == apart
+    assert ("contour" not in own) == apart
     if not apart:
         # narrow lobes that double their length within a gap are further off, and the estimate says so
         off = distance(found.contour.values, own.contour.values) / float(own.radius)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.sensitivity.parameters import difference, parameters, with_values
+from flatpunch.media.paths import with_values
+from flatpunch.sensitivity.parameters import difference, parameters
 from flatpunch.sensitivity.spectrum import law_change
 
 FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
@@ -382,3 +383,39 @@ def test_table_of_the_one_tenth_rule(ratio, error, share):
     alone = float(fp.indent(fp.HalfSpace(ratio, 0.3), tip, depth=0.1).force[0])
     assert float(found.contact_force) / alone - 1 == pytest.approx(error, abs=0.006)
     assert float(found.force.sel(parameter="base.young")) == pytest.approx(share, rel=0.03, abs=0.0005)
+
+
+@pytest.mark.parametrize(
+    ("tip", "accuracy"),
+    [
+        # what rims among cells leave at sharp ends
+        (fp.Roller(5.0, 4.0), 0.06),
+        (fp.Roller(5.0, 4.0, crown=40.0), 0.02),
+        (fp.RoundedPunch(1.0, 0.1), 2e-3),
+    ],
+)
+@pytest.mark.parametrize("depth", [0.01, 0.1])
+def test_cells_beside_edges_of_tips(tip, accuracy, depth):
+    """On a half-space F/(E* d^2) depends on the ratios of the lengths alone."""
+    found = fp.sensitivity(fp.HalfSpace(1.0, 0.3), tip, depth=depth)
+    by_depth = float(found.contact_stiffness * found.contact_depth / found.contact_force)
+    by_tip = found.force.values[found.unit.values == "m"]
+    assert by_depth + float(by_tip.sum()) == pytest.approx(2.0, abs=accuracy)
+
+
+def test_numbers_at_the_end_of_their_range():
+    """Rounded ends that meet in the middle cannot be larger, nor the roller shorter."""
+    found = fp.sensitivity(fp.HalfSpace(1.0, 0.3), fp.Roller(5.0, 4.0, end_radius=2.0), depth=0.3)
+    length, end = (float(found.force.sel(parameter=f"indenter.{name}")) for name in ("length", "end_radius"))
+    assert length > 0 > end
+
+
+def test_tip_from_a_map():
+    """Its heights are no numbers by name: those of the medium are left."""
+    x = np.linspace(-2.0, 2.0, 21)
+    film = fp.Medium([fp.Layer(10.0, 0.3, 0.5)], base=fp.HalfSpace(1.0, 0.3))
+    tip = fp.HeightMap(x, x, np.hypot(x, x[:, None]) ** 2 / 4.0)
+    found = fp.sensitivity(film, tip, depth=0.1)
+    round_tip = fp.sensitivity(film, fp.Paraboloid(2.0), depth=0.1)
+    assert found.parameter.values.tolist() == round_tip.parameter.values.tolist()[:5]
+    assert found.force.values == pytest.approx(round_tip.force.values[:5], abs=1e-3)

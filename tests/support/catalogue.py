@@ -116,7 +116,9 @@ def judge(truth: Truth, method: str) -> tuple[float, float, float, float]:
     force = abs(float(result.force) / truth.limit - 1)
     outline = float("nan")
     if truth.outline.size:
-        outline = float(np.max(np.abs(result.contour.values - truth.outline)) / truth.radius)
+        # a result without any outline has no contour
+        given = result.contour.values if "contour" in result else np.nan
+        outline = float(np.max(np.abs(given - truth.outline)) / truth.radius)
         outline = outline if np.isfinite(outline) else float("inf")
     return force, float(result.force_error), outline, float(result.contour_error)
 

@@ -20,6 +20,7 @@ CURVE = fp.Curve(DEPTH, FORCE)
 CYCLE = fp.Curve(DEPTH, FORCE, stiffness=FORCE + 1e-9)
 TIP = Tip.from_coefficients([24.5, 300.0])
 DISC = fp.DiscLoad(1e3, 1e-6)
+ROUGH = fp.self_affine(8, 1e-7, rms_height=1e-8)
 
 
 def drawn(plot):
@@ -29,9 +30,26 @@ def drawn(plot):
 
 CALLS = {
     "Layer": (fp.Layer, {"young": 5e3, "poisson": 0.45, "thickness": 2e-6}),
+    "FreeLayer": (fp.FreeLayer, {"young": 5e3, "poisson": 0.45, "thickness": 2e-6}),
     "HalfSpace": (fp.HalfSpace, {"young": 5e3, "poisson": 0.3}),
     "GradedLayer": (fp.GradedLayer, {"young": 5e3, "poisson": 0.3, "thickness": 2e-6}),
     "GradedLayer table": (fp.GradedLayer, {"young": ([0.0, 2e-6], [1e3, 2e3]), "poisson": 0.3, "thickness": 2e-6}),
+    "TransverselyIsotropicHalfSpace": (
+        fp.TransverselyIsotropicHalfSpace,
+        {"young_in_plane": 5e3, "young_axial": 4e3, "poisson_in_plane": 0.3, "poisson_axial": 0.2, "shear": 2e3},
+    ),
+    "TransverselyIsotropicLayer": (
+        fp.TransverselyIsotropicLayer,
+        {
+            "young_in_plane": 5e3,
+            "young_axial": 4e3,
+            "poisson_in_plane": 0.3,
+            "poisson_axial": 0.2,
+            "shear": 2e3,
+            "thickness": 1e-6,
+        },
+    ),
+    "Interface": (fp.Interface, {"normal": 5e9, "shear": 2e9}),
     "PowerLawHalfSpace": (fp.PowerLawHalfSpace, {"modulus": 5e3, "depth": 1e-6, "exponent": 0.3, "poisson": 0.3}),
     "LinearModulus": (fp.LinearModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),
     "ExponentialModulus": (fp.ExponentialModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),
@@ -222,5 +240,28 @@ CALLS = {
         fp.energy_by_depth,
         {"medium": GEL, "indenter": BALL, "radius": 1e-7, "work_of_adhesion": 1e-5},
     ),
+    "Roller crown": (fp.Roller, {"radius": 1e-3, "length": 1e-3, "crown": 1.0}),
+    "Roller ends": (fp.Roller, {"radius": 1e-3, "length": 1e-3, "end_radius": 1e-4}),
+    "RoundedPunch": (fp.RoundedPunch, {"half_width": 1e-3, "corner_radius": 1e-4, "sides": 4}),
+    "Topography": (fp.Topography, {"heights": np.eye(8) * 1e-8, "spacing": 1e-7}),
+    "self_affine height": (
+        fp.self_affine,
+        {"shape": (8, 8), "spacing": 1e-7, "hurst": 0.8, "rms_height": 1e-8, "roll_off": 5e-7, "cut_off": 2e-7},
+    ),
+    "self_affine slope": (fp.self_affine, {"shape": 8, "spacing": 1e-7, "rms_slope": 0.1, "seed": 1}),
+    **{
+        f"rough_contact {name}": (
+            fp.rough_contact,
+            {"medium": GEL, "topography": ROUGH, name: value, "tolerance": 1e-6},
+        )
+        for name, value in (("pressure", [1e1, 1e2]), ("force", 1e-11), ("depth", 1e-8))
+    },
+    **{
+        f"asperities {name}": (
+            fp.asperities,
+            {"medium": BODY, "tips": BALL, "positions": [(0.0, 0.0), (1e-5, 0.0)], "heights": [0.0, 0.0], name: value},
+        )
+        for name, value in (("depth", [1e-8, 2e-8]), ("force", 1e-10))
+    },
     "atlas.Parameter": (atlas.Parameter, {"name": "ratio", "meaning": "", "low": 0.1, "high": 1.0}),
 }

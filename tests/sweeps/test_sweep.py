@@ -134,7 +134,7 @@ segments = [{ kind = "ramp", depth = "300 nm", duration = "1 s", points = 10 }]
 def test_all_combinations_are_checked_before_any_work(case, monkeypatch):
     monkeypatch.setattr(study, "solve_points", lambda *_, **__: pytest.fail("work began"))
     for vary, words in [
-        ({"layers.0.thicknes": "1um"}, r"'layers.0.thicknes' is not in the case file; did you mean 'layers.0.thickness'\?"),
+        ({"layers.0.thicknes": "1um"}, r"layers.0.thicknes is not in the case file; did you mean 'layers.0.thickness'\?"),
         ({"x": "1"}, r"It holds angles = 24, base.kind = 'half-space'.*indenter.radius = '1 um'.*at its default"),
         ({"layers.0": "1um"}, r"is a table or a list; vary a value in it: layers.0.young, .*layers.0.bonded"),
         ({RADIUS: "1 kPa"}, r"indenter.radius = '1 kPa' has the dimension of a pressure; a length .* holds '1 um'"),

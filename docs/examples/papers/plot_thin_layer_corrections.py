@@ -21,15 +21,6 @@ from flatpunch.fit.half_space import published
 # The published formulas, incompressible sample bonded to a rigid base. x is sqrt(R d)/h for paraboloids and d
 # tan(alpha)/h for cones and pyramids of half opening angle alpha.
 
-
-def long_2011(x, ratio=1.0):
-    """Fit to finite elements with finite strain, for R/h = `ratio` below 2."""
-    w = x**3
-    alpha = 10.05 - 0.63 * np.sqrt(1 / ratio) * (3.1 + ratio**-2)
-    beta = 4.8 - 4.23 * ratio**-2
-    return (1 + 1.15 * w ** (1 / 3) + alpha * w + beta * w**2) / (1 + 2.3 * w)
-
-
 # %%
 # The new one for pyramids, F = C E* tan(alpha) d^2 (1 + c1 x + ... + c5 x^5) up to x = 2. C belongs to the thick
 # sample. The first coefficient is exact, 2 C N/pi with the moment N = int (1 - L) d(kh) of the layer (1.77022 bonded,
@@ -84,7 +75,7 @@ def comparisons(x):
     return [
         ("Dimitriadis et al. 2002", "sphere", published.dimitriadis(x, 0.5, True), rounded),
         ("Garcia & Garcia 2018", "sphere", published.garcia(x, "paraboloid"), rounded),
-        ("Long et al. 2011, R = h", "sphere", long_2011(x), rounded),
+        ("Long et al. 2011, R = h", "sphere", published.long(x, 1.0), rounded),
         ("Garcia & Garcia 2018", "cone", published.garcia(x, "cone"), conical),
         ("the cone's factor", "four-sided pyramid", published.garcia(x, "cone"), four),
         ("new formula", "four-sided pyramid", new_factor(x, 4, True), four),

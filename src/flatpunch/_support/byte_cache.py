@@ -38,18 +38,12 @@ class _Entry:
 
     __slots__ = ("home", "key", "used", "value")
 
-    def __init__(self, home: dict[Hashable, _Entry], key: Hashable, value: Any) -> None:
+    def __init__(self, home: dict[Hashable, _Entry], key: Hashable, value: object) -> None:
         self.home, self.key, self.value, self.used = home, key, value, 0
 
 
 class ByteCache:
-    """Entries of several functions under one limit.
-
-    Parameters
-    ----------
-    limit : int or None
-        Bytes of all entries together; None reads the environment when the first entry is made.
-    """
+    """Entries of several functions under one limit [bytes]; None reads the environment when the first entry is made."""
 
     def __init__(self, limit: int | None = None) -> None:
         self._limit = limit
@@ -72,7 +66,7 @@ class ByteCache:
         entry.used = self._uses
         return entry.value
 
-    def add(self, home: dict[Hashable, _Entry], key: Hashable, value: Any) -> Any:
+    def add(self, home: dict[Hashable, _Entry], key: Hashable, value: object) -> Any:
         """Keep a value; return it, or that which another thread has kept under this key in the meantime."""
         with self._lock:
             if key in home:
@@ -99,10 +93,11 @@ class ByteCache:
     def _shrink(self) -> None:
         """Measure all entries, and drop those beyond three quarters of the limit but for the one used last."""
         seen, total, cyclic = set[int](), 0, False
+        kept = 3 * self.limit // 4
         for i, entry in enumerate(sorted(self._entries.values(), key=lambda entry: -entry.used)):
-            if i == 0 or total <= 0.75 * self.limit:
+            if i == 0 or total <= kept:
                 total += size_of([entry.key, entry.value], seen)
-            if i and total > 0.75 * self.limit:
+            if i and total > kept:
                 self._drop(entry)
                 cyclic = cyclic or _may_refer_to_itself(entry.value)
         self.bytes = self._measured = total
@@ -151,12 +146,12 @@ def byte_cached(function: Callable[P, R], cache: ByteCache = PROCESS) -> ByteCac
     return ByteCached(function, cache)
 
 
-def _may_refer_to_itself(value: Any) -> bool:
+def _may_refer_to_itself(value: object) -> bool:
     """Whether only a collection may free it; arrays and tuples of them are free at once, and a collection takes 0.1 s."""
     return any(map(gc.is_tracked, value if isinstance(value, tuple) else (value,)))
 
 
-def size_of(things: list[Any], seen: set[int]) -> int:
+def size_of(things: list[object], seen: set[int]) -> int:
     """Bytes of objects and of everything they hold, but for the identities in `seen`, which grows.
 
     Arrays count with the memory of the array that they are views of; code, classes and modules do not count.

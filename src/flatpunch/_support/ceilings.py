@@ -11,9 +11,6 @@ STEPS = 1_000_000
 ANGLES = 100_000
 """Polar angles of an outline."""
 
-OUTLINES = 50_000_000
-"""Steps times angles of one result: 400 MB."""
-
 SIDES = 100
 """Faces of a pyramid: beyond, it is its round limit to 2e-4, which takes a hundred times less."""
 
@@ -31,6 +28,9 @@ INSIDE = 2_000_000
 
 NUMBERS = 50_000_000
 """Numbers of one argument: 400 MB. Every argument has a ceiling of its own below."""
+
+OUTLINES = NUMBERS
+"""Steps times angles of one result."""
 
 AT_ONCE = 2_000_000
 """Numbers of one intermediate array: larger sums are made in parts. Half or twice as many cost no time."""

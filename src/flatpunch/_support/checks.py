@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn, Protocol
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,11 @@ Indices = NDArray[np.intp]
 SMALLEST, LARGEST = 1e-50, 1e50
 """Range of quantities with a dimension [SI]: products of several of them, as the theory forms, stay within floating point."""
 
+TINY = 1e-300
+"""Smallest divisor: where nothing varies a quotient is zero or huge, and no error."""
+ROUNDING = 1e-12
+"""Relative difference that is rounding after some thousand operations; ten times as much or as little changes no result."""
+
 _NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating, np.datetime64, np.timedelta64)
 _PLAIN = {float, int, np.float64, np.int64, np.float32, np.int32}
 _SHOWN = 200
@@ -57,7 +63,50 @@ class FlatpunchWarning(UserWarning):
     """
 
 
-def shown(value: Any, most: int = _SHOWN) -> str:
+class Problem(NamedTuple):
+    """A sentence about what is wrong, and the place that it is about: "layers[0].young", empty for none."""
+
+    place: str
+    text: str
+
+
+class BadValue(ValueError):
+    """A value that is refused: the field, its value, and the rest of the sentence with the remedy.
+
+    Attributes
+    ----------
+    field : str
+        As its owner names it: "depth[1]", "Layer.thickness".
+    value : str
+        As the message writes it; empty for a sentence about the field itself.
+    text : str
+        The condition and the remedy.
+    """
+
+    def __init__(self, field: str, value: str, text: str) -> None:
+        # all three are arguments, so that the error can be pickled
+        super().__init__(field, value, text)
+        self.field, self.value, self.text = field, value, text.rstrip()
+
+    def __str__(self) -> str:
+        return self.about(self.field, self.value)
+
+    def about(self, field: str, value: str) -> str:
+        """The sentence with another name of the field, and the value as it is written there."""
+        return f"{field}{f' = {value}' if value else ''}{'' if self.text.startswith(':') else ' '}{self.text}"
+
+    @property
+    def key(self) -> str:
+        """The field without the class that owns it: what case files call it."""
+        return re.sub(r"^[A-Z]\w*\.", "", self.field)
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """The one problem, as other errors list theirs."""
+        return (Problem(self.key, str(self)),)
+
+
+def shown(value: object, most: int = _SHOWN) -> str:
     """Return `value` as messages write it: `repr`, shortened where it is long."""
     try:
         text = repr(value)
@@ -70,97 +119,88 @@ def brief(message: str, most: int = _SHOWN) -> str:
     """Return a message whose quoted texts and long words are shortened: what came from outside may be endless."""
     message = re.sub(rf"'[^'\n]{{{most},}}'", lambda found: f"{found[0][: most - 4]} ...'", message)
     message = re.sub(rf"\S{{{2 * most},}}", lambda found: f"{found[0][: most - 4]} ...", message)
-    return "\n".join(line if len(line) <= 5 * most else f"{line[: 5 * most]} ..." for line in message.split("\n"))
+    return "\n".join(line if len(line) <= 4 * most else f"{line[: 4 * most]} ..." for line in message.split("\n"))
 
 
-def real(name: str, value: Any, unit: str | None = None) -> float:
-    """Return one real number as a finite float.
+def real(name: str, value: object, unit: str | None = None) -> float:
+    """Return one real number as a finite float; a TypeError or ValueError names the argument and what is wrong.
 
-    Parameters
-    ----------
-    name : str
-        The argument, as messages call it.
-    value : object
-        What was given.
-    unit : str, optional
-        SI unit of the argument, such as "m", "Pa", "J/m**2"; "1" and "rad" are without dimension. Quantities are converted to it.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no real number, or not finite, or of the wrong dimension.
+    `unit` is the SI unit of the argument, such as "m", "Pa", "J/m**2"; "1" and "rad" are without dimension. Quantities are
+    converted to it.
     """
-    value = _bare(name, value, unit)
-    if isinstance(value, (*_NO_NUMBERS, list, tuple)) or getattr(value, "ndim", 0) > 0:
-        _no_number(name, value)
+    bare = _bare(name, value, unit)
+    if isinstance(bare, (*_NO_NUMBERS, list, tuple)) or getattr(bare, "ndim", 0) > 0:
+        _no_number(name, bare)
     try:
-        number = float(value)
+        number = float(bare)
     except OverflowError:
-        raise ValueError(f"{name} = {shown(value)} must be finite: it is too large for a number.") from None
+        raise BadValue(name, shown(bare), "must be finite: it is too large for a number.") from None
     except (TypeError, ValueError):
-        _no_number(name, value)
+        _no_number(name, bare)
     if not math.isfinite(number):
-        raise ValueError(f"{name} = {number!r} must be finite.")
+        raise BadValue(name, repr(number), "must be finite.")
     if _has_dimension(unit) and number and not SMALLEST <= abs(number) <= LARGEST:
-        raise ValueError(f"{name} = {number!r} {_out_of_range(unit)}")
+        raise BadValue(name, repr(number), _out_of_range(unit))
     return number
 
 
-def positive(name: str, value: Any, hint: str = "", *, unit: str | None = None) -> float:
+def positive(name: str, value: object, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float > 0."""
     number = real_or_hint(name, value, "> 0", hint, unit)
     if number <= 0:
-        raise ValueError(f"{name} = {number!r} must be finite and > 0. {hint}".rstrip())
+        raise BadValue(name, repr(number), f"must be finite and > 0. {hint}")
     return number
 
 
-def non_negative(name: str, value: Any, hint: str = "", *, unit: str | None = None) -> float:
+def non_negative(name: str, value: object, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float >= 0."""
     number = real_or_hint(name, value, ">= 0", hint, unit)
     if number < 0:
-        raise ValueError(f"{name} = {number!r} must be finite and >= 0. {hint}".rstrip())
+        raise BadValue(name, repr(number), f"must be finite and >= 0. {hint}")
     return number
 
 
-def real_or_hint(name: str, value: Any, condition: str, hint: str, unit: str | None = None) -> float:
+def real_or_hint(name: str, value: object, condition: str, hint: str, unit: str | None = None) -> float:
     """Return `value` as a finite float; the message for NaN and infinity repeats the whole condition."""
     number = _infinite(value)
     if number is not None:
-        raise ValueError(f"{name} = {number!r} must be finite and {condition}. {hint}".rstrip())
+        raise BadValue(name, repr(number), f"must be finite and {condition}. {hint}")
     return real(name, value, unit)
 
 
-def whole(name: str, value: Any, least: int, hint: str = "", *, most: int | None = None) -> int:
+def whole(name: str, value: object, least: int, hint: str = "", *, most: int | None = None) -> int:
     """Return `value` as a whole number, `least` or more, and `most` or less."""
     number = math.nan if _infinite(value) is not None else real(name, value, "1")
     if not number >= least or number != int(number):
-        raise ValueError(f"{name} = {shown(value)} must be a whole number of at least {least}. {hint}".rstrip())
+        raise BadValue(name, shown(value), f"must be a whole number of at least {least}. {hint}")
     if most is not None and number > most:
-        raise ValueError(f"{name} = {shown(value)} must be a whole number of at most {most}. {hint}".rstrip())
+        raise BadValue(name, shown(value), f"must be a whole number of at most {most}. {hint}")
     return int(number)
 
 
-def switch(name: str, value: Any, hint: str = "") -> bool:
+def switch(name: str, value: object, hint: str = "") -> bool:
     """Return a truth value, or refuse what only resembles one."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} = {shown(value)} must be True or False. {hint}".rstrip())
     return bool(value)
 
 
-def poisson_ratio(name: str, value: Any) -> float:
+def poisson_ratio(name: str, value: object) -> float:
     """Return `value` as a Poisson ratio, -1 < value <= 0.5."""
     number = real(name, value, "1")
     if not -1 < number <= 0.5:
-        raise ValueError(
-            f"{name} = {number!r} must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; "
-            "above it an isotropic body is unstable."
+        raise BadValue(
+            name,
+            repr(number),
+            "must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; above it an isotropic body is "
+            "unstable.",
         )
     return number
 
 
 def values(
     name: str,
-    value: Any,
+    value: object,
     *,
     minimum: float = 0.0,
     strict: bool = False,
@@ -175,54 +215,54 @@ def values(
     given = numbers(name, value, unit)
     array = np.atleast_1d(given)
     if array.ndim != 1 or array.size == 0:
-        raise ValueError(
-            f"{name} has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence."
+        raise BadValue(
+            name, "", f"has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence."
         )
     bad = ~np.isfinite(array) | ((array <= minimum) if strict else (array < minimum))
     if bad.any():
         i = int(np.argmax(bad))
         condition = "" if minimum == -np.inf else f" and {'>' if strict else '>='} {minimum:g}"
-        raise ValueError(f"{_entry(name, given, i)} = {float(array[i])!r} must be finite{condition}.")
+        raise BadValue(_entry(name, given, i), repr(float(array[i])), f"must be finite{condition}.")
     if _has_dimension(unit):
         far = (array != 0) & ((np.abs(array) < smallest) | (np.abs(array) > LARGEST))
         if far.any():
             i = int(np.argmax(far))
-            raise ValueError(f"{_entry(name, given, i)} = {float(array[i])!r} {_out_of_range(unit)}")
+            raise BadValue(_entry(name, given, i), repr(float(array[i])), _out_of_range(unit))
     return array
 
 
-def point(name: str, value: Any, unit: str) -> tuple[float, float]:
+def point(name: str, value: object, unit: str) -> tuple[float, float]:
     """Return a pair of finite numbers, such as a point of the surface."""
     pair = values(name, value, minimum=-np.inf, unit=unit, smallest=0.0)
     if pair.size != 2:
-        raise ValueError(f"{name} = {shown(value)} must be a pair of two numbers, got {pair.size}.")
+        raise BadValue(name, shown(value), f"must be a pair of two numbers, got {pair.size}.")
     return float(pair[0]), float(pair[1])
 
 
-def numbers(name: str, value: Any, unit: str | None = None) -> Array:
+def numbers(name: str, value: object, unit: str | None = None) -> Array:
     """Return an array of any shape as floats, not checked for NaN, infinity and range."""
-    value = _bare(name, value, unit)
-    if isinstance(value, (list, tuple)):
-        return _from_sequence(name, value, unit)
-    if isinstance(value, (bytes, bytearray, memoryview)):
-        _no_number(name, value)
+    bare = _bare(name, value, unit)
+    if isinstance(bare, (list, tuple)):
+        return _from_sequence(name, bare, unit)
+    if isinstance(bare, (bytes, bytearray, memoryview)):
+        _no_number(name, bare)
     try:
-        array = np.asarray(value)
+        array = np.asarray(bare)
     except (TypeError, ValueError, RuntimeError):  # what array libraries raise for what has no form as a NumPy array
-        _no_number(name, value)
+        _no_number(name, bare)
     if array.dtype.kind == "O":
         if array.ndim == 0:
             return np.array(real(name, array.item(), unit))
         return _from_sequence(name, list(array), unit)
     if array.dtype.kind not in "fiu":
-        _no_number(name, value)
+        _no_number(name, bare)
     if array.size > NUMBERS:  # before it is copied: views may be of any size
-        raise ValueError(f"{name} has shape {array.shape}: {array.size} numbers, of which {NUMBERS} are the most.")
+        raise BadValue(name, "", f"has shape {array.shape}: {array.size} numbers, of which {NUMBERS} are the most.")
     with np.errstate(over="ignore"):  # of extended precision; infinite is refused by the caller
         return np.array(array, dtype=float)
 
 
-def _from_sequence(name: str, value: Any, unit: str | None) -> Array:
+def _from_sequence(name: str, value: Sequence[object], unit: str | None) -> Array:
     if set(map(type, value)) <= _PLAIN:
         try:
             return np.array(value, dtype=float)
@@ -230,11 +270,11 @@ def _from_sequence(name: str, value: Any, unit: str | None) -> Array:
             pass
     entries = [numbers(f"{name}[{i}]", entry, unit) for i, entry in enumerate(value)]
     if len({entry.shape for entry in entries}) > 1:
-        raise ValueError(f"{name} has entries of different lengths; it must be a number, a sequence or a full table.")
+        raise BadValue(name, "", "has entries of different lengths; it must be a number, a sequence or a full table.")
     return np.array(entries, dtype=float)
 
 
-def _bare(name: str, value: Any, unit: str | None) -> Any:
+def _bare(name: str, value: object, unit: str | None) -> Any:
     """`value` without mask, labels and unit, in the SI unit of the argument."""
     attributes = getattr(value, "attrs", None)
     if isinstance(attributes, Mapping) and hasattr(value, "dims") and hasattr(value, "data"):
@@ -249,8 +289,8 @@ def _bare(name: str, value: Any, unit: str | None) -> Any:
         return value
     masked = int(np.ma.getmaskarray(value).sum())
     if masked:
-        raise ValueError(
-            f"{name} has {masked} masked entries, which are no numbers. Leave them out: values.compressed()."
+        raise BadValue(
+            name, "", f"has {masked} masked entries, which are no numbers. Leave them out: values.compressed()."
         )
     return np.ma.getdata(value)
 
@@ -268,12 +308,12 @@ def _converted(name: str, value: Any, unit: str | None) -> Any:
     return plain.magnitude if hasattr(plain, "magnitude") else plain.value
 
 
-def _infinite(value: Any) -> float | None:
+def _infinite(value: object) -> float | None:
     """The value where it is a plain float that is not finite."""
     return float(value) if isinstance(value, (float, np.floating)) and not math.isfinite(value) else None
 
 
-def _no_number(name: str, value: Any) -> NoReturn:
+def _no_number(name: str, value: object) -> NoReturn:
     raise TypeError(
         f"{name} = {shown(value)} must be a number, got {type(value).__name__}. Plain numbers are in SI units: convert to SI "
         "first, or give the text with its unit in a case file."
@@ -297,3 +337,19 @@ def _out_of_range(unit: str | None) -> str:
 
 def _entry(name: str, given: Array, i: int) -> str:
     return name if given.ndim == 0 else f"{name}[{i}]"
+
+
+@contextmanager
+def refused_overflow() -> Iterator[None]:
+    """Turn over- and underflows, and arrays beyond the memory, into a ValueError with the remedy; usable as a decorator.
+
+    Where NumPy would warn, a case has left what can be computed: the code expects none outside the places that say so themselves.
+    """
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
+        raise ValueError(
+            "The numbers of this case overflow, or differ by more than can be computed: moduli, lengths, or the depth against "
+            "the tip. Check the units."
+        ) from error

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
-from flatpunch._support.checks import shown
+from flatpunch._support.checks import BadValue, shown
 
 Word = TypeVar("Word", bound=str)
 Kind = TypeVar("Kind")
@@ -21,28 +21,18 @@ def one_of(
     hint: str = "",
     *,
     wrong: str = "is unknown",
-    error: type[ValueError] = ValueError,
+    error: type[ValueError] | None = None,
 ) -> Word:
-    """Return a word that is among those known.
-
-    Raises
-    ------
-    ValueError, or `error`
-        With the words that are known.
-    """
-    if not isinstance(value, str) or value not in known:
-        raise error(f"{name} = {shown(value)} {wrong}; it is one of {', '.join(map(repr, known))}. {hint}".rstrip())
+    """Return a word that is among those known; else a BadValue, or `error`, lists these."""
+    # the annotation says so, callers need not follow it
+    if not isinstance(value, str) or value not in known:  # type: ignore[redundant-expr]
+        wanted = BadValue(name, shown(value), f"{wrong}; it is one of {', '.join(map(repr, known))}. {hint}")
+        raise wanted if error is None else error(str(wanted))
     return value
 
 
 def listed(name: str, value: Kind | Sequence[Kind], kind: type[Kind], written: str) -> list[Kind]:
-    """Return one object of a kind, or several, as a list; `written` is how a list of them is described.
-
-    Raises
-    ------
-    TypeError
-        If it is no sequence, or an entry is of another kind.
-    """
+    """Return one object of a kind, or several, as a list; `written` is how a list of them is described."""
     if isinstance(value, kind):
         return [value]
     if not isinstance(value, Sequence) or not all(isinstance(entry, kind) for entry in value):
@@ -50,14 +40,14 @@ def listed(name: str, value: Kind | Sequence[Kind], kind: type[Kind], written: s
     return list(value)
 
 
-def mapping(name: str, value: Any, example: str) -> Mapping[Any, Any]:
-    """Return a mapping, empty for None.
+def instance(name: str, value: object, kinds: tuple[type, ...], written: str) -> None:
+    """Refuse what is none of some kinds; `written` says in words what is expected."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} = {shown(value)} must be {written}.")
 
-    Raises
-    ------
-    TypeError
-        If it is something else.
-    """
+
+def mapping(name: str, value: object, example: str) -> Mapping[str, Any]:
+    """Return a mapping, empty for None; a TypeError if it is something else."""
     if value is None:
         return {}
     if not isinstance(value, Mapping):

@@ -3,24 +3,38 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from importlib import import_module
 from types import ModuleType
 from typing import Any
 
 import lazy_loader
 
+from flatpunch._support.deprecation import warn_old
 
-def names_of(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+
+def names_of(
+    package: str, file: str, moved: Mapping[str, tuple[str, str, str]] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return __getattr__, __dir__ and __all__ of a package, whose stub (.pyi) beside the file says where names come from.
+
+    Names that were moved warn: by name the package that has them now, the version of the move, and the one in which they go.
 
     A function stays what its name means in the package when the module of the same name is loaded, which Python would bind there.
     """
     found, listed, names = lazy_loader.attach_stub(package, file)
 
     class Package(ModuleType):
-        def __setattr__(self, name: str, value: Any) -> None:
+        def __setattr__(self, name: str, value: object) -> None:
             if not (name in names and isinstance(value, ModuleType)):
                 super().__setattr__(name, value)
 
+    def found_or_moved(name: str) -> Any:
+        if name not in (moved or {}):
+            return found(name)
+        room, since, gone = (moved or {})[name]
+        warn_old(f"{package}.{name}", since, gone, f"{room}.{name}", stacklevel=3)
+        return getattr(import_module(room), name)
+
     sys.modules[package].__class__ = Package
-    return found, listed, names
+    return found_or_moved, listed, names

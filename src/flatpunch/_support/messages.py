@@ -13,7 +13,7 @@ import re
 import traceback
 from pathlib import Path
 
-from flatpunch._support.checks import brief
+from flatpunch._support.checks import Problem, brief
 from flatpunch._support.reading import shown_path
 from flatpunch._support.whole_file import NotWritten
 
@@ -32,8 +32,8 @@ _IN_CASE_FILES = {
 _RAISED = (ValueError, TypeError, OSError)
 
 
-def message(error: BaseException) -> str:
-    """Return the message of an error for people who write case files."""
+def message(error: BaseException, program: Path = _PACKAGE) -> str:
+    """Message of an error for people who write case files; `program` is the folder of what uses this package."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
     if isinstance(error, NotWritten):
@@ -42,7 +42,7 @@ def message(error: BaseException) -> str:
         return f"{shown_path(error.filename)}: {error.strerror or type(error).__name__}."
     if isinstance(error, OSError) and error.errno is not None:
         return f"a file or the output could not be read or written ({error.strerror})."
-    if isinstance(error, _RAISED) and _by_us(error):
+    if isinstance(error, _RAISED) and _by_us(error, program):
         return brief(toml(str(error)))
     frame = _last_of_ours(error)
     where = f"{Path(frame.filename).relative_to(_PACKAGE)}:{frame.lineno}" if frame is not None else "an unknown place"
@@ -50,6 +50,22 @@ def message(error: BaseException) -> str:
         f"this could not be solved: {type(error).__name__} in {where}. That is a mistake of flatpunch; please report it with the "
         f"case file. {TRACEBACK}=1 in the environment shows more."
     )
+
+
+def problems(error: BaseException) -> list[Problem]:
+    """The message with the places that it is about, which the error carries, or the one in whose place it was raised."""
+    own = _carried(error)
+    if own:
+        return [Problem(place, brief(toml(text))) for place, text in own]
+    cause = error.__cause__ or error.__context__
+    known = _carried(cause)
+    if len(known) == 1:
+        return [Problem(known[0].place, message(error))]
+    return [Problem("", line) for line in message(error).splitlines()]
+
+
+def _carried(error: BaseException | None) -> list[Problem]:
+    return list(getattr(error, "problems", ()))
 
 
 def toml(text: str) -> str:
@@ -67,13 +83,13 @@ def wants_traceback() -> bool:
     return bool(os.environ.get(TRACEBACK))
 
 
-def _by_us(error: BaseException) -> bool:
-    """Whether a `raise` of the package made the error, as far as its source is there to tell."""
+def _by_us(error: BaseException, program: Path) -> bool:
+    """Whether a `raise` of the package, or of the program that uses it, made the error, as far as its source is there to tell."""
     frames = traceback.extract_tb(error.__traceback__)
     if not frames:
         return True
     last = frames[-1]
-    if not Path(last.filename).is_relative_to(_PACKAGE):
+    if not any(Path(last.filename).is_relative_to(folder) for folder in (_PACKAGE, program)):
         return False
     line = linecache.getline(last.filename, last.lineno or 0).strip()
     return not line or "raise" in line

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+_LETTERS = "afpnµm kMGT"
+PREFIXES = {3 * (i - _LETTERS.index(" ")): letter.strip() for i, letter in enumerate(_LETTERS)}
 
 
 def readable(largest: float, unit: str) -> tuple[float, str]:

@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from html import escape
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -20,11 +20,13 @@ UNITS = {
     **dict.fromkeys(
         ("young", "modulus", "top", "bottom", "yield_stress", "tensile", "shear", "pressure", "traction"), "Pa"
     ),
-    **dict.fromkeys(("interface_tension", "interface_shear"), "Pa"),
+    **dict.fromkeys(("interface_tension", "interface_shear", "young_in_plane", "young_axial"), "Pa"),
     **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z", "spacing"), "m"),
     **dict.fromkeys(("height_at_axes", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"),
     **dict.fromkeys(("AreaFunction.limit", "AreaFunction.start"), "m"),
     **dict.fromkeys(("RadialProfile.r", "RadialProfile.f", "RadialProfile.kinks"), "m"),
+    **dict.fromkeys(("Interface.normal", "Interface.shear"), "Pa/m"),
+    **dict.fromkeys(("Roller.length", "crown", "end_radius", "half_width", "corner_radius"), "m"),
     **dict.fromkeys(("A", "B"), "1/m"),
     "force": "N",
     **dict.fromkeys(("time", "times"), "s"),
@@ -66,7 +68,7 @@ def readable(cls: type[T]) -> type[T]:
     return cls
 
 
-def line_of(thing: Any) -> str:
+def line_of(thing: object) -> str:
     """An object in one line, numbers with six digits, long sequences shortened."""
     own = getattr(thing, "_line_", None)
     if own is not None:
@@ -75,7 +77,7 @@ def line_of(thing: Any) -> str:
     return f"{type(thing).__name__}({shown})"
 
 
-def source_of(thing: Any) -> str:
+def source_of(thing: object) -> str:
     """The call that makes an object again, every number to its last digit."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         made = ", ".join(
@@ -87,7 +89,7 @@ def source_of(thing: Any) -> str:
     return repr(thing)
 
 
-def table_of(thing: Any) -> Table:
+def table_of(thing: object) -> Table:
     """The table of an object: its own, or its fields with their units."""
     own = getattr(thing, "_table_", None)
     if own is not None:
@@ -98,7 +100,7 @@ def table_of(thing: Any) -> Table:
     return Table(title, (), rows)
 
 
-def text_of(thing: Any) -> str:
+def text_of(thing: object) -> str:
     """The table as text, columns below each other."""
     table = table_of(thing)
     rows = [table.header, *table.rows] if table.header else list(table.rows)
@@ -109,7 +111,7 @@ def text_of(thing: Any) -> str:
     return "\n".join([table.title, *lines, *(f"  Note: {note}" for note in table.notes)])
 
 
-def html_of(thing: Any) -> str:
+def html_of(thing: object) -> str:
     """The table as HTML."""
     table = table_of(thing)
     head = f"<tr>{''.join(f'<th>{escape(cell)}</th>' for cell in table.header)}</tr>" if table.header else ""
@@ -118,7 +120,7 @@ def html_of(thing: Any) -> str:
     return f"<div><b>{escape(table.title)}</b><table>{head}{body}</table>{notes}</div>"
 
 
-def quantity_of(name: str, value: Any) -> str:
+def quantity_of(name: str, value: object) -> str:
     """A field of this name in words, with the unit that its name implies."""
     unit = UNITS.get(name, UNITS.get(name.rpartition(".")[2], ""))
     if isinstance(value, (bool, np.bool_)):
@@ -133,11 +135,12 @@ def quantity_of(name: str, value: Any) -> str:
     return _short(value)
 
 
-def _fields(thing: Any) -> list[Any]:
+def _fields(thing: object) -> list[dataclasses.Field[object]]:
+    assert dataclasses.is_dataclass(thing)
     return [field for field in dataclasses.fields(thing) if field.repr]
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     if isinstance(value, (float, np.floating)):
         return f"{value:.6g}"
     if isinstance(value, np.ndarray) and (value.ndim != 1 or value.dtype.kind not in "fiu"):

@@ -1,16 +1,24 @@
 """Reading files from outside: regular files only, up to a size that is said, in one wording.
 
 A pipe without a writer would never end, a device never stop; a file that is far too large would fill the memory first and
-be refused afterwards.
+be refused afterwards. Archives (.zip, .npz, .xlsx, force maps of JPK) are asked for their unpacked size before anything is
+unpacked.
 """
 
 from __future__ import annotations
 
 import os
 import stat
+import zipfile
 from pathlib import Path
 
 from flatpunch._support.checks import shown
+
+UNPACKED = 2_000_000_000
+"""Largest size of all files of an archive together [bytes]."""
+
+FILES = 200_000
+"""Most files of an archive; force maps hold some for each curve."""
 
 
 def shown_path(path: object) -> str:
@@ -20,13 +28,7 @@ def shown_path(path: object) -> str:
 
 
 def as_path(name: str, value: object) -> Path:
-    """Return what was given for a path as one.
-
-    Raises
-    ------
-    TypeError
-        If it is none.
-    """
+    """Return what was given for a path as one, or refuse it by a TypeError."""
     if not isinstance(value, (str, os.PathLike)):
         raise TypeError(f"{name} = {shown(value)} must be a path: a text or a pathlib.Path.")
     return Path(value)
@@ -55,20 +57,7 @@ class Unreadable(ValueError):
 
 
 def content(path: Path, most: int) -> bytes:
-    """Return the bytes of a regular file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    most : int
-        Largest size that is read [bytes].
-
-    Raises
-    ------
-    Unreadable
-        If it is missing, no regular file, may not be read, or is larger.
-    """
+    """Return the bytes of a regular file; `Unreadable` if it is missing, no regular file, or larger than `most` [bytes]."""
     try:
         mode = path.stat().st_mode
         if not stat.S_ISREG(mode):
@@ -87,3 +76,24 @@ def content(path: Path, most: int) -> bytes:
     if len(found) > most:
         raise Unreadable(f"larger than {most / 1e6:g} MB, the most that is read")
     return found
+
+
+def check_archive(path: Path) -> None:
+    """Refuse archives that unpack to more than can be read, with the size; what is no archive is left to its reader.
+
+    Python unpacks no more than the sizes that an archive states, whatever it holds.
+    """
+    try:
+        with path.open("rb") as file:
+            if not zipfile.is_zipfile(file):
+                return
+            with zipfile.ZipFile(file) as archive:
+                entries = archive.infolist()
+    # what `zipfile` raises on damaged lists of files, and on kinds of archives that it does not read
+    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
+        raise Unreadable("damaged: its list of files cannot be read") from None
+    size = sum(entry.file_size for entry in entries)
+    if len(entries) > FILES:
+        raise Unreadable(f"an archive of {len(entries)} files; at most {FILES} are read")
+    if size > UNPACKED:
+        raise Unreadable(f"an archive that unpacks to {size / 1e9:.3g} GB; at most {UNPACKED / 1e9:g} GB are read")

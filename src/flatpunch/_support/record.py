@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 
-def record(thing: Any) -> Any:
+def record(thing: object) -> Any:
     """Return dataclasses as {"type": name, field: ...}, arrays and tuples as lists, numbers as they are.
 
     Functions, and objects of classes that are no dataclasses, are recorded by their name: they cannot be read back.
@@ -21,6 +21,8 @@ def record(thing: Any) -> Any:
         return {"type": type(thing).__name__, **fields}
     if isinstance(thing, np.ndarray):
         return thing.tolist()
+    if isinstance(thing, dict):
+        return {name: record(value) for name, value in thing.items()}
     if isinstance(thing, (list, tuple)):
         return [record(entry) for entry in thing]
     if isinstance(thing, np.generic):

@@ -2,6 +2,10 @@
 
 Whether they can be written is asked before anything is solved. What a killed process left unfinished is removed by the next one
 that writes beside it: temporary names hold machine and process.
+
+A seal is a last line that holds the SHA-256 of everything before it. HDF5 and zip ignore what follows their end, so that other
+programs read sealed files as any other. A damaged file is found before a library sees its bytes: HDF5 may return other numbers
+for damaged ones, fail deep inside, or never return.
 """
 
 from __future__ import annotations
@@ -9,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import re
 import tempfile
 import time
 from collections.abc import Iterator
@@ -26,6 +31,11 @@ REMEDY = "Choose a folder that exists, is yours and has space left."
 
 _HOUR = 3600.0
 """Age above which files of other machines, and of earlier versions, count as left behind [s]."""
+
+
+_MARK = b"# flatpunch seal sha256 "
+_SEAL = re.compile(rb"\n" + _MARK + rb"([0-9a-f]{64})\n")
+_LENGTH = 1 + len(_MARK) + 2 * hashlib.sha256().digest_size + 1
 
 
 def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
@@ -76,17 +86,9 @@ class NotWritten(OSError):
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file next to `path` that takes its place at the end, or vanishes if anything goes wrong.
+    """Give an empty temporary file next to `path`, of the same ending, that takes its place at the end, or vanishes.
 
-    Parameters
-    ----------
-    path : Path
-        Target; the temporary file has the same ending. A link is followed: what it points to is replaced.
-
-    Yields
-    ------
-    Path
-        The temporary file, empty.
+    A link is followed: what it points to is replaced.
     """
     try:
         target = _real(path)
@@ -153,7 +155,7 @@ def _machine() -> str:
 
 def _temporary(target: Path) -> tuple[int, str]:
     """An empty file of this process beside the target."""
-    suffix = target.suffix if len(target.suffix) < 50 else ""
+    suffix = target.suffix if len(target.suffix) < 100 else ""
     return tempfile.mkstemp(prefix=f"{UNFINISHED}{_machine()}-{os.getpid()}-", suffix=suffix, dir=target.parent)
 
 
@@ -167,3 +169,31 @@ def _with_usual_rights(path: Path) -> None:
     mask = os.umask(0)
     os.umask(mask)
     path.chmod(0o666 & ~mask)
+
+
+class BrokenSeal(ValueError):
+    """Bytes that are not those that were written."""
+
+
+def sealed(content: bytes) -> bytes:
+    """Return the content with its seal."""
+    return content + b"\n" + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def unsealed(content: bytes) -> tuple[bytes, bool]:
+    """Return what was sealed, and whether there was a seal: files of earlier versions have none.
+
+    `BrokenSeal` if the content is not what was sealed, or its seal is damaged itself.
+    """
+    end = content[-_LENGTH:]
+    match = _SEAL.fullmatch(end)
+    if match is not None:
+        body = content[:-_LENGTH]
+        if hashlib.sha256(body).hexdigest().encode() != match[1]:
+            raise BrokenSeal("its bytes are not those that were written")
+        return body, True
+    if len(end) == _LENGTH and sum(a == b for a, b in zip(end[1:], _MARK, strict=False)) > len(_MARK) // 2:
+        raise BrokenSeal("the line at its end is damaged")
+    if _MARK in content[-4 * _LENGTH :]:
+        raise BrokenSeal("something was added or lost at its end")
+    return content, False

@@ -16,6 +16,8 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from flatpunch._support.ceilings import LAYERS
+from flatpunch._support.checks import Problem
+from flatpunch._support.paths import Plain
 from flatpunch.app.strengths import strengths_form, with_strengths
 from flatpunch.app.toml import toml_text, toml_value
 from flatpunch.files.nesting import check_nesting
@@ -53,7 +55,17 @@ _LIMITS = ("min", "max")
 
 
 class FormError(ValueError):
-    """A form that is no case; the message names the field in the words of case files."""
+    """A form that is no case; the message names the field in the words of case files.
+
+    Attributes
+    ----------
+    field : str
+        The field of the form, or empty.
+    """
+
+    def __init__(self, message: str, field: str = "") -> None:
+        super().__init__(message)
+        self.field, self.problems = field, (Problem(field, message),)
 
 
 def fields_of(query: str) -> dict[str, str]:
@@ -69,27 +81,14 @@ def address_of(fields: Mapping[str, str]) -> str:
 
 
 def case_text(fields: Mapping[str, str], tab: str = "press") -> str:
-    """Return the case file that a form means.
-
-    Parameters
-    ----------
-    fields : mapping of str to str
-        Texts by dotted names.
-    tab : {"press", "fit", "correct", "coating", "compare"}
-        Which tables belong to it; values to be fitted are marked for "fit" only.
-
-    Raises
-    ------
-    FormError
-        If the lines in `more` are no TOML, or a list is too long.
-    """
+    """Return the case file that a form means; see `case_data`."""
     return toml_text(case_data(fields, tab))
 
 
-def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
-    """Return the tables of the case file that a form means; as for `case_text`."""
+def case_data(fields: Mapping[str, str], tab: str = "press") -> Plain:
+    """Return the tables of the case file that a form means on a tab; values to be fitted are marked on the tab "fit" only."""
     fitted, two = tab == "fit", fields.get("base.kind") == _TWO_BODIES
-    data: dict[str, Any] = {name: _marked(name, fields, fitted) for name in TOP if fields.get(name)}
+    data: Plain = {name: _marked(name, fields, fitted) for name in TOP if fields.get(name)}
     if not two:
         layers = [_table(fields, f"layers.{i}.", fitted) for i in _indices(fields, "layers")]
         data |= {"layers": layers} if layers else {}
@@ -104,26 +103,23 @@ def case_data(fields: Mapping[str, str], tab: str = "press") -> dict[str, Any]:
         data["vary"] = {name.removeprefix("vary."): fields[name] for name in fields if name.startswith("vary.")}
     for name, value in _more(fields.get("more", "")).items():
         if name in data:
-            raise FormError(f"more: {name} has fields of its own above; leave it out here.")
+            raise FormError(f"more: {name} has fields of its own above; leave it out here.", "more")
         data[name] = value
     left_out = _OF_TABS - _TAB_TABLES[tab]
     if tab != "fit" and data.get("method") == "auto":
         del data["method"]
     if isinstance(data["indenter"], dict) and "file" in data["indenter"]:
-        raise FormError("indenter.file: the page reads no files that a case names. Solve it with `flatpunch solve`.")
+        raise FormError(
+            "indenter.file: the page reads no files that a case names. Solve it with `flatpunch solve`.",
+            "indenter.file",
+        )
     return {name: value for name, value in data.items() if name not in left_out}
 
 
 def form_of(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return the fields of a case file.
-
-    Parameters
-    ----------
-    data : mapping
-        Its tables, as `tomllib.loads` returns them.
-    """
+    """Return the fields of a case file, from its tables."""
     found: dict[str, str] = {}
-    rest: dict[str, Any] = {}
+    rest: Plain = {}
     for name, value in data.items():
         if name in TOP:
             found |= _flat(name, value)
@@ -150,12 +146,15 @@ def form_of(data: Mapping[str, Any]) -> dict[str, str]:
     return {name: text for name, text in found.items() if text.strip()}
 
 
-def _flat_table(prefix: str, table: Mapping[str, Any]) -> dict[str, str]:
+def _flat_table(prefix: str, table: Mapping[str, object]) -> dict[str, str]:
     """Fields of a table; those of columns and their units one level deeper."""
     found: dict[str, str] = {}
     for name, value in table.items():
-        deeper = prefix == "curve" and name in ("columns", "units") and isinstance(value, dict)
-        found |= _flat_table(f"{prefix}.{name}", value) if deeper else _flat(f"{prefix}.{name}", value)
+        deeper = prefix == "curve" and name in ("columns", "units")
+        if deeper and isinstance(value, dict):
+            found |= _flat_table(f"{prefix}.{name}", value)
+        else:
+            found |= _flat(f"{prefix}.{name}", value)
     return found
 
 
@@ -167,9 +166,9 @@ def _indices(fields: Mapping[str, str], name: str) -> list[int]:
     return sorted(found)
 
 
-def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> dict[str, Any]:
+def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> Plain:
     """Fields below a prefix as a table, with tables inside it for names with a dot."""
-    found: dict[str, Any] = {}
+    found: Plain = {}
     for field in fields:
         *above, name = field.removeprefix(prefix).split(".")
         if not field.startswith(prefix) or ".stress." in field or is_mark(field, fields):
@@ -213,7 +212,7 @@ def _value(name: str, text: str) -> Any:
     return text
 
 
-def _control(fields: Mapping[str, str]) -> dict[str, Any]:
+def _control(fields: Mapping[str, str]) -> Plain:
     quantity = fields.get("control.quantity", "")
     if not quantity or quantity == _HISTORY:
         return {}
@@ -227,7 +226,7 @@ def _control(fields: Mapping[str, str]) -> dict[str, Any]:
     return {quantity: steps}
 
 
-def _control_form(table: Mapping[str, Any]) -> dict[str, str]:
+def _control_form(table: Mapping[str, object]) -> dict[str, str]:
     """Fields of [control]; none if it is not of one quantity."""
     if len(table) != 1:
         return {}
@@ -237,17 +236,17 @@ def _control_form(table: Mapping[str, Any]) -> dict[str, str]:
     return {"control.quantity": quantity, "control.values": _text(steps)}
 
 
-def _more(text: str) -> dict[str, Any]:
+def _more(text: str) -> Plain:
     if not text:
         return {}
     try:
         check_nesting(text)
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise FormError(f"more: not valid TOML: {error}") from None
+        raise FormError(f"more: not valid TOML: {error}", "more") from None
 
 
-def _flat(name: str, value: Any) -> dict[str, str]:
+def _flat(name: str, value: object) -> dict[str, str]:
     """Fields of a value, which may be one to be fitted."""
     if isinstance(value, dict) and "fit" in value and set(value) <= {"fit", *_LIMITS}:
         limits = {f"{name}.{end}": _text(value[end]) for end in _LIMITS if end in value}
@@ -255,9 +254,9 @@ def _flat(name: str, value: Any) -> dict[str, str]:
     return {name: _text(value)}
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value if isinstance(value, str) else toml_value(value)
 
 
-def _is_list_of_tables(value: Any) -> bool:
+def _is_list_of_tables(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(entry, dict) for entry in value)

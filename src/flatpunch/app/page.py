@@ -17,12 +17,13 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from urllib.parse import parse_qsl
 
 from flatpunch._support.messages import message
+from flatpunch._support.paths import Plain
 from flatpunch._version import __version__
 from flatpunch.app.form import FormError, address_of, case_text, fields_of, form_of
 from flatpunch.app.limits import LIMITS
@@ -90,20 +91,18 @@ class Page:
 
     def __post_init__(self) -> None:
         self._uploads = Uploads()
-        self._results: Store[dict[str, Any]] = Store(
-            LIMITS.results, lambda result: len(result.get("kept", b"")) + 10_000
-        )
+        self._results: Store[Plain] = Store(LIMITS.results, lambda result: len(result.get("kept", b"")) + 10_000)
 
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request; whatever goes wrong is one, too."""
         try:
             return self._routed(request)
         except NotHere as error:
-            return _problem(404, str(error))
+            return _problem(HTTPStatus.NOT_FOUND, str(error))
         except (FormError, CaseError) as error:
-            return _problem(400, str(error))
+            return _problem(HTTPStatus.BAD_REQUEST, str(error), getattr(error, "field", ""))
         except Exception as error:
-            return _problem(500, message(error))
+            return _problem(HTTPStatus.INTERNAL_SERVER_ERROR, message(error))
 
     def _routed(self, request: Request) -> Answer:
         if request.method == "GET":
@@ -145,7 +144,7 @@ class Page:
         return self._state(self._started(tab, fields, run, name), LIMITS.soon)
 
     def _started(self, tab: Tab, fields: dict[str, str], run: bool, name: str) -> Job:
-        def keep(outcome: dict[str, Any]) -> None:
+        def keep(outcome: Plain) -> None:
             if "kept" in outcome:
                 self._results.put(name, outcome)
 
@@ -198,10 +197,10 @@ class Page:
             if job.state != "done":
                 raise FormError(job.outcome or "it was stopped.")
             content = job.outcome
-        return Answer(200, content, _TYPES[kind], f"{stem}.{kind}")
+        return Answer(HTTPStatus.OK, content, _TYPES[kind], f"{stem}.{kind}")
 
 
-def start() -> dict[str, Any]:
+def start() -> Plain:
     """Return what the page needs to draw itself: the tables of the form, the shipped cases as forms, the version."""
     examples = [example for path in shipped_cases() for example in _examples(path, "press")]
     examples += [example for path in shipped_fits() for example in _examples(path, "fit")]
@@ -256,18 +255,16 @@ def _static(name: str) -> Answer:
     found = files("flatpunch.app") / "static" / name
     if not found.is_file():
         raise NotHere(f"there is no {name}.")
-    return Answer(200, found.read_bytes(), _TYPES[name.rpartition(".")[2]])
+    return Answer(HTTPStatus.OK, found.read_bytes(), _TYPES[name.rpartition(".")[2]])
 
 
-def _without_kept(outcome: Mapping[str, Any]) -> dict[str, Any]:
+def _without_kept(outcome: Mapping[str, object]) -> Plain:
     return {name: value for name, value in outcome.items() if name != "kept"}
 
 
-def _json(data: Any, status: int = 200) -> Answer:
+def _json(data: object, status: int = HTTPStatus.OK) -> Answer:
     return Answer(status, json.dumps(data, allow_nan=False).encode())
 
 
-def _problem(status: int, text: str) -> Answer:
-    if text.startswith("upload: "):
-        return _json({"problems": [{"field": "upload", "text": text.removeprefix("upload: ")}]}, status)
-    return _json({"problems": [{"field": "", "text": text}]}, status)
+def _problem(status: int, text: str, field: str = "") -> Answer:
+    return _json({"problems": [{"field": field, "text": text}]}, status)

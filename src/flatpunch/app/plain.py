@@ -1,25 +1,21 @@
-"""Numbers and errors as the plain data that a browser takes."""
+"""Numbers as the plain data that a browser takes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.app.form import case_text
-from flatpunch.app.problems import problems
+from flatpunch.app.problems import CALLED
 from flatpunch.files import Case
 from flatpunch.files.cases import case_from, parsed
 
-CALLED = Path("case.toml")
-"""What messages call the case file of the page."""
 
-
-def plain(values: Any) -> Any:
+def plain(values: object) -> Any:
     """Return an array as nested lists of floats, None where there is no finite number; floats keep every digit."""
     array = np.asarray(values)
     if array.dtype.kind == "f":
@@ -40,11 +36,6 @@ def short(values: Array) -> Any:
 def case_of(fields: Mapping[str, str], tab: str = "press") -> Case:
     """Return the case of a form."""
     return case_from(parsed(case_text(fields, tab), CALLED), CALLED)
-
-
-def explained(error: Exception, fields: Mapping[str, str], message: str) -> dict[str, Any]:
-    """Return the problems of a form, field by field."""
-    return {"problems": [{"field": field, "text": text} for field, text in problems(error, fields, message)]}
 
 
 def _without_infinities(value: Any) -> Any:

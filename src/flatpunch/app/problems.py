@@ -1,12 +1,18 @@
-"""What is wrong with a form, field by field: messages of the package begin with the place in the case file they are about."""
+"""What is wrong with a form, field by field: errors carry the place in the case file that they are about."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from pathlib import Path
 
+from flatpunch._support.messages import problems
+from flatpunch._support.paths import Plain, dotted
 from flatpunch.app.form import TOP, is_mark
 from flatpunch.app.strengths import strength_place
+
+CALLED = Path("case.toml")
+"""What messages call the case file of the page."""
 
 _FIELD = re.compile(
     r"(?:layers\.\d+|base)\.(?:stress\.)?[a-z_]+|vary\..+|(?:indenter|control|fit|curve|correct|stress)\.[A-Za-z_]+"
@@ -14,21 +20,9 @@ _FIELD = re.compile(
 """Names of fields of the page; those that are empty are not in the form."""
 
 
-_PLACE = re.compile(r"(?:--)?([A-Za-z_]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*)(?= = | is | has |: | must | \")")
-"""The place in a case file that a message begins with."""
-
-
 def field_of(place: str, fields: Mapping[str, str]) -> str:
-    """Return the field of the form that a place in a case file is about: "layers.0.young" for "layers[0].young"; "" for none.
-
-    Parameters
-    ----------
-    place : str
-        As messages begin.
-    fields : mapping
-        The form.
-    """
-    name = strength_place(re.sub(r"\[(\d+)\]", r".\1", place), fields)
+    """Return the field of the form that a place in a case file is about: "layers.0.young" for "layers[0].young"; "" for none."""
+    name = strength_place(dotted(place), fields)
     if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
         part = f"control.{name.rpartition('.')[2]}"
         name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
@@ -42,19 +36,14 @@ def field_of(place: str, fields: Mapping[str, str]) -> str:
     return ""
 
 
-def problems(error: Exception, fields: Mapping[str, str], message: str) -> Iterator[tuple[str, str]]:
-    """Yield (field, message) for each line of a message; the field is empty where a line is about none.
+def explained(error: Exception, fields: Mapping[str, str], sections: Mapping[str, str] | None = None) -> Plain:
+    """Return what is wrong with a form, field by field; the field is empty for sentences about none.
 
-    Parameters
-    ----------
-    error : Exception
-        What was raised, for its kind.
-    fields : mapping
-        The form.
-    message : str
-        Its text.
+    `sections` are the tables of the case file that hold the arguments of the called function.
     """
-    for line in message.splitlines():
-        text = re.sub(r"^case\.toml: ", "", line)
-        place = _PLACE.match(text.removeprefix("control: "))
-        yield (field_of(place[1], fields) if place else ""), text
+    found = []
+    for place, text in problems(error):
+        section = (sections or {}).get(place.partition("[")[0], "")
+        place, text = (f"{section}.{place}", f"{section}.{text}") if section else (place, text)
+        found.append({"field": field_of(place, fields), "text": text.removeprefix(f"{CALLED}: ")})
+    return {"problems": found}

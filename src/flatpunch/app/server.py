@@ -9,13 +9,14 @@ from __future__ import annotations
 import ipaddress
 import socket
 from collections.abc import Callable
+from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 from flatpunch._support.checks import shown, whole
 from flatpunch.app.limits import LIMITS
 from flatpunch.app.page import Answer, Page, Request
+from flatpunch.files.cases import LARGEST
 
 PORT = 8517
 """Port by default, so that links work again tomorrow."""
@@ -29,22 +30,7 @@ _HEADERS = {
 
 
 class AppServer(ThreadingHTTPServer):
-    """The server of the page.
-
-    Parameters
-    ----------
-    page : Page
-        What is served.
-    host : str
-        Address to listen at.
-    port : int
-        0 takes a free one.
-
-    Raises
-    ------
-    ValueError
-        If the address cannot be had.
-    """
+    """The server of a page at an address; port 0 takes a free one. A ValueError says that the address cannot be had."""
 
     daemon_threads = True
     # a port that another program listens at must not be shared with it
@@ -52,7 +38,7 @@ class AppServer(ThreadingHTTPServer):
 
     def __init__(self, page: Page, host: str = "127.0.0.1", port: int = PORT) -> None:
         self.page, self.host = page, host
-        whole("--port", port, 0, "It is a number from 0 to 65535; 0 takes a free one.", most=65535)
+        whole("--port", port, 0, "It is a number from 0 to 65535; 0 takes a free one.", most=2**16 - 1)
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
             self.address_family = found[0][0]
@@ -74,9 +60,8 @@ class AppServer(ThreadingHTTPServer):
         """Whether only this machine can reach it."""
         return ipaddress.ip_address(str(self.server_address[0])).is_loopback
 
-    def takes(self, host: str) -> bool:
-        """Whether a request that names this host is meant for here."""
-        name = urlsplit(f"//{host}").hostname or ""
+    def takes(self, name: str) -> bool:
+        """Whether a request to a host of this name is meant for here."""
         if name in ("localhost", self.host):
             return True
         try:
@@ -85,7 +70,7 @@ class AppServer(ThreadingHTTPServer):
             return not self.is_local and name.split(".")[0] == socket.gethostname().split(".")[0]
         return address.is_loopback or not self.is_local
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: object, client_address: object) -> None:
         """Keep quiet about connections that break off."""
 
 
@@ -103,33 +88,37 @@ class _Handler(BaseHTTPRequestHandler):
         self._answered(self._body)
 
     def _answered(self, body: Callable[[], bytes]) -> None:
-        target = urlsplit(self.path)
         try:
-            refused = self._refusal()
-            read = b"" if refused else body()
-        except _TooLarge as error:
-            refused = str(error)
-        if refused:
+            target = _split(self.path)
+            self._check_origin()
+            read = body()
+        except _Refused as refused:
             # what was sent is not read, so the connection is of no more use
             self.close_connection = True
-            self._send(Answer(413 if "larger" in refused else 403, refused.encode(), "text/plain; charset=utf-8"))
+            self._send(Answer(refused.status, str(refused).encode(), "text/plain; charset=utf-8"))
             return
         self._send(self.server.page.answer(Request(self.command, target.path, target.query, read)))
 
-    def _refusal(self) -> str:
+    def _check_origin(self) -> None:
+        """Refuse requests to another machine and those of another page."""
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
-        if not self.server.takes(host):
-            return "This request names another machine."
-        if self.command == "POST" and origin is not None and urlsplit(origin).netloc != host:
-            return "This request comes from another page."
-        return ""
+        place = _split(f"//{host}")
+        if place.netloc != host or place.username is not None:
+            raise _Refused(HTTPStatus.BAD_REQUEST, "The request names no host.")
+        if not self.server.takes(place.hostname or ""):
+            raise _Refused(HTTPStatus.FORBIDDEN, "This request names another machine.")
+        if self.command == "POST" and origin is not None and _split(origin).netloc != host:
+            raise _Refused(HTTPStatus.FORBIDDEN, "This request comes from another page.")
 
     def _body(self) -> bytes:
         given = self.headers.get("Content-Length", "")
-        larger = {"/api/curve": LIMITS.upload, "/api/case": 5 * LIMITS.form}
-        most = larger.get(urlsplit(self.path).path, LIMITS.form)
+        larger = {"/api/curve": LIMITS.upload, "/api/case": LARGEST}
+        most = larger.get(_split(self.path).path, LIMITS.form)
         if not given.isdecimal() or int(given) > most:
-            raise _TooLarge(f"The file is larger than {most / 1e6:g} MB, the most that is read.")
+            raise _Refused(
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                f"The file is larger than {most / 1e6:g} MB, the most that is read.",
+            )
         return self.rfile.read(int(given))
 
     def _send(self, answer: Answer) -> None:
@@ -143,7 +132,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(answer.content)
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """Write no log."""
 
     def version_string(self) -> str:
@@ -151,28 +140,31 @@ class _Handler(BaseHTTPRequestHandler):
         return "flatpunch"
 
 
-class _TooLarge(ValueError):
-    """A body that is not read."""
+class _Refused(ValueError):
+    """A request that is not served, with the HTTP status that says so."""
+
+    def __init__(self, status: HTTPStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
+def _split(address: str) -> SplitResult:
+    """Parts of an address; refused where it is none."""
+    try:
+        parts = urlsplit(address)
+        # read here, since a port that is no number is found only when it is asked for
+        _ = parts.port
+    except ValueError:
+        raise _Refused(HTTPStatus.BAD_REQUEST, "The address of the request cannot be read.") from None
+    return parts
 
 
 def serve(
     host: str = "127.0.0.1", port: int = PORT, *, ready: Callable[[AppServer], None] = lambda server: None
 ) -> None:
-    """Serve the page until it is interrupted.
+    """Serve the page until it is interrupted; `ready` is called once with the server.
 
-    Parameters
-    ----------
-    host : str
-        Address to listen at; other machines reach the page unless it is one of the loopback interface.
-    port : int
-        0 takes a free one.
-    ready : callable, optional
-        Called once with the server.
-
-    Raises
-    ------
-    ValueError
-        If the address cannot be had.
+    Other machines reach the page unless the host is one of the loopback interface. Port 0 takes a free one.
     """
     page = Page()
     with AppServer(page, host, port) as server:
@@ -180,6 +172,6 @@ def serve(
             # the page is shown when the first answer takes milliseconds
             page.workers.submit("press:warm_up").wait(LIMITS.start)
             ready(server)
-            server.serve_forever(poll_interval=0.2)
+            server.serve_forever()
         finally:
             page.workers.close()

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from flatpunch._support.paths import Plain
 from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import plain, short
 from flatpunch.files.units import text
-from flatpunch.media import GradedLayer, Medium, RigidBase, TwoBodies, underlying
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, FreeLayer, GradedLayer, Medium, RigidBase, TwoBodies, underlying
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
 
 
-def sketch(medium: Any, indenter: Any, radius: float, depth: float) -> dict[str, Any] | None:
+def sketch(medium: Body | FreeLayer, indenter: Indenter, radius: float, depth: float) -> Plain | None:
     """Return layers, base and the section of the tip along x; None for two bodies, which have no one surface.
 
-    Parameters
-    ----------
-    medium, indenter : object
-        The case.
-    radius, depth : float
-        Largest contact radius and its depth [m]; they set the scale where there are no layers.
+    Largest contact radius and depth [m] set the scale where there are no layers.
     """
-    body = underlying(medium)
+    body = medium.held_down if isinstance(medium, FreeLayer) else underlying(medium)
     if isinstance(body, TwoBodies):
         return None
     layers = body.layers if isinstance(body, Medium) else ()
@@ -32,7 +28,7 @@ def sketch(medium: Any, indenter: Any, radius: float, depth: float) -> dict[str,
     height = np.asarray(indenter.height(np.abs(x), np.where(x < 0, np.pi, 0.0)))
     return {
         "layers": [
-            {"thickness": layer.thickness, "label": _stiffness(layer), "bonded": layer.bonded} for layer in layers
+            {"thickness": layer.thickness, "label": _stiffness(layer), "bonded": bool(layer.bonded)} for layer in layers
         ],
         "base": "rigid" if isinstance(base, RigidBase) else _stiffness(base),
         "tip": {"x": short(x), "height": short(height)},
@@ -41,8 +37,10 @@ def sketch(medium: Any, indenter: Any, radius: float, depth: float) -> dict[str,
     }
 
 
-def _stiffness(thing: Any) -> str:
+def _stiffness(thing: object) -> str:
     if isinstance(thing, GradedLayer):
         ends = [text(float(value), "Pa") for value in thing.young_at(np.array([0.0, thing.thickness]))]
         return f"E = {ends[0]} to {ends[1]}"
+    if isinstance(thing, (TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
+        return f"E = {text(thing.young_in_plane, 'Pa')} in plane, {text(thing.young_axial, 'Pa')} axial"
     return f"E = {text(thing.young, 'Pa')}" if hasattr(thing, "young") else type(thing).__name__

@@ -11,15 +11,7 @@ Kept = TypeVar("Kept")
 
 
 class Store(Generic[Kept]):
-    """Things by name, up to a total size.
-
-    Parameters
-    ----------
-    most : int
-        Bytes of all of them together.
-    size : callable
-        Bytes of one.
-    """
+    """Things by name, up to so many bytes together; `size` gives the bytes of one."""
 
     def __init__(self, most: int, size: Callable[[Kept], int]) -> None:
         self._most, self._size = most, size

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
 
+from flatpunch._support.paths import Plain
 from flatpunch.files.tables.stress import StrengthTable
 
 STRENGTHS = tuple(StrengthTable.model_fields)
@@ -20,18 +20,8 @@ _RESIDUAL = "residual_stress"
 _NO_STRESS = "0 Pa"
 
 
-def with_strengths(stress: Mapping[str, Any], fields: Mapping[str, str], layers: int) -> dict[str, Any]:
-    """Return the table [stress] with the strengths and residual stresses of the form.
-
-    Parameters
-    ----------
-    stress : mapping
-        The table so far.
-    fields : mapping
-        The form.
-    layers : int
-        Number of layers.
-    """
+def with_strengths(stress: Mapping[str, object], fields: Mapping[str, str], layers: int) -> Plain:
+    """Return the table [stress] with the strengths and residual stresses of the form, which has so many layers."""
     owners = _owners(fields, layers)
     given = [{name: text for name in STRENGTHS if (text := fields.get(f"{owner}.stress.{name}"))} for owner in owners]
     residual = [fields.get(f"{owner}.stress.{_RESIDUAL}", "") for owner in owners]
@@ -44,9 +34,9 @@ def with_strengths(stress: Mapping[str, Any], fields: Mapping[str, str], layers:
     return found
 
 
-def strengths_form(stress: Mapping[str, Any], layers: int) -> tuple[dict[str, Any], dict[str, str]]:
+def strengths_form(stress: Mapping[str, object], layers: int) -> tuple[Plain, dict[str, str]]:
     """Return what is left of the table [stress] of a case file, and the fields of its strengths and residual stresses."""
-    rest: dict[str, Any] = dict(stress)
+    rest: Plain = dict(stress)
     found: dict[str, str] = {}
     owners = [*(f"layers.{i}" for i in range(layers)), "base"]
     strengths, residual = rest.get("strengths", ()), rest.get(_RESIDUAL, ())
@@ -82,5 +72,5 @@ def _without_end(given: list[dict[str, str]]) -> list[dict[str, str]]:
     return given[: last + 1]
 
 
-def _fits(values: Any, kind: type, owners: list[str]) -> bool:
+def _fits(values: object, kind: type, owners: list[str]) -> bool:
     return isinstance(values, list) and len(values) <= len(owners) and all(isinstance(each, kind) for each in values)

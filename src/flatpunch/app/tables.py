@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import BaseTable, LayerTable
@@ -36,6 +37,9 @@ _PROPOSED = {
     "half_y": "6 um",
     "half_z": "5 um",
     "height_at_axes": "1 um",
+    "length": "20 um",
+    "half_width": "5 um",
+    "corner_radius": "1 um",
     "coefficients": "[24.5, 3.0]",
     "unit": "1 um",
     "limit": "5 um",
@@ -64,7 +68,12 @@ _LABELS = {
     "A": "Curvature A",
     "B": "Curvature B",
     "tensile": "Tensile strength",
-    "shear": "Shear strength",
+    "shear": "Shear modulus along z",
+    "strengths.shear": "Shear strength",
+    "young_axial": "Young's modulus along z",
+    "poisson_axial": "Poisson ratio along z",
+    "layers.interface_normal": "Interface stiffness, normal",
+    "layers.interface_shear": "Interface stiffness, shear",
     "interface_tension": "Interface, tension",
     "interface_shear": "Interface, shear",
     "r": "Radii r",
@@ -98,7 +107,7 @@ class Asked:
     choices: tuple[str, ...] = ()
 
 
-def page_tables() -> dict[str, Any]:
+def page_tables() -> Plain:
     """Everything the page needs to know to draw its form, as plain data."""
     return {
         "layers": [asdict(field) for field in asked(LayerTable, "layers")],
@@ -111,7 +120,7 @@ def page_tables() -> dict[str, Any]:
     }
 
 
-def kinds_of(union: Any) -> dict[str, type[Table]]:
+def kinds_of(union: object) -> dict[str, type[Table]]:
     """Tables of a union by the `kind` that chooses them; those that cannot be had without a file are left out."""
     found = {}
     for table in _members(union):
@@ -132,11 +141,12 @@ def asked(table: type[Table], prefix: str) -> list[Asked]:
         value = _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, "")) if needed else ""
         if kind == "switch" and info.default is not PydanticUndefined and info.default is not None:
             value = "true" if info.default else "false"
-        found.append(Asked(name, _LABELS.get(name, name.replace("_", " ").capitalize()), kind, value, example, choices))
+        label = _LABELS.get(f"{prefix}.{name}") or _LABELS.get(name) or name.replace("_", " ").capitalize()
+        found.append(Asked(name, label, kind, value, example, choices))
     return found
 
 
-def _kinds(union: Any, section: str) -> dict[str, Any]:
+def _kinds(union: object, section: str) -> Plain:
     return {
         kind: {
             "about": (table.__doc__ or "").strip(),
@@ -193,5 +203,5 @@ def _described(info: FieldInfo) -> tuple[str | None, Any]:
     return None, info.annotation
 
 
-def _literal(annotation: Any) -> tuple[str, ...]:
+def _literal(annotation: object) -> tuple[str, ...]:
     return tuple(map(str, get_args(annotation))) if get_origin(annotation) is Literal else ()

@@ -18,8 +18,6 @@ class Tab:
         In addresses.
     solve, file : str
         Functions of workers, "module:name": (fields, run) -> result, and (fields, kept, kind) -> bytes.
-    details : mapping of str to str
-        Functions for more of a result: (fields, kept, step) -> plain data.
     script : str
         Python lines, with {stem} for the name of the files and {curve} for that of the measured file.
     switched : mapping of str to str
@@ -77,7 +75,7 @@ import flatpunch as fp
 from flatpunch.fit.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
-how = {{**case.arguments, "engine": "normal-equations", "reading": case.reading}}
+how = {{**case.arguments, "quick": True, "reading": case.reading}}
 fp.fit_batch(["{curve}"], case.medium, case.indenter, case.free, **how).save("{stem}.csv")
 """
             },

@@ -6,27 +6,14 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+
+from flatpunch._support.paths import Plain
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def toml_text(data: Mapping[str, Any]) -> str:
-    """Return tables as TOML: single values first, then a [table] for each dict and a [[table]] for each entry of a list of them.
-
-    Parameters
-    ----------
-    data : mapping
-        As `tomllib.loads` returns it: texts, numbers, truth values, dates, lists and dicts with texts as keys.
-
-    Examples
-    --------
-    >>> print(toml_text({"base": {"kind": "rigid"}, "title": "Gel"}), end="")
-    title = "Gel"
-    <BLANKLINE>
-    [base]
-    kind = "rigid"
-    """
+def toml_text(data: Plain) -> str:
+    """Return tables as TOML: single values first, then a [table] for each dict, a [[table]] for each of a list of them."""
     single = {name: value for name, value in data.items() if not _is_table(value)}
     tables = {name: value for name, value in data.items() if _is_table(value)}
     blocks = [_lines(single)] if single else []
@@ -37,7 +24,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     return "\n\n".join(blocks) + "\n" if blocks else ""
 
 
-def toml_value(value: Any) -> str:
+def toml_value(value: object) -> str:
     """Return one value on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -53,17 +40,17 @@ def toml_value(value: Any) -> str:
     return value.isoformat() if hasattr(value, "isoformat") else str(value)
 
 
-def _is_table(value: Any) -> bool:
+def _is_table(value: object) -> bool:
     return isinstance(value, Mapping) or (
         isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
     )
 
 
-def _lines(table: Mapping[str, Any]) -> str:
+def _lines(table: Mapping[str, object]) -> str:
     return "\n".join(_pairs(table))
 
 
-def _pairs(table: Mapping[str, Any]) -> Iterator[str]:
+def _pairs(table: Mapping[str, object]) -> Iterator[str]:
     return (f"{_key(name)} = {toml_value(value)}" for name, value in table.items())
 
 

@@ -63,10 +63,10 @@ class Uploads:
             if path.suffix == ".csv" and path.is_file():
                 return Upload(path.name, path.read_bytes())
         if not key:
-            raise FormError("upload: drop the file of a measured curve here, or choose one.")
+            raise FormError("drop the file of a measured curve here, or choose one.", "upload")
         found = self._kept.get(key)
         if found is None:
-            raise FormError(f"upload: {Path(key).name} is no longer in memory; drop it here again.")
+            raise FormError(f"{Path(key).name} is no longer in memory; drop it here again.", "upload")
         return found
 
 

@@ -1,12 +1,10 @@
 """Worker processes of the page: each has loaded what it calls and does one job at a time; a job is stopped by ending its process.
 
-The page stays usable while they calculate, and no calculation can take the page down with it. Workers end by themselves when this
-process is gone: their pipe is closed then.
+The page stays usable while they calculate, and no calculation can take the page down with it.
 """
 
 from __future__ import annotations
 
-import contextlib
 import secrets
 import threading
 import time
@@ -14,14 +12,12 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
-from multiprocessing.connection import Connection
 from typing import Any
 
+from flatpunch._support.paths import Plain
 from flatpunch._support.threads import allowed_threads
 from flatpunch.app.limits import LIMITS
-from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
-from flatpunch.parallel.processes import fresh, no_main
-from flatpunch.parallel.threads import one_thread
+from flatpunch.parallel.worker import Report, Worker
 
 _JOBS = ("compare", "coating", "correct", "fit")
 """Modules that workers load before their first job, besides `press`, which warms up the rest."""
@@ -43,7 +39,7 @@ class Job:
     """
 
     key: str
-    call: tuple[str, tuple[Any, ...]]
+    call: tuple[str, tuple[object, ...]]
     long: bool
     state: str = "waiting"
     progress: tuple[int, int] | None = None
@@ -52,7 +48,7 @@ class Job:
     asked: float = field(default_factory=time.monotonic)
     ended: threading.Event = field(default_factory=threading.Event)
     stop: Callable[[], None] = lambda: None
-    keep: Callable[[Any], None] = lambda outcome: None
+    keep: Callable[[Plain], None] = lambda outcome: None
 
     def finish(self, state: str, outcome: Any = None) -> None:
         """Set the outcome, once."""
@@ -82,26 +78,26 @@ class Job:
 class Workers:
     """A few processes, started when they are needed, and the jobs that wait for them.
 
-    Starting takes seconds: one process is always kept ready, and a job goes to the one that is ready first.
-
-    Parameters
-    ----------
-    most : int, optional
-        Processes at most; two more than there are cores if left out. One of them is left to short jobs.
+    Starting takes seconds: one process is always kept ready, and a job goes to the one that is ready first. By default there are
+    two processes more than cores at most; one of them is left to short jobs.
     """
 
     def __init__(self, most: int | None = None) -> None:
         self.most = max(2, most or allowed_threads() + 2)
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._waiting: list[Job] = []
-        self._starting: list[_Worker] = []
-        self._idle: list[_Worker] = []
-        self._busy: dict[str, _Worker] = {}
+        self._starting: list[Worker] = []
+        self._idle: list[Worker] = []
+        self._busy: dict[str, Worker] = {}
         self._lock = threading.Lock()
         self._closed = False
 
     def submit(
-        self, function: str, *arguments: Any, long: bool = False, keep: Callable[[Any], None] = lambda outcome: None
+        self,
+        function: str,
+        *arguments: object,
+        long: bool = False,
+        keep: Callable[[Plain], None] = lambda outcome: None,
     ) -> Job:
         """Queue a call.
 
@@ -182,11 +178,11 @@ class Workers:
             if self._closed or len(self._starting) + len(self._idle) + len(self._busy) >= self.most:
                 return
             try:
-                worker = _Worker()
+                worker = _worker()
                 self._starting.append(worker)
             except Exception as error:  # of the system, of any kind: jobs that wait must hear of it
                 reason = f"{type(error).__name__}: {error}"
-        ready = worker is not None and worker.is_ready()
+        ready = worker is not None and _is_ready(worker)
         with self._lock:
             if worker is not None:
                 self._starting.remove(worker)
@@ -203,103 +199,76 @@ class Workers:
         if ready:
             self._next()
 
-    def _run(self, job: Job, worker: _Worker) -> None:
+    def _run(self, job: Job, worker: Worker) -> None:
         try:
-            end = ("stopped", None) if job.ended.is_set() else worker.run(job)
+            state, outcome, usable = ("stopped", None, True) if job.ended.is_set() else _done(worker, job)
         except Exception as error:  # of the pipe, of any kind: no job may be left without an end
-            worker.usable = False
-            end = ("failed", f"the calculation could not be started ({type(error).__name__}: {error}).")
+            state, usable = "failed", False
+            outcome = f"the calculation could not be started ({type(error).__name__}: {error})."
         with self._lock:
             # before anybody hears of the end: the next job may follow at once
             del self._busy[job.key]
-            kept = worker.usable and not self._closed
+            kept = usable and not self._closed
             if kept:
                 self._idle.append(worker)
-        job.finish(*end)
+        job.finish(state, outcome)
         if not kept:
             worker.end()
         self._next()
 
 
-class _Worker:
-    """A process and the pipe to it."""
-
-    def __init__(self) -> None:
-        self._pipe, end = fresh.Pipe()
-        # not a daemon: boundary elements may share their work out to processes of their own
-        self._process = fresh.Process(target=_work, args=(end,), name="flatpunch-app", daemon=False)
-        with one_thread(), unheard_by_children(), no_main():
-            self._process.start()
-        end.close()
-        self.usable = True
-
-    def is_ready(self) -> bool:
-        """Wait until it has loaded what it calls; return whether it has."""
-        try:
-            self._pipe.recv()
-        except (EOFError, OSError):
-            self.usable = False
-        return self.usable
-
-    def run(self, job: Job) -> tuple[str, Any]:
-        """Do a job; return its last state and outcome."""
-        job.state = "running"
-        try:
-            self._pipe.send(job.call)
-            while not job.ended.is_set():
-                if not self._pipe.poll(1.0):
-                    if time.monotonic() - job.asked > LIMITS.forgotten:
-                        break
-                    continue
-                kind, what = self._pipe.recv()
-                if kind != "progress":
-                    return kind, what
-                job.progress = what
-        except (EOFError, OSError):
-            self.usable = False
-            return "failed", "the process that calculated ended unexpectedly; there may not have been enough memory."
-        self.usable = False
-        return "stopped", None
-
-    def end(self) -> None:
-        """End the process, whatever it does."""
-        self.usable = False
-        self._process.kill()
-        with contextlib.suppress(OSError):
-            self._pipe.close()
-        self._process.join(5)
+def _worker() -> Worker:
+    """Start a process of the page; boundary elements may share their work out to processes of their own."""
+    return Worker(_prepared, "flatpunch-app", shares=True)
 
 
-def _work(pipe: Connection) -> None:
-    """Main function of the process."""
-    left_to_parent()
-    from flatpunch._support.messages import message
-    from flatpunch._support.progress import listening
+def _is_ready(worker: Worker) -> bool:
+    """Wait until a process has loaded what it calls; return whether it has."""
+    try:
+        return worker.problem() is None
+    except (EOFError, OSError):
+        return False
 
+
+def _done(worker: Worker, job: Job) -> tuple[str, Any, bool]:
+    """Do a job; return its last state and outcome, and whether the worker can be used again."""
+    job.state = "running"
+    try:
+        worker.give(*job.call)
+        while not job.ended.is_set():
+            if not worker.pipe.poll(1.0):
+                if time.monotonic() - job.asked > LIMITS.forgotten:
+                    break
+                continue
+            final, what = worker.answer()
+            if final:
+                return *what, True
+            job.progress = what
+    except (EOFError, OSError):
+        return (
+            "failed",
+            "the process that calculated ended unexpectedly; there may not have been enough memory.",
+            False,
+        )
+    return "stopped", None, False
+
+
+def _prepared() -> Callable[..., tuple[str, Any]]:
+    """Load what jobs call, in the process."""
     import_module("flatpunch.app.jobs.press").warm_up()
     for name in _JOBS:
         import_module(f"flatpunch.app.jobs.{name}")
-    pipe.send("ready")
-    last = [0.0]
+    return _call
 
-    def report(done: int, total: int) -> None:
-        # a pipe that nobody reads as fast as this writes would hold the calculation up
-        if time.monotonic() - last[0] > 0.1 or done == total:
-            last[0] = time.monotonic()
-            pipe.send(("progress", (done, total)))
 
-    while True:
-        try:
-            function, arguments = pipe.recv()
-        except (EOFError, OSError):
-            return
-        try:
-            module, name = function.split(":")
-            with listening(report):
-                outcome = ("done", getattr(import_module(f"flatpunch.app.jobs.{module}"), name)(*arguments))
-        except Exception as error:
-            outcome = ("failed", message(error))
-        try:
-            pipe.send(outcome)
-        except OSError:
-            return
+def _call(report: Report, function: str, arguments: tuple[object, ...]) -> tuple[str, Any]:
+    """Call a function of `flatpunch.app.jobs`, in the process; return the state and outcome of the job."""
+    from flatpunch._support.messages import message
+    from flatpunch._support.progress import listening
+
+    try:
+        module, name = function.split(":")
+        with listening(report):
+            return "done", getattr(import_module(f"flatpunch.app.jobs.{module}"), name)(*arguments)
+    except Exception as error:
+        return "failed", message(error)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, values
+from flatpunch._support.checks import ROUNDING, Array, positive, values
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import PowerLawHalfSpace
 from flatpunch.punch.power_law import power_law_punch
@@ -24,7 +24,7 @@ class PowerLawTable:
     )
     panels = ()
     beta_range = (0.0, float("inf"))
-    bound = 1e-13
+    bound = ROUNDING
     attributes: Mapping[str, Any] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
 
     def stiffness_and_moments(

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.checks import ROUNDING
 from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import (
@@ -58,7 +59,7 @@ class Family:
     See Also
     --------
     flatpunch.atlas.Parameter : What its media differ in.
-    flatpunch.atlas.build : The table.
+    flatpunch.atlas.table : The table of a shipped one.
 
     Examples
     --------
@@ -201,8 +202,8 @@ def _find_graded(medium: Any, law: type) -> Mapping[str, float] | None:
     if layer is None or not isinstance(layer.young, law):
         return None
     base, (top, bottom) = medium.base, layer.young_at(np.array([0.0, layer.thickness]))
-    ends = layer.poisson_at(np.linspace(0.0, layer.thickness, 9))
-    if not np.isclose(bottom, base.young, rtol=1e-12) or np.abs(ends - base.poisson).max() > 1e-12:
+    ends = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
+    if not np.isclose(bottom, base.young, rtol=ROUNDING) or np.abs(ends - base.poisson).max() > ROUNDING:
         return None
     # a law may end below the layer; then the layer holds a part of it only, which is again a law of the same kind
     return {"modulus_ratio": float(top / bottom), "poisson": float(base.poisson)}
@@ -242,6 +243,9 @@ def _only_layer(medium: Any, kind: type, base: type, *, bonded: bool) -> Any:
 
 _POISSON = Parameter("poisson", "Poisson ratio nu of layer and base, constant over the depth", 0.0, 0.5, "upper", 0.03)
 
+_COATED = 2e-9
+"""Tail of the series of coatings: their parameters take more terms than those of layers."""
+
 FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (
@@ -277,7 +281,7 @@ FAMILIES: dict[str, Family] = {
             ),
             bonded_coating,
             find_bonded_coating,
-            tolerance=2e-9,
+            tolerance=_COATED,
         ),
         Family(
             "sliding-coating",
@@ -296,7 +300,7 @@ FAMILIES: dict[str, Family] = {
             ),
             linear_coating,
             find_linear_coating,
-            tolerance=2e-9,
+            tolerance=_COATED,
         ),
         Family(
             "exponential-coating",
@@ -307,7 +311,7 @@ FAMILIES: dict[str, Family] = {
             ),
             exponential_coating,
             find_exponential_coating,
-            tolerance=2e-9,
+            tolerance=_COATED,
         ),
     )
 }

@@ -53,7 +53,7 @@ def find_table(name: str | Path) -> Any:
     Parameters
     ----------
     name : str or path
-        One of `families()`, or a file that `flatpunch atlas build` has written.
+        One of `families()`, or a file of your own, name.nc.
 
     Returns
     -------

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import Array, numbers, real, shown, values
+from flatpunch._support.checks import ROUNDING, Array, numbers, real, shown, values
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 
@@ -127,7 +127,7 @@ def lobatto_transform(intervals: int) -> Array:
 def check_beta(beta: float | Array, low: float, high: float) -> Array:
     """Radii as an array, refused outside the range of a table."""
     found = values("beta", np.atleast_1d(beta), strict=True).reshape(np.shape(beta))
-    outside = (found < low * (1 - 1e-12)) | (found > high * (1 + 1e-12))
+    outside = (found < low * (1 - ROUNDING)) | (found > high * (1 + ROUNDING))
     if outside.any():
         raise ValueError(
             f"beta = {np.ravel(found)[np.ravel(outside)][0]:.6g} lies outside the table, which holds {low:g} ... {high:g} "

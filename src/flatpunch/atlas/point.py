@@ -1,16 +1,16 @@
-"""One medium of a family, solved directly for all radii: the work that a build hands to its workers."""
+"""One medium of a family, solved directly: the work that making and checking tables hands to worker processes."""
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Indices, values
+from flatpunch._support.paths import Plain
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.numerics.chebyshev import nodal_transform, nodes
-from flatpunch.punch.basis import power_edge
+from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.family import check_resolution
 from flatpunch.punch.harmonics import harmonic_size, solve_edges
 from flatpunch.punch.matrix import solve_round, sufficient_terms
@@ -28,7 +28,7 @@ def panel_edges(low: float, high: float) -> list[tuple[float, float]]:
     return list(pairwise(ends))
 
 
-def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
+def solve_medium(point: Plain) -> Plain:
     """Chebyshev coefficients over ln beta of everything the atlas holds of one medium.
 
     Parameters
@@ -45,7 +45,7 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
     """
     kernel = compliance(point["medium"])
     check_resolution(kernel, point["high"])
-    found: dict[str, Any] = {}
+    found: Plain = {}
     for i, (low, high) in enumerate(panel_edges(point["low"], point["high"])):
         beta = nodes(float(np.log(low)), float(np.log(high)))
         responses = solve_round(kernel, beta, point["terms"][i] if "terms" in point else sufficient_terms(kernel, high))
@@ -58,7 +58,7 @@ def solve_medium(point: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> dict[str, Any]:
+def _responses(kernel: Kernel, beta: Array, high: float, strength: Array) -> Plain:
     orders = felt_orders(2 * harmonic_size(kernel, high))
     edges = solve_edges(kernel, beta, orders)
     transform = nodal_transform()
@@ -77,3 +77,13 @@ def felt_orders(reach: int) -> Indices:
     steps = np.arange(1, int(np.ceil(8 * np.log2(max(reach, 2 * every) / every))) + 1)
     more = np.unique(np.round(every * 2 ** (steps / 8)).astype(int))
     return np.concatenate([np.arange(1, every + 1), more])
+
+
+def solve_directly(point: Plain) -> dict[str, float]:
+    """Kbar, kappa_1, kappa_2 and the edge coefficient of one punch, without a table."""
+    kernel = compliance(point["medium"])
+    beta = values("beta", point["beta"])
+    responses = solve_round(kernel, beta, sufficient_terms(kernel, float(beta[0])))
+    flat = responses.flat[0]
+    moments = {f"kappa_{n}": float((n + 1) * np.pi * power_moments(n, 0, flat.size) @ flat) for n in (1, 2)}
+    return {"Kbar": float(np.pi * flat[0]), **moments, "edge": float(1 + np.pi * responses.edge[0, 0])}

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import Array, Flags, Indices, positive, whole
+from flatpunch._support.checks import ROUNDING, Array, Flags, Indices, positive, whole
 from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import check_beta
 from flatpunch.numerics.chebyshev import NODES, polynomials
@@ -87,7 +87,9 @@ class Solution:
     def covers(self, beta: Array) -> bool:
         """Whether all radii are inside the table."""
         low, high = self.beta_range
-        return bool(beta.size) and bool(beta.min() >= low * (1 - 1e-12)) and bool(beta.max() <= high * (1 + 1e-12))
+        return (
+            bool(beta.size) and bool(beta.min() >= low * (1 - ROUNDING)) and bool(beta.max() <= high * (1 + ROUNDING))
+        )
 
     def stiffness_and_moments(self, beta: float | Array, exponents: Sequence[float] = ()) -> tuple[Array, ...]:
         """Kbar and moments kappa_n [-] at radii beta inside the table; each of the shape of `beta`."""

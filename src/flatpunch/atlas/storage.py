@@ -15,8 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
-from flatpunch._support.whole_file import write_whole
+from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
 from flatpunch.atlas.parameter import Parameter, Scale
 from flatpunch.atlas.series import SparseSeries
 from flatpunch.atlas.table import Panel, Table
@@ -78,7 +77,7 @@ def write_table(table: Table, path: str | Path) -> Path:
     Parameters
     ----------
     table : Table
-        What `flatpunch.atlas.build` returned.
+        What is written.
     path : path
         File, by custom "<name>.nc".
 
@@ -90,7 +89,7 @@ def write_table(table: Table, path: str | Path) -> Path:
     See Also
     --------
     flatpunch.atlas.read_table : Reads it.
-    flatpunch.atlas.build : Makes it.
+    flatpunch.atlas.table : By name or file.
 
     Examples
     --------
@@ -146,7 +145,7 @@ def _write_kind(group: Any, panels: list[SparseSeries], names: list[str]) -> Non
     values = np.concatenate([series.value for series in panels])
     group.dimensions = {"entry": values.size, "panel": len(panels)}
     # step of the stored coefficients over the smallest one kept
-    step = 0.25 * float(np.abs(values).min(initial=np.inf)) if values.size else 1.0
+    step = float(np.abs(values).min(initial=np.inf)) / 4 if values.size else 1.0
     index = np.repeat(np.arange(len(panels)), [series.value.size for series in panels])
     columns: list[tuple[str, Any, str]] = [
         ("value", np.round(values / step).astype(np.int64), "coefficient"),
@@ -197,12 +196,16 @@ def read_table(path: str | Path) -> Table:
     """
     path = Path(path)
     if not is_file(path) and not is_folder(path):
-        raise FileNotFoundError(f"{shown_path(path)}: there is no such file. `flatpunch atlas build` makes one.")
+        raise FileNotFoundError(
+            f"{shown_path(path)}: there is no such file. scripts/atlas_tables of the repository makes tables."
+        )
     try:
         body, has_seal = unsealed(content(path, LARGEST))
         if not has_seal:
             # HDF5 may return other numbers for damaged bytes, or never return
-            raise BrokenSeal("it has no line of its checksum at the end; `flatpunch atlas build` makes it again")
+            raise BrokenSeal(
+                "it has no line of its checksum at the end; scripts/atlas_tables of the repository makes it again"
+            )
         with h5netcdf.File(io.BytesIO(body), "r") as file:
             return _read(file, path)
     except AtlasFileError:

@@ -21,7 +21,7 @@ from flatpunch.atlas.series import SparseSeries, evaluate
 from flatpunch.atlas.solution import Interval, Solution
 from flatpunch.punch.basis import power_moments
 
-_CHUNK = 16384
+_CHUNK = 10_000
 """Points evaluated together: their Chebyshev polynomials stay in the cache of a core."""
 
 
@@ -70,8 +70,7 @@ class Table:
 
     See Also
     --------
-    flatpunch.atlas.table : A shipped one.
-    flatpunch.atlas.build : One of your own.
+    flatpunch.atlas.table : A shipped one, or one of your own from its file.
 
     Examples
     --------
@@ -117,7 +116,7 @@ class Table:
         """
         x = tuple(float(v) for v in self._coordinates(parameters))
         if x not in self._kept:
-            if len(self._kept) >= 64:
+            if len(self._kept) >= 100:
                 self._kept.pop(next(iter(self._kept)))
             self._kept[x] = Solution(
                 self.name, {k: float(v) for k, v in parameters.items()}, self._intervals(x), self.bound

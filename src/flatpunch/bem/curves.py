@@ -32,7 +32,7 @@ from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, has_parts
 from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
@@ -212,9 +212,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
             if isinstance(grid, Grid):
                 levels = levels or announced(Levels(kernel, grid, xp, course.single), 1)
             else:
-                first = step.hint or _first_extent(kernel, indenter, **prescribed)
-                hinted = step.hint is not None and not step.searched
-                extent = first if hinted else find_extent(kernel, height, first, **prescribed)
+                extent, hinted = _extent(course, step, height, **prescribed)
                 if levels is None or not (close and extent.fits(levels.grid)):
                     levels = announced(
                         Levels(kernel, extent.grid(grid or DEFAULT_CELLS, **prescribed), xp, course.single), len(steps)
@@ -226,6 +224,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
             levels, state, effort = _solve_inside(
                 levels, height, course.tolerance, course.limit, start, growths, hinted=hinted, rough=rough, **prescribed
             )
+            levels, state, effort = _with_all_parts(course, levels, height, state, effort, growths)
             before = levels
             endless = indenter.reach == np.inf
             solutions.append(
@@ -256,6 +255,53 @@ def _hints(half_widths: Any, centers: Any, steps: int) -> list[Extent | None]:
         Extent((float(wx), float(wy)), (float(cx), float(cy))) if wx > 0 and wy > 0 else None
         for (wx, wy), (cx, cy) in zip(boxes, middles, strict=True)
     ]
+
+
+def _extent(course: _Course, step: _Step, height: Height, **prescribed: float) -> tuple[Extent, bool]:
+    """Box of a contact, and whether it is one that was only hinted at."""
+    if has_parts(course.indenter):
+        return _around_parts(course, height, **prescribed), False
+    first = step.hint or _first_extent(course.kernel, course.indenter, **prescribed)
+    hinted = step.hint is not None and not step.searched
+    return first if hinted else find_extent(course.kernel, height, first, **prescribed), hinted
+
+
+def _around_parts(course: _Course, height: Height, *, depth: float | None = None, force: float | None = None) -> Extent:
+    """Box around all that is lower than the depth, of tips that may touch in several places.
+
+    The depth of a force is first found on the whole tip.
+    """
+    box: Any = course.indenter
+    if force is not None:
+        whole = Levels(course.kernel, Extent(*box.box(np.inf)).grid(DEFAULT_CELLS // 2, force=force))
+        guess = typical_depth(height, whole.grid, force / course.kernel.modulus)
+        # a tenth of the depth more than is known on these cells
+        state, _ = solve_force(whole, height, force, guess, 1e-2, course.limit)
+        depth = 1.1 * state.depth * whole.grid.spacing
+    assert depth is not None
+    return Extent(*box.box(depth))
+
+
+def _with_all_parts(
+    course: _Course, levels: Levels, height: Height, state: State, effort: Effort, growths: int
+) -> tuple[Levels, State, Effort]:
+    """The solution, or one on a larger grid where the depth found for a force reaches parts of the tip beyond the grid."""
+    box: Any = course.indenter
+    if not has_parts(course.indenter) or course.by_depth or not growths:
+        return levels, state, effort
+    extent, grid = Extent(*box.box(state.depth * levels.grid.spacing)), levels.grid
+    inside = all(
+        abs(centre - middle) + width < cells * grid.spacing / 2
+        for centre, middle, width, cells in zip(
+            extent.center, grid.center, extent.half_widths, (grid.nx, grid.ny), strict=True
+        )
+    )
+    if inside:
+        return levels, state, effort
+    cells = round(np.sqrt(grid.nx * grid.ny))
+    larger = replace(levels, grid=extent.grid(cells))
+    force = state.force * levels.unit
+    return _solve_inside(larger, height, course.tolerance, course.limit, None, growths, force=force)
 
 
 def _first_extent(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import Array, non_negative, point, positive, shown, switch, whole
+from flatpunch._support.checks import Array, BadValue, non_negative, point, positive, shown, switch, whole
 from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
@@ -61,7 +61,8 @@ class Grid:
     mirrored: tuple[bool, bool] = (False, False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.mirrored, (tuple, list)) or len(self.mirrored) != 2:
+        # the annotation says so, callers need not follow it
+        if not isinstance(self.mirrored, (tuple, list)) or len(self.mirrored) != 2:  # type: ignore[redundant-expr]
             raise TypeError(
                 f"Grid.mirrored = {shown(self.mirrored)} must be a pair of True or False, one for each axis."
             )
@@ -73,9 +74,11 @@ class Grid:
             # most cells along one axis: grids along narrow contacts are long; their product is limited as that of square ones
             object.__setattr__(self, name, whole(f"Grid.{name}", getattr(self, name), least, hint, most=16 * CELLS))
         if self.nx * self.ny > CELLS**2:
-            raise ValueError(
-                f"Grid.nx = {self.nx} times Grid.ny = {self.ny} is more than {CELLS} x {CELLS} cells, the most that are solved. "
-                "Take wider cells, or a smaller grid."
+            raise BadValue(
+                "Grid.nx",
+                f"{self.nx}",
+                f"times Grid.ny = {self.ny} is more than {CELLS} x {CELLS} cells, the most that are solved. Take "
+                "wider cells, or a smaller grid.",
             )
         object.__setattr__(self, "spacing", positive("Grid.spacing", self.spacing, unit="m"))
         object.__setattr__(self, "center", point("Grid.center", self.center, "m"))
@@ -107,8 +110,8 @@ class Grid:
         )
         margin = non_negative("margin", margin, "It is the free rim, in units of the half-width.", unit="1")
         if margin > 100:
-            raise ValueError(
-                f"margin = {margin!r} must be 100 or less: it is the free rim, in units of the half-width."
+            raise BadValue(
+                "margin", repr(margin), "must be 100 or less: it is the free rim, in units of the half-width."
             )
         cells = whole("cells", cells, SMALLEST, "It is the square root of the number of cells.", most=CELLS)
         wx, wy = wx * (1 + margin), wy * (1 + margin)
@@ -152,7 +155,7 @@ class Grid:
         return Grid(nx, ny, 2 * self.spacing, self.center).folded(self.mirrored)
 
     def scaled(self, factor: float) -> Grid:
-        """The same grid with all lengths multiplied by `factor`."""
+        """Grid with all lengths multiplied by `factor`."""
         cx, cy = self.center
         return replace(self, spacing=self.spacing * factor, center=(cx * factor, cy * factor))
 

@@ -53,7 +53,7 @@ class PunchHeight:
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
     """Half-widths of the bounding box of f < depth about the origin [m]: where the tip would cut a rigid surface."""
     phi = _directions()
-    radii = _crossing(lambda r, phi: np.asarray(indenter.height(r, phi)) - depth, reach_along(indenter, phi), phi)
+    radii = _crossing(lambda r, phi: _finite(indenter, r, phi) - depth, reach_along(indenter, phi), phi)
     return _box(radii, phi)
 
 
@@ -62,11 +62,17 @@ def loaded_half_widths(indenter: Indenter, force: float, modulus: float) -> tupl
     phi = _directions()
 
     def mean_height(r: Array) -> Array:
-        return np.asarray(np.broadcast_to(indenter.height(r[..., None], phi), (*r.shape, phi.size)).mean(axis=-1))
+        return np.asarray(np.broadcast_to(_finite(indenter, r[..., None], phi), (*r.shape, phi.size)).mean(axis=-1))
 
     typical = _crossing(lambda r: modulus * r * mean_height(r) - force, np.array(indenter.reach))
     depth = float(mean_height(typical))
     return overlap_half_widths(indenter, depth) if depth > 0 else (float(typical), float(typical))
+
+
+def _finite(indenter: Indenter, r: Array, phi: Array) -> Array:
+    """Heights, a face of 45 degrees where the indenter has no surface."""
+    height = np.asarray(indenter.height(r, phi))
+    return np.where(np.isinf(height), r, height)
 
 
 def _directions() -> Array:

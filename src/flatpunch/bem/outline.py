@@ -33,6 +33,10 @@ _SMOOTH = 1.5
 """Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
 
 
+_AT_ONCE = 4_000_000
+"""Points along rays that are read at once."""
+
+
 @readable
 @dataclass(frozen=True, slots=True)
 class Outline:
@@ -118,10 +122,10 @@ def trace_outline(
     >>> print(f"{outline.radius:.2f} {outline.area / np.pi:.2f}")
     1.00 1.00
     """
-    rays = enough_rays(angles)
+    contact = pressure > 0
+    rays = enough_rays(angles, _slenderness(grid, contact))
     every = slice(None, None, rays // angles)
     phi = 2 * np.pi * np.arange(rays) / rays
-    contact = pressure > 0
     cells = float(contact.sum()) * grid.cell_area
     note = why_none(grid, contact)
     if note:
@@ -145,10 +149,22 @@ def trace_outline(
     )
 
 
-def enough_rays(angles: int) -> int:
-    """Number of rays for an outline at `angles` polar angles, a multiple of it."""
-    # least number of rays; radius and area are means over them, and half would leave 0.1 % at the corners of pyramids
-    return angles * -(-180 // angles)
+def enough_rays(angles: int, slenderness: float = 1.0) -> int:
+    """Number of rays for an outline at `angles` polar angles, a multiple of it; `slenderness` is its length over its width."""
+    # least number of rays; radius and area are means over them, and half would leave 0.1 % at the corners of pyramids; the ends
+    # of slender contacts take up a share of the turn like their width over their length
+    return angles * -(-max(180, int(60 * slenderness)) // angles)
+
+
+def _slenderness(grid: Grid, contact: Mask) -> float:
+    """Length over width of what is in contact, from second moments of the cells."""
+    rows, columns = np.nonzero(contact)
+    if rows.size < 2:
+        return 1.0
+    # a single row of cells has the width of one
+    spread = np.cov(grid.x[columns], grid.y[rows], bias=True) + np.eye(2) * grid.cell_area / 12
+    small, large = np.linalg.eigvalsh(spread)
+    return float(np.sqrt(large / small))
 
 
 def rim_along(
@@ -238,7 +254,13 @@ def _cell_rim(grid: Grid, contact: Array, phi: Array) -> Array:
         return np.full(phi.size, np.nan)
     # half as many points along a ray may step over a notch half a cell wide
     h = grid.spacing / 4
-    steps = np.arange(np.hypot(grid.x[columns], grid.y[rows]).max() // h + 12)
+    # rays leave slender contacts soon, most of them
+    wide, high = np.abs(grid.x[columns]).max() + grid.spacing, np.abs(grid.y[rows]).max() + grid.spacing
+    leaving = 1 / np.maximum(np.abs(np.cos(phi)) / wide, np.abs(np.sin(phi)) / high)
+    steps = np.arange(min(np.hypot(grid.x[columns], grid.y[rows]).max(), leaving.max()) // h + 12)
+    if phi.size * steps.size > _AT_ONCE > steps.size:
+        parts = np.array_split(phi, -(-phi.size * steps.size // _AT_ONCE))
+        return np.concatenate([_cell_rim(grid, contact, part) for part in parts])
     values = read(grid, contact, h * steps * np.exp(1j * phi)[:, None])
     met = values >= 0.5
     last = steps.size - 1 - np.argmax(met[:, ::-1], axis=1)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import label
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive, switch
+from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, positive, switch
 from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
@@ -100,6 +101,11 @@ class Solution:
         return self.outline.area
 
     @property
+    def patches(self) -> int:
+        """Number of separate parts of the contact, cells joined by sides and corners."""
+        return int(label(self.contact, np.ones((3, 3)))[1])
+
+    @property
     def radius(self) -> float:
         """Mean radius a0 [m]."""
         return self.outline.radius
@@ -122,7 +128,7 @@ def solution_of(
     pressure = to_numpy(state.pressure).astype(float)
     contact = pressure > 0
     rim = (1 + levels.kernel.exponent) / 2
-    sharp = not endless and _reaches_end(height(grid), contact)
+    sharp = not endless and reaches_end(height(grid), contact)
     outline = trace_outline(grid, pressure, angles=angles, rim=rim, length=levels.kernel.surface_length, sharp=sharp)
     k = float("nan")
     if stiffness:
@@ -154,7 +160,7 @@ def solution_of(
     )
 
 
-def _reaches_end(heights: Array, contact: Mask) -> bool:
+def reaches_end(heights: Array, contact: Mask) -> bool:
     """Whether the contact ends where the indenter does, so that its rim is an edge."""
     if np.isfinite(heights).all():
         return False
@@ -166,10 +172,12 @@ def _reaches_end(heights: Array, contact: Mask) -> bool:
 def check_tolerance(tolerance: float, single: bool) -> None:
     """Refuse a tolerance that cannot be reached."""
     if positive("tolerance", tolerance) >= 1:
-        raise ValueError(f"tolerance = {tolerance:g} must be below 1, as it is relative to the depth. Try 1e-6.")
+        raise BadValue("tolerance", f"{tolerance:g}", "must be below 1, as it is relative to the depth. Try 1e-6.")
     if switch("single", single) and tolerance < SINGLE_FLOOR:
-        raise ValueError(
-            f"tolerance = {tolerance:g} is out of reach of single precision. Use {SINGLE_FLOOR:g} or more, or double precision."
+        raise BadValue(
+            "tolerance",
+            f"{tolerance:g}",
+            f"is out of reach of single precision. Use {SINGLE_FLOOR:g} or more, or double precision.",
         )
 
 

@@ -1,5 +1,6 @@
 """The command `flatpunch`: one module a command, and what they share."""
 
+import signal
 import sys
 
 
@@ -10,6 +11,6 @@ def main() -> None:
     except KeyboardInterrupt:
         # Ctrl-C while libraries load
         print("\nInterrupted.", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(128 + signal.SIGINT)
 
     run()

@@ -12,15 +12,8 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f"flatpunch solve {_CASE}",
         f"flatpunch solve {_CASE} -o gel.nc --csv gel.csv --plot gel.pdf --style two-columns",
     ),
-    "check": (
-        f"flatpunch check {_CASE}",
-        f"flatpunch check {_FIT}/thin_gel.toml",
-    ),
-    "app": ("flatpunch app", "flatpunch app --port 0 --no-browser"),
-    "demo": (
-        "flatpunch demo",
-        "flatpunch demo --output my-cases",
-    ),
+    "check": (f"flatpunch check {_CASE}", f"flatpunch check {_FIT}/thin_gel.toml"),
+    "demo": ("flatpunch demo", "flatpunch demo --output my-cases"),
     "show-tip": (
         f"flatpunch show-tip {_CASE} --output tip.png",
         f'flatpunch show-tip {_FIT}/hard_film.toml --extent "200 nm" --output berkovich.svg',
@@ -32,6 +25,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "fit": (
         f"flatpunch fit {_FIT}/thin_gel.csv {_FIT}/thin_gel.toml --plot fit.png",
         f"flatpunch fit {_FIT}/relaxing_cell.csv {_FIT}/relaxing_cell.toml -o cell.csv",
+    ),
+    "read": (
+        f"flatpunch read {_FIT}/thin_gel.csv",
+        f"flatpunch read {_FIT}/thin_gel.csv {_FIT}/thin_gel.toml --plot read.png",
     ),
     "fit-film": (
         f"flatpunch fit-film {_FIT}/hard_film.csv {_FIT}/hard_film.toml",
@@ -45,10 +42,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "flatpunch compare demo-results/afm_pyramid_on_gel.toml --plot formulas.png",
         "flatpunch compare demo-results/afm_pyramid_on_gel.toml -o formulas.csv",
     ),
-    "nanite-model": (
-        f"flatpunch nanite-model {_FIT}/thin_gel.toml -o model_thin_gel.py",
-        "flatpunch nanite-model demo-results/afm_pyramid_on_gel.toml -o model_pyramid.py",
-    ),
     "sweep": (
         f"flatpunch sweep {_CASE} --vary layers.0.thickness=0.8um:5um:8:log --plot thickness.png",
         f'flatpunch sweep {_CASE} --vary "indenter.half_opening_angle=15deg, 25deg, 35deg" --quantity stiffness --csv angles.csv',
@@ -57,22 +50,26 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml --plot knee.png",
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml -o knee.nc --csv knee.csv",
     ),
+    "rough": (
+        "flatpunch rough demo-results/rough/rough_carbon_on_steel.toml --plot carbon.png",
+        "flatpunch rough demo-results/rough/beads_on_gel.toml -o beads.nc --plot beads.png",
+    ),
+    "cite": (
+        "flatpunch cite demo-results/afm_pyramid_on_gel.nc",
+        "flatpunch cite demo-results/sphere_sticking_to_gel_in_water.nc -o gel.bib",
+    ),
     "design": (
         "flatpunch design demo-results/coating_for_a_stiffness.toml",
         "flatpunch design demo-results/coating_for_a_stiffness.toml --csv coating.csv --plot coating.pdf",
     ),
-    "paper": (
-        "flatpunch paper --quick --figures 2",
-        "flatpunch paper --quick --figures 2,3 --output my-figures",
+    "app": ("flatpunch app", "flatpunch app --port 0 --no-browser"),
+    "plugin list": ("flatpunch plugin list", "flatpunch plugin list | cat"),
+    "plugin write": (
+        f"flatpunch plugin write nanite {_FIT}/thin_gel.toml -o model_thin_gel.py",
+        f'flatpunch plugin write slippy {_CASE} --depths "0.2um, 1um" --spacing 50nm --cells 128',
     ),
-    "atlas list": (
-        "flatpunch atlas list",
-        "flatpunch atlas list | head -3",
-    ),
-    "atlas show": (
-        "flatpunch atlas show bonded-layer",
-        "flatpunch atlas show sliding-coating",
-    ),
+    "atlas list": ("flatpunch atlas list", "flatpunch atlas list | head -3"),
+    "atlas show": ("flatpunch atlas show bonded-layer", "flatpunch atlas show sliding-coating"),
     "atlas query": (
         "flatpunch atlas query bonded-layer --beta 0.1:10:5:log --set poisson=0.45",
         "flatpunch atlas query sliding-layer --beta 1",
@@ -80,14 +77,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "atlas export": (
         "flatpunch atlas export sliding-layer --csv sliding.csv",
         "flatpunch atlas export bonded-layer --csv bonded.csv --beta 0.1:10:20:log --set poisson=0.3,0.5 --terms 8",
-    ),
-    "atlas build": (
-        "flatpunch atlas build sliding-layer --check 10",
-        "flatpunch atlas build sliding-layer --check 10 --output tables",
-    ),
-    "atlas verify": (
-        "flatpunch atlas verify sliding-layer --points 10",
-        "flatpunch atlas verify bonded-layer --points 5 --seed 7",
     ),
 }
 

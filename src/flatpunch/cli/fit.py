@@ -1,23 +1,38 @@
-"""Commands `flatpunch fit`, `flatpunch correct` and `flatpunch nanite-model`.
-
-The command line adds them with `add_commands`. Heavy imports happen inside the commands.
-"""
+"""Commands for measured curves: `flatpunch fit`, `read` and `fit-film`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import is_folder
 from flatpunch._support.whole_file import check_target
-from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import PICTURES, StyleOption, friendly, progress, say, say_written
+from flatpunch.cli.terminal import (
+    PICTURES,
+    PlotOption,
+    StyleOption,
+    check_targets,
+    command,
+    drawn,
+    progress,
+    quiet,
+    say,
+    say_written,
+    write_all,
+)
 
 if TYPE_CHECKING:
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.case import FitCase
+    from flatpunch.fit.films.film import FilmResult
+    from flatpunch.fit.measured.curve import Curve
+    from flatpunch.fit.report.joint import JointResult
+    from flatpunch.fit.report.result import FitResult
 
 CurveFile = Annotated[
     Path, typer.Argument(metavar="CURVE", help="Measured curve, force map, or a folder of them.", show_default=False)
@@ -25,103 +40,102 @@ CurveFile = Annotated[
 FitCaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file of the fit.", show_default=False)]
 
 
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands on the command line."""
+@command("fit")
+def fit(
+    curve: CurveFile,
+    case: Annotated[
+        Path | None,
+        typer.Argument(metavar="[CASE.toml]", help="Case file of the fit; alone if it names its curves itself."),
+    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
+    plot: PlotOption = None,
+    drift: Annotated[
+        Path | None, typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's.")
+    ] = None,
+    profile: Annotated[bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")] = False,
+    posterior: Annotated[
+        Path | None,
+        typer.Option(help="Draw from the posterior: corner picture (.png, .pdf, .svg), or the draws (.nc, .csv)."),
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume/--fresh", help="Use the curves that an interrupted run has fitted, or fit all again."),
+    ] = True,
+    style: StyleOption = "screen",
+) -> None:
+    """Fit a case to a measured curve, or to every curve in a folder.
 
-    @app.command(epilog=examples("fit"))
-    def fit(
-        curve: CurveFile,
-        case: Annotated[
-            Path | None,
-            typer.Argument(metavar="[CASE.toml]", help="Case file of the fit; alone if it names its curves itself."),
-        ] = None,
-        output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
-        plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
-        drift: Annotated[
-            Path | None, typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's.")
-        ] = None,
-        profile: Annotated[
-            bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")
-        ] = False,
-        posterior: Annotated[
-            Path | None,
-            typer.Option(help="Draw from the posterior: corner picture (.png, .pdf, .svg), or the draws (.nc, .csv)."),
-        ] = None,
-        workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
-        resume: Annotated[
-            bool,
-            typer.Option(
-                "--resume/--fresh", help="Use the curves that an interrupted run has fitted, or fit all again."
-            ),
-        ] = True,
-        style: StyleOption = "screen",
-    ) -> None:
-        """Fit a case to a measured curve, or to every curve in a folder.
+    In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
+    start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
+    [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
 
-        In the case file, what is looked for is written [bold]young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }[/bold];
-        start, and limits if there are any. The contact point and the baseline are fitted with the rest. With
-        [bold]work_of_adhesion[/bold] the retract of a sticking tip is fitted, with a table for relaxation the force over time.
+    A case file with tables [bold]curves[/bold] is fitted to all of these together, one sample: give it alone.
 
-        A case file with tables [bold]curves[/bold] is fitted to all of these together, one sample: give it alone.
+    With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
+    interruption the same command goes on from there. Curves or a case that have changed are fitted again.
+    """
+    check_targets(plot, output=output, endings=(".csv", ".nc"))
+    check_target("--drift", drift, PICTURES)
+    check_target("--posterior", posterior, (*PICTURES, ".nc", ".csv"))
+    from flatpunch.fit.case import read_fit_case
 
-        With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
-        interruption the same command goes on from there. Curves or a case that have changed are fitted again.
-        """
-        with friendly():
-            check_target("--output", output, (".csv", ".nc"))
-            check_target("--plot", plot, PICTURES)
-            check_target("--drift", drift, PICTURES)
-            check_target("--posterior", posterior, (*PICTURES, ".nc", ".csv"))
-            from flatpunch.fit.case import read_fit_case
+    _check_order(curve, case)
+    loaded = read_fit_case(curve if case is None else case)
+    if case is None or loaded.curves:
+        _check_alone(curve, case, loaded, drift)
+        _fit_together(loaded, output, plot, profile, posterior, style)
+    elif is_folder(curve) or _many(curve, loaded):
+        if drift is not None or profile or posterior is not None:
+            raise ValueError("--drift, --profile and --posterior go with a single curve.")
+        _fit_folder(curve, loaded, output, plot, workers, style, resume)
+    else:
+        _fit_one(curve, loaded, output, plot, drift, profile, posterior, style)
 
-            _check_order(curve, case)
-            loaded = read_fit_case(curve if case is None else case)
-            if case is None or loaded.curves:
-                _check_alone(curve, case, loaded, drift)
-                _fit_together(loaded, output, plot, profile, posterior, style)
-            elif is_folder(curve) or _many(curve, loaded):
-                if drift is not None or profile or posterior is not None:
-                    raise ValueError("--drift, --profile and --posterior go with a single curve.")
-                _fit_folder(curve, loaded, output, plot, workers, style, resume)
-            else:
-                _fit_one(curve, loaded, output, plot, drift, profile, posterior, style)
 
-    @app.command("fit-film", epilog=examples("fit-film"))
-    def fit_film(
-        curve: CurveFile,
-        case: FitCaseFile,
-        output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the points (.csv).")] = None,
-        plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None,
-        style: StyleOption = "screen",
-    ) -> None:
-        """Fit a hard film to contact stiffness: continuous stiffness (CSM), or the unloading of load cycles.
+@command("read")
+def read(
+    curve: CurveFile,
+    case: Annotated[
+        Path | None,
+        typer.Argument(metavar="[CASE.toml]", help="Case file of the fit: how to read, what is fitted."),
+    ] = None,
+    plot: PlotOption = None,
+    style: StyleOption = "screen",
+) -> None:
+    """Show how a measured curve is read, before any fit.
 
-        The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
-        tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
-        """
-        with friendly():
-            check_target("--output", output, (".csv",))
-            check_target("--plot", plot, PICTURES)
-            _check_order(curve, case)
-            _fit_film(curve, case, output, plot, style)
+    Columns, units and calibration with their origin, which way the tip goes, approach, hold and retract, the baseline, where
+    the contact begins, and what a fit leaves out or why it refuses the curve.
+    """
+    check_targets(plot)
+    _check_order(curve, case)
+    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fit.measured.readers import read_curve
+    from flatpunch.fit.reading import reading_of
 
-    @app.command("nanite-model", epilog=examples("nanite-model"))
-    def nanite_model(
-        case: FitCaseFile,
-        output: Annotated[Path, typer.Option("--output", "-o", help="Python module to write, model_thin_gel.py.")],
-    ) -> None:
-        """Write a case as a model file for nanite and PyJibe.
+    loaded = None if case is None else read_fit_case(case)
+    measured = read_curve(curve, **({} if loaded is None else loaded.reading))
+    say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
+    say_written(write_all(quiet, (plot, drawn("fit.reading:measured_figure", measured, loaded, style=style))))
 
-        Load it there as a user-defined model; flatpunch must be installed in that environment.
-        """
-        with friendly():
-            check_target("--output", output, (".py",))
-            from flatpunch.fit.case import read_fit_case
-            from flatpunch.fit.half_space.nanite_model import write_nanite_model
 
-            loaded = read_fit_case(case)
-            method = loaded.settings.method
-            say_written([write_nanite_model(output, loaded.medium, loaded.indenter, title=loaded.title, method=method)])
+@command("fit-film")
+def fit_film(
+    curve: CurveFile,
+    case: FitCaseFile,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the points (.csv).")] = None,
+    plot: PlotOption = None,
+    style: StyleOption = "screen",
+) -> None:
+    """Fit a hard film to contact stiffness: continuous stiffness (CSM), or the unloading of load cycles.
+
+    The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
+    tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
+    """
+    check_targets(plot, output=output, endings=(".csv",))
+    _check_order(curve, case)
+    _fit_film(curve, case, output, plot, style)
 
 
 def _check_order(curve: Path, case: Path | None) -> None:
@@ -146,25 +160,23 @@ def _fit_together(
 
     shared = {name: free for name, free in case.free.items() if name not in case.own}
     own = {name: case.free[name] for name in case.own}
-    settings = {name: value for name, value in case.arguments.items() if name != "engine"}
+    settings = {name: value for name, value in case.arguments.items() if name != "quick"}
     result = fit_together(read_measured(case), case.medium, case.indenter, shared, own, **settings)
     say(result.summary())
     if profile:
         _say_profiles(result, result.shared)
-    written = [_posterior(result, case, posterior, style)] if posterior is not None else []
-    if output is not None:
-        if output.suffix.lower() != ".csv":
-            raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
-        written.append(result.save(output))
-    if plot is not None:
-        from flatpunch.fit.pictures import together_figure
-        from flatpunch.plots.result import save_figure
+    if output is not None and output.suffix.lower() != ".csv":
+        raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
 
-        written.append(save_figure(together_figure(result, style=style), plot))
-    say_written(written)
+    draws = (posterior, lambda path: _posterior(result, case, path, style))
+    say_written(
+        write_all(
+            quiet, draws, (output, result.save), (plot, drawn("fit.pictures:together_figure", result, style=style))
+        )
+    )
 
 
-def _say_profiles(result: Any, names: Any) -> None:
+def _say_profiles(result: FitResult | JointResult, names: Iterable[str]) -> None:
     from flatpunch.fit.report.quantities import label, quantity, unit_of
 
     for name in names:
@@ -173,7 +185,7 @@ def _say_profiles(result: Any, names: Any) -> None:
         say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
 
 
-def _posterior(result: Any, case: FitCase, path: Path, style: str) -> Path:
+def _posterior(result: FitResult | JointResult, case: FitCase, path: Path, style: str) -> Path:
     """Draw from the posterior, print its summary and write a picture of it or the draws."""
     with progress("Posterior", 1) as step:
         found = result.posterior(
@@ -184,10 +196,7 @@ def _posterior(result: Any, case: FitCase, path: Path, style: str) -> Path:
     say(found.summary())
     if path.suffix.lower() in (".nc", ".csv"):
         return Path(found.save(path))
-    from flatpunch.fit.posterior_picture import posterior_figure
-    from flatpunch.plots.result import save_figure
-
-    return save_figure(posterior_figure(found, style=style), path)
+    return drawn("fit.posterior_picture:posterior_figure", found, style=style)(path)
 
 
 def _many(path: Path, case: FitCase) -> bool:
@@ -207,41 +216,50 @@ def _fit_one(
     posterior: Path | None,
     style: str,
 ) -> None:
+    from flatpunch._support.progress import listening
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
+    from flatpunch.fit.measured.curve import CurveError
     from flatpunch.fit.measured.readers import read_curve
 
     curve = read_curve(path, **case.reading)
-    result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
+    try:
+        with progress("Fitting", 1) as step:
+            step(curve.name)
+            with listening(lambda done, total: step(f"{done} force curves solved", advance=0)):
+                result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
+    except CurveError:
+        from flatpunch.fit.reading import reading_of
+
+        say("\n".join(line for line in reading_of(curve, case).lines if not line.startswith("refused")))
+        raise
     say(result.summary())
     if profile:
         _say_profiles(result, result.objective.model.free)
-    written = [_posterior(result, case, posterior, style)] if posterior is not None else []
-    if output is not None:
-        if output.suffix.lower() == ".csv":
-            written.append(Batch((result.row(),)).save(output))
-        else:
-            from flatpunch.files.results import save
 
-            written.append(save(result.dataset(), output))
-    if plot is not None:
-        from flatpunch.fit.pictures import fit_figure
-        from flatpunch.plots.result import save_figure
+    def table(path: Path) -> Path:
+        from flatpunch.files.results import save
 
-        written.append(save_figure(fit_figure(result, style=style), plot))
-    if drift is not None:
-        written.append(_drift(curve, case, drift, style))
-    say_written(written)
+        return Batch((result.row(),)).save(path) if path.suffix.lower() == ".csv" else save(result.dataset(), path)
+
+    draws = (posterior, lambda path: _posterior(result, case, path, style))
+    say_written(
+        write_all(
+            quiet,
+            draws,
+            (output, table),
+            (plot, drawn("fit.pictures:fit_figure", result, style=style)),
+            (drift, lambda path: _drift(curve, case, path, style)),
+        )
+    )
 
 
-def _drift(curve: Any, case: FitCase, path: Path, style: str) -> Path:
+def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> Path:
     """Draw the modulus over the largest fitted depth, beside that of a half-space."""
     from flatpunch.fit.case import DRIFTING, drift
-    from flatpunch.fit.pictures import drift_figure
-    from flatpunch.plots.result import save_figure
 
     layered, bulk = drift(curve, case)
-    return save_figure(drift_figure(layered, DRIFTING, bulk, "base.young", style=style), path)
+    return drawn("fit.pictures:drift_figure", layered, DRIFTING, bulk, "base.young", style=style)(path)
 
 
 def _fit_folder(
@@ -254,12 +272,12 @@ def _fit_folder(
     from flatpunch.fit.records import Records
 
     items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
-    settings = replace(case.settings, engine="normal-equations")
+    settings = replace(case.settings, quick=True)
     records = Records(output.with_suffix(".records")) if output is not None else None
     if records is not None and not resume:
         records.known.clear()
     before = len(records.known) if records is not None else 0
-    rows: list[Any] = []
+    rows: list[Plain] = []
     try:
         with progress("Fitting", len(items)) as step:
             for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers, records):
@@ -278,15 +296,12 @@ def _fit_folder(
         say(f"{records.reused} of {len(items)} curves were fitted by an earlier run ({records.path})")
     batch = Batch(tuple(rows))
     _say_batch(batch, case)
-    written = [batch.save(output)] if output is not None else []
+    written = write_all(quiet, (output, batch.save))
     if records is not None:
         records.remove()
-    if plot is not None and case.free:
-        from flatpunch.fit.batch_pictures import map_figure
-        from flatpunch.plots.result import save_figure
-
-        written.append(save_figure(map_figure(batch, next(iter(case.free)), style=style), plot))
-    say_written(written)
+    name = next(iter(case.free), None)
+    picture = drawn("fit.batch_pictures:map_figure", batch, name, style=style)
+    say_written(written + write_all(quiet, (plot if name else None, picture)))
     if len(batch.failed) == len(batch.rows):
         raise ValueError("no curve could be fitted.")
 
@@ -311,13 +326,10 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
 
 
 def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:
-    import csv
-    import io
-
-    from flatpunch._support.whole_file import whole_file
     from flatpunch.fit.case import read_fit_case
     from flatpunch.fit.films.film import fit_film
     from flatpunch.fit.films.measured import film_curves, film_tip
+    from flatpunch.fit.measured.curve import CurveError
 
     loaded = read_fit_case(case)
     film = dict(loaded.film)
@@ -325,36 +337,49 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
     names = [*(loaded.free or ()), *(["frame"] if film.get("fit_frame") else [])] or None
     written: list[Path] = []
     curves = film_curves(path, loaded.reading)
+    failed = []
     for number, curve in enumerate(curves):
-        result = fit_film(
-            curve,
-            loaded.medium,
-            tip,
-            names,
-            depths=film.get("depths", (0.0, float("inf"))),
-            frame=film.get("frame", 0.0),
-        )
+        try:
+            result = fit_film(
+                curve,
+                loaded.medium,
+                tip,
+                names,
+                depths=film.get("depths", (0.0, float("inf"))),
+                frame=film.get("frame", 0.0),
+            )
+        except CurveError as error:
+            # one bad test costs one test
+            failed.append(str(error))
+            if len(failed) == len(curves):
+                raise
+            continue
         for line in curve.meta.get("read", ()):
             say(f"Read {line}")
         say(f"{curve.name}: {result.summary()}")
         stem = "" if len(curves) == 1 else f"-{number + 1}"
-        if plot is not None:
-            from flatpunch.fit.pictures import film_figure
-            from flatpunch.plots.result import save_figure
-
-            written.append(save_figure(film_figure(result, style=style), plot.with_stem(plot.stem + stem)))
-        if output is not None:
-            text = io.StringIO()
-            table = csv.writer(text)
-            table.writerow(
-                ["depth [m]", "contact depth [m]", "contact radius [m]", "apparent modulus [Pa]", "fitted modulus [Pa]"]
-            )
-            points = result.points
-            table.writerows(
-                zip(points.depth, points.contact_depth, points.radius, points.apparent, result.model, strict=True)
-            )
-            target = output.with_stem(output.stem + stem)
-            with whole_file(target) as temporary:
-                temporary.write_text(text.getvalue(), encoding="utf-8")
-            written.append(target)
+        targets = [None if path is None else path.with_stem(path.stem + stem) for path in (plot, output)]
+        picture = drawn("fit.pictures:film_figure", result, style=style)
+        written += write_all(quiet, (targets[0], picture), (targets[1], partial(_film_table, result)))
+    for reason in failed:
+        say(f"Left out: {reason}")
     say_written(written)
+
+
+def _film_table(result: FilmResult, path: Path) -> Path:
+    """Write the points of a film."""
+    import pandas as pd
+
+    from flatpunch._support.whole_file import whole_file
+
+    points = result.points
+    columns = {
+        "depth [m]": points.depth,
+        "contact depth [m]": points.contact_depth,
+        "contact radius [m]": points.radius,
+        "apparent modulus [Pa]": points.apparent,
+        "fitted modulus [Pa]": result.model,
+    }
+    with whole_file(path) as temporary:
+        pd.DataFrame(columns).to_csv(temporary, index=False, na_rep="nan", lineterminator="\r\n")
+    return path

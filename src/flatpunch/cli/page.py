@@ -8,45 +8,40 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import friendly, say
+from flatpunch.cli.terminal import command, say
 
 if TYPE_CHECKING:
     from flatpunch.app.server import AppServer
 
 
-def add_commands(app: typer.Typer) -> None:
-    """Register the command on the command line."""
+@command("app", interrupted="")
+def page(
+    port: Annotated[int, typer.Option(help="Port of the page; 0 takes a free one.")] = 8517,
+    host: Annotated[
+        str, typer.Option(help="Address to listen at. Other machines reach the page unless it is 127.0.0.1.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option(help="Whether to open the page in the browser.")] = True,
+) -> None:
+    """Open a page in the browser: press, fit, correct a reported modulus, coatings, compare formulas.
 
-    @app.command("app", epilog=examples("app"))
-    def page(
-        port: Annotated[int, typer.Option(help="Port of the page; 0 takes a free one.")] = 8517,
-        host: Annotated[
-            str, typer.Option(help="Address to listen at. Other machines reach the page unless it is 127.0.0.1.")
-        ] = "127.0.0.1",
-        browser: Annotated[bool, typer.Option(help="Whether to open the page in the browser.")] = True,
-    ) -> None:
-        """Open a page in the browser: press, fit, correct a reported modulus, coatings, compare formulas.
+    The page runs on this machine, and no data leaves it; Ctrl-C ends it. Nothing is written but what you save.
+    """
+    from flatpunch.app.server import serve
 
-        The page runs on this machine, and no data leaves it; Ctrl-C ends it. Nothing is written but what you save.
-        """
-        with friendly(interrupted=""):
-            from flatpunch.app.server import serve
+    def ready(server: AppServer) -> None:
+        say(f"The page is at {server.address}   Ctrl-C ends it.")
+        if not server.is_local:
+            typer.echo(
+                f"Warning: --host {host} lets other machines use this page and its calculations. It asks for no "
+                "password; leave --host out to serve this machine only.",
+                err=True,
+            )
+        if browser and _has_display():
+            import webbrowser
 
-            def ready(server: AppServer) -> None:
-                say(f"The page is at {server.address}   Ctrl-C ends it.")
-                if not server.is_local:
-                    typer.echo(
-                        f"Warning: --host {host} lets other machines use this page and its calculations. It asks for no "
-                        "password; leave --host out to serve this machine only.",
-                        err=True,
-                    )
-                if browser and _has_display():
-                    import webbrowser
+            webbrowser.open(server.address)
 
-                    webbrowser.open(server.address)
-
-            serve(host, port, ready=ready)
+    serve(host, port, ready=ready)
 
 
 def _has_display() -> bool:

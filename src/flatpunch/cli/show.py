@@ -3,74 +3,63 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flatpunch.cli.examples import examples
-from flatpunch.cli.terminal import PICTURES, CaseFile, StyleOption, friendly, say, say_written
+from flatpunch.cli.terminal import PICTURES, CaseFile, StyleOption, command, drawn, say, say_written
 
 if TYPE_CHECKING:
     from flatpunch.files import Case
     from flatpunch.fit.case import FitCase
 
 
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands on the command line."""
+@command("show-tip")
+def show_tip(
+    case: CaseFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-tip.png")
+    ] = None,
+    extent: Annotated[
+        str | None,
+        typer.Option(help="Half the width of the picture, '500 nm'.", show_default="somewhat more than the contact"),
+    ] = None,
+    style: StyleOption = "screen",
+) -> None:
+    """Draw the tip of a case file: its surface, level lines and sections."""
+    target = _target(case, output, "tip")
+    read = _read(case)
+    from flatpunch.files import units
+    from flatpunch.files.describe import words
 
-    @app.command("show-tip", epilog=examples("show-tip"))
-    def show_tip(
-        case: CaseFile,
-        output: Annotated[
-            Path | None,
-            typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-tip.png"),
-        ] = None,
-        extent: Annotated[
-            str | None,
-            typer.Option(
-                help="Half the width of the picture, '500 nm'.", show_default="somewhat more than the contact"
-            ),
-        ] = None,
-        style: StyleOption = "screen",
-    ) -> None:
-        """Draw the tip of a case file: its surface, level lines and sections."""
-        with friendly():
-            target = _target(case, output, "tip")
-            read = _read(case)
-            from flatpunch.files import units
-            from flatpunch.files.describe import words
-            from flatpunch.plots.indenter import indenter_figure
-            from flatpunch.plots.result import save_figure
+    half = _extent(read) if extent is None else units.named_si("--extent", extent, units.LENGTH)
+    picture = drawn("plots.indenter:indenter_figure", read.indenter, extent=half, title=read.title, style=style)(target)
+    say(f"Indenter  {words(read.indenter)}")
+    say_written([picture])
 
-            half = _extent(read) if extent is None else units.named_si("--extent", extent, units.LENGTH)
-            drawn = indenter_figure(read.indenter, extent=half, title=read.title, style=style)
-            say(f"Indenter  {words(read.indenter)}")
-            say_written([save_figure(drawn, target)])
 
-    @app.command("show-medium", epilog=examples("show-medium"))
-    def show_medium(
-        case: CaseFile,
-        output: Annotated[
-            Path | None,
-            typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-medium.png"),
-        ] = None,
-        style: StyleOption = "screen",
-    ) -> None:
-        """Draw the layers of a case file: Young's modulus over depth."""
-        with friendly():
-            target = _target(case, output, "medium")
-            read = _read(case)
-            from flatpunch.files.describe import describe_bodies
-            from flatpunch.plots.medium import plot_medium
-            from flatpunch.plots.result import save_figure
-            from flatpunch.plots.style import panels, styled
+@command("show-medium")
+def show_medium(
+    case: CaseFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-medium.png")
+    ] = None,
+    style: StyleOption = "screen",
+) -> None:
+    """Draw the layers of a case file: Young's modulus over depth."""
+    target = _target(case, output, "medium")
+    read = _read(case)
+    from flatpunch.files.describe import describe_bodies
+    from flatpunch.plots.medium import plot_medium
+    from flatpunch.plots.result import save_figure
+    from flatpunch.plots.style import panels, styled
 
-            with styled(style) as chosen:
-                drawn, (axes,) = panels(chosen, 1, title=read.title)
-                plot_medium(read.medium, axes)
-            for line in describe_bodies(read.medium):
-                say(line)
-            say_written([save_figure(drawn, target)])
+    with styled(style) as chosen:
+        figure, (axes,) = panels(chosen, 1, title=read.title)
+        plot_medium(read.medium, axes)
+    for line in describe_bodies(read.medium):
+        say(line)
+    say_written([save_figure(figure, target)])
 
 
 def _target(case: Path, output: Path | None, what: str) -> Path:
@@ -89,12 +78,13 @@ def _read(path: Path) -> Case | FitCase:
     return read_fit_case(path) if is_fit_case(path) else read_case(path)
 
 
-def _extent(case: Any) -> float | None:
+def _extent(case: Case | FitCase) -> float | None:
     """Half the width of the picture: beside the largest contact, where the case has one; else the tip's own."""
     import numpy as np
 
     from flatpunch.bem.height import overlap_half_widths
     from flatpunch.files import Case
+    from flatpunch.numerics.extents import ROOM
 
     if not isinstance(case, Case):
         length = float(case.medium.length)
@@ -103,5 +93,4 @@ def _extent(case: Any) -> float | None:
     if case.control == "force" or not largest > 0:
         return None
     half = largest if case.control == "radius" else max(overlap_half_widths(case.indenter, largest))
-    # the tip is drawn half as far again as its largest contact
-    return min(1.5 * half, float(case.indenter.reach))
+    return min(ROOM * half, float(case.indenter.reach))

@@ -1,27 +1,92 @@
-"""What the commands share: messages for bad input and interrupts, the progress bar, and printing of lines.
+"""What the commands share: their registration, messages for bad input and interrupts, the progress bar, printing and writing.
 
-Bad input ends with status 2 and one readable message, an interrupt (Ctrl-C) with status 130.
+Output may be closed, full, a pipe that nobody reads, or in an alphabet without Greek letters.
+
+Bad input ends with status 2 and one readable message, an interrupt (Ctrl-C) with status 130; neither leaves a half-written file.
+Heavy imports happen inside the commands, so that `--help` and mistakes in the command itself are answered at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+import codecs
+import functools
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol, TextIO
 
 import typer
 from rich.console import Console
 
+from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.messages import message, wants_traceback
+from flatpunch.cli.examples import examples
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="Press rigid indenters into layered and graded elastic bodies.\n\n"
+    "A case file (TOML) describes the layers from the surface down, what is below them, the indenter, and the depths, "
+    'forces or radii to solve for. All quantities carry units: [bold]young = "5 kPa"[/bold].\n\n'
+    "Start with [bold]flatpunch demo[/bold]: it solves the cases that come with the package and leaves their files behind "
+    "for you to change.",
+)
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
 StyleOption = Annotated[
     Literal["screen", "one-column", "two-columns"],
     typer.Option("--style", help="Sizes of the picture: for the screen, or one or two columns of a journal."),
 ]
+PlotOption = Annotated[Path | None, typer.Option("--plot", help="Picture: .png, .pdf or .svg.")]
 PICTURES = (".png", ".pdf", ".svg")
 """Endings of pictures."""
+
+_SILENCE = 30.0
+"""Seconds without a word after which a command that is not on a terminal says what it does."""
+
+INTERRUPTED = 128 + signal.SIGINT
+"""Status after Ctrl-C, as shells report it."""
+
+Command = Callable[..., None]
+
+
+def command(
+    name: str, into: typer.Typer = app, *, interrupted: str = "No file was left half-written."
+) -> Callable[[Command], Command]:
+    """Register a command under its name, "atlas show", with its examples and with readable messages for all that goes wrong."""
+
+    def register(function: Command) -> Command:
+        @functools.wraps(function)
+        def run(*arguments: Any, **options: Any) -> None:
+            with friendly(interrupted):
+                function(*arguments, **options)
+
+        # the terminal wraps paragraphs at its own width; of the lines of a docstring it would keep the ends too
+        text = "\n\n".join(" ".join(part.split()) for part in (function.__doc__ or "").split("\n\n"))
+        into.command(name.rpartition(" ")[2], epilog=examples(name), help=text)(run)
+        return function
+
+    return register
+
+
+def check_targets(
+    plot: Path | None = None, csv: Path | None = None, output: Path | None = None, endings: tuple[str, ...] = ()
+) -> None:
+    """Refuse endings and folders that cannot work before anything is solved; `endings` are those of the output."""
+    from flatpunch._support.whole_file import check_target
+
+    check_target("--output", output, endings)
+    check_target("--csv", csv, (".csv",))
+    check_target("--plot", plot, PICTURES)
 
 
 class Step(Protocol):
@@ -32,47 +97,69 @@ class Step(Protocol):
 
 
 @contextmanager
-def friendly(interrupted: str = "No file was left half-written.") -> Iterator[None]:
-    """Turn bad input into one message and status 2, and Ctrl-C into one line and status 130.
+def friendly(
+    interrupted: str = "No file was left half-written.", *, program: Path = Path(__file__).parent
+) -> Iterator[None]:
+    """Turn bad input into one message and status 2, and Ctrl-C into one line, which ends with `interrupted`, and status 130.
 
-    Errors of the package itself are reported as such, in one line; see `flatpunch._support.messages`.
-
-    Parameters
-    ----------
-    interrupted : str
-        What an interrupt leaves behind.
+    Errors of the package itself, and of the program in the given folder, are reported in one line; see `_support.messages`.
     """
     try:
         yield
     except KeyboardInterrupt:
         typer.echo(f"\nInterrupted. {interrupted}".rstrip(), err=True)
-        raise typer.Exit(130) from None
+        raise typer.Exit(INTERRUPTED) from None
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except Exception as error:
         if wants_traceback():
             raise
-        typer.echo(f"Error: {message(error)}", err=True)
+        typer.echo(f"Error: {message(error, program)}", err=True)
         raise typer.Exit(2) from None
 
 
 @contextmanager
 def progress(title: str, total: int) -> Iterator[Step]:
-    """Show a bar on the terminal while the work lasts; in a pipe or a log there is none."""
+    """Show a bar on the terminal while the work lasts; a pipe or a log gets a line now and then."""
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with (
+        Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar,
+        ExitStack() as ends,
+    ):
         task = bar.add_task(title, total=total)
-        started = False
+        started, doing = False, title
 
         def step(what: str, advance: int = 1) -> None:
-            nonlocal started
-            bar.update(task, description=f"{title}: {what}", advance=advance if started else 0)
+            nonlocal started, doing
+            doing = f"{title}: {what}"
+            bar.update(task, description=doing, advance=advance if started else 0)
             started = True
 
+        if not console.is_terminal:
+            ends.enter_context(_repeated(lambda seconds: typer.echo(f"{doing}, {seconds:.0f} s so far", err=True)))
         yield step
+
+
+@contextmanager
+def _repeated(tell: Callable[[float], None]) -> Iterator[None]:
+    """Tell every half minute how many seconds have passed."""
+    over, start = threading.Event(), time.monotonic()
+
+    def run() -> None:
+        if hasattr(signal, "pthread_sigmask"):
+            # interrupts are for the main thread, which holds them back while workers start
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        while not over.wait(_SILENCE):
+            tell(time.monotonic() - start)
+
+    threading.Thread(target=run, daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
 
 
 def say(text: str) -> None:
@@ -85,3 +172,117 @@ def say_written(paths: Iterable[Path]) -> None:
     names = ", ".join(map(str, paths))
     if names:
         say(f"Written: {names}")
+
+
+def write_all(step: Step, *wanted: tuple[Path | None, Callable[[Path], Path]]) -> list[Path]:
+    """Write the files that were asked for, each by its function, and return them."""
+    given = [(path, write) for path, write in wanted if path is not None]
+    written = []
+    for path, write in given:
+        step(f"{'drawing' if path.suffix.lower() in PICTURES else 'writing'} {path.name}")
+        written.append(write(path))
+    return written
+
+
+def drawn(function: str, *arguments: Any, **options: Any) -> Callable[[Path], Path]:
+    """Draw with a function of the package, "fit.pictures:fit_figure", which is loaded when there is a picture to write."""
+
+    def write(path: Path) -> Path:
+        from flatpunch.plots.result import save_figure
+
+        module, name = function.split(":")
+        return save_figure(getattr(import_module(f"flatpunch.{module}"), name)(*arguments, **options), path)
+
+    return write
+
+
+def quiet(what: str, advance: int = 1) -> None:
+    """Show nothing: the step of commands without a bar."""
+
+
+def say_table(
+    title: str | None,
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    caption: str = "",
+    *,
+    left: Sequence[int] = (),
+) -> None:
+    """Print a table; columns are flush right but for those in `left`."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", caption=caption or None)
+    for i, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if i in left else "right")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+def say_notes(lines: Iterable[str]) -> None:
+    """Print the limits of a result."""
+    for line in lines:
+        Console().print(f"Note: {line}", style="yellow", markup=False, highlight=False)
+
+
+_ASCII = {"µ": "u", "²": "^2", "°": " deg", "·": "*", "–": "-", "…": "..."}
+_HANDLER = "flatpunch"
+
+
+def prepare() -> None:
+    """Make both streams take everything that is printed."""
+    codecs.register_error(_HANDLER, _in_ascii)
+    # closed ones are None
+    sys.stdout = _usable(sys.stdout)
+    sys.stderr = _usable(sys.stderr)
+    warnings.showwarning = _note
+
+
+def finish() -> str | None:
+    """Write out what is buffered; report what went wrong, and leave nothing for Python to write when it ends."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _silence()
+        raise
+    except OSError as error:
+        _silence()
+        return f"standard output: {error.strerror or type(error).__name__}."
+    return None
+
+
+def _silence() -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _note(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning of the package as a note; those of libraries help nobody without the place, which goes with tracebacks."""
+    if issubclass(category, FlatpunchWarning):
+        print(f"Note: {message}", file=sys.stderr)
+    elif wants_traceback():
+        print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
+
+
+def _usable(stream: TextIO | None) -> TextIO:
+    if stream is None:
+        return open(os.devnull, "w", encoding="utf-8")
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors=_HANDLER)
+    return stream
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Letters that the alphabet of the terminal lacks, in ones that it has."""
+    assert isinstance(error, UnicodeEncodeError)
+    lost = error.object[error.start : error.end]
+    return "".join(_ASCII.get(letter, "?") for letter in lost), error.end

@@ -8,7 +8,8 @@ at its upper face, exp(-kh) divided out. On the way down only the tractions t tr
     state(z) = exp(-k (z - z_top)) [exp(-A k (z_bottom - z)) S] V^-1 t(z_top).
 
 Nothing grows, so it is stable for every k h, nu = 1/2 and sliding interfaces included. Graded layers are crossed in short
-steps of order 8. Stresses are positive in tension; u_z, s_zz go like cos(k l) and u_l, s_lz like sin(k l), l along the wave.
+steps of order 8, transversely isotropic ones by their own propagator (`transverse`). Stresses are positive in tension; u_z, s_zz
+go like cos(k l) and u_l, s_lz like sin(k l), l along the wave.
 """
 
 from __future__ import annotations
@@ -16,13 +17,47 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.compliance.layered import SATURATION, depth_functions, sagittal_system
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, PowerLawHalfSpace
+from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
+from flatpunch.compliance.layered import SATURATION, depth_functions, sagittal_system, shear_modulus, yielding
+from flatpunch.compliance.transverse import Sheet, Solid
+from flatpunch.media import (
+    ElasticBase,
+    GradedLayer,
+    HalfSpace,
+    Interface,
+    Layer,
+    Medium,
+    PowerLawHalfSpace,
+    RigidBase,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+)
+from flatpunch.media.transverse import plane_of
+
+Side = Literal["above", "below"]
+
+Body = ElasticBase | Medium
+"""Bodies whose fields are found by two sweeps."""
+
+
+class PlaneAt(NamedTuple):
+    """Plane-strain coefficients at points; see `media.transverse.Plane`."""
+
+    coupling: Array
+    shear: Array
+    oedometric: Array
+    stiffness: Array
+    across: Array
+
+    @classmethod
+    def isotropic(cls, mu: Array, nu: Array) -> PlaneAt:
+        """Coefficients of isotropic material."""
+        return cls(nu / (1 - nu), 1 / mu, (1 - 2 * nu) / (2 * mu * (1 - nu)), 2 * mu / (1 - nu), mu)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,60 +78,91 @@ class Waves:
     transverse: Array
 
 
-def waves_at(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices, *, shear: bool = True) -> Waves:
-    """Fields at depth under unit load waves.
+def waves_at(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bool = True) -> Waves:
+    """Fields at depths z >= 0 [m], shape (nz,), under unit load waves of wavenumbers k > 0 [1/m], shape (nk,).
 
-    Parameters
-    ----------
-    medium : HalfSpace or Medium
-        The body.
-    k : ndarray, shape (nk,)
-        Wavenumbers [1/m], > 0.
-    z : ndarray, shape (nz,)
-        Depths [m], >= 0.
-    layer : ndarray of int, shape (nz,)
-        The layer that each depth belongs to, counted from the surface; len(layers) is the base.
-    shear : bool
-        Whether the fields under shear loads are wanted too; otherwise `shear` and `transverse` are empty.
-
-    Returns
-    -------
-    Waves
+    `layer` is the layer of each depth, counted from the surface; len(layers) is the base. Without `shear` the fields under shear
+    loads, `shear` and `transverse`, are empty.
     """
     parts = _parts(medium, k, z, layer)
     base = medium.base if isinstance(medium, Medium) else medium
-    elastic = base if isinstance(base, HalfSpace) else None
-    scale = _first_shear_modulus(medium)
+    elastic = None if isinstance(base, RigidBase) else base
+    # moduli and stresses over the shear modulus of the surface
+    scale = float(1 / plane_at(medium, np.zeros(1), np.zeros(1, dtype=int)).shear[0])
     _sweep_up(parts, elastic, k, scale)
     count = len(medium.layers) if isinstance(medium, Medium) else 0
     states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale, shear)
-    mu, nu = constants_at(medium, z, layer)
-    return named_waves(states, across, mu / scale, nu, scale)
+    return named_waves(states, across, plane_at(medium, z, layer), scale)
 
 
-def interfaces(medium: HalfSpace | Medium | PowerLawHalfSpace) -> Array:
+def interfaces(medium: Body | PowerLawHalfSpace) -> Array:
     """Depths of the lower faces of all layers [m], shape (layers,)."""
     layers = medium.layers if isinstance(medium, Medium) else ()
     return np.cumsum([each.thickness for each in layers]) if layers else np.zeros(0)
 
 
-def constants_at(medium: HalfSpace | Medium, z: Array, layer: Indices) -> tuple[Array, Array]:
-    """Shear modulus [Pa] and Poisson ratio at depths z of the given layers, shape (nz,) each."""
-    mu, nu = np.empty((2, z.size))
-    layers = medium.layers if isinstance(medium, Medium) else ()
+def layer_at(body: Body | PowerLawHalfSpace, depth: Array, side: Side) -> Indices:
+    """Layer of each depth; at an interface the one on that side."""
+    faces = interfaces(body)
+    slack = ROUNDING * faces * (1 if side == "above" else -1)
+    layer = np.searchsorted(faces + slack, depth, side="right")
+    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+        # a rigid base has no stresses: its surface shows those of the layer on it
+        layer = np.minimum(layer, len(body.layers) - 1)
+    return np.asarray(layer)
+
+
+def plane_at(medium: Body, z: Array, layer: Indices) -> PlaneAt:
+    """Plane-strain coefficients at depths z of the given layers, arrays of shape (nz,) [Pa]; NaN in a rigid base."""
+    found = np.full((len(PlaneAt._fields), z.size), np.nan)
     tops = np.concatenate([[0.0], interfaces(medium)])
     for i in np.unique(layer):
         here = layer == i
-        body = layers[i] if i < len(layers) else (medium.base if isinstance(medium, Medium) else medium)
-        if isinstance(body, GradedLayer):
+        body = _body_of(medium, int(i))
+        if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
+            found[:, here] = np.array(plane_of(body))[:, None]
+        elif isinstance(body, GradedLayer):
             own = np.clip(z[here] - tops[i], 0.0, body.thickness)
-            young, poisson = body.young_at(own), body.poisson_at(own)
+            nu = body.poisson_at(own)
+            found[:, here] = PlaneAt.isotropic(body.young_at(own) / (2 * (1 + nu)), nu)
         elif isinstance(body, (Layer, HalfSpace)):
-            young, poisson = np.full(here.sum(), body.young), np.full(here.sum(), body.poisson)
-        else:  # a rigid base has no stresses; depths inside it are refused by the caller
-            young, poisson = np.full((2, here.sum()), np.nan)
-        mu[here], nu[here] = young / (2 * (1 + poisson)), poisson
-    return mu, nu
+            count = int(here.sum())
+            found[:, here] = PlaneAt.isotropic(np.full(count, shear_modulus(body)), np.full(count, body.poisson))
+    return PlaneAt(*found)
+
+
+def _body_of(medium: Body, i: int) -> Any:
+    """Layer i from the surface down; the base comes last."""
+    if not isinstance(medium, Medium):
+        return medium
+    return medium.layers[i] if i < len(medium.layers) else medium.base
+
+
+def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
+    """Depths over which load waves decay as exp(-k depth) at least [m]: z itself, but of anisotropic layers a multiple.
+
+    The fields of a wave decay at the slower rate of each transversely isotropic layer.
+    """
+    faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
+    found = z.copy()
+    for i, solid in _anisotropic(medium):
+        found += (solid.slowest - 1) * (np.clip(z, faces[i], faces[i + 1]) - faces[i])
+    return found
+
+
+def fastest_rate(medium: Body | PowerLawHalfSpace, layer: int) -> float:
+    """Larger rate of decay of load waves in a layer: 1 where it is isotropic."""
+    return max([1.0, *(solid.fastest for i, solid in _anisotropic(medium) if i == layer)])
+
+
+def _anisotropic(medium: Body | PowerLawHalfSpace) -> list[tuple[int, Solid]]:
+    """The transversely isotropic layers, and the base after them."""
+    bodies = (*medium.layers, medium.base) if isinstance(medium, Medium) else (medium,)
+    return [
+        (i, Solid.of(body, body.shear))
+        for i, body in enumerate(bodies)
+        if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
+    ]
 
 
 @dataclass
@@ -106,9 +172,11 @@ class _Part:
     layer: int
     top: float
     thickness: float
-    bonded: bool
-    shear: float
-    poisson: float
+    bonded: bool | Interface
+    shear: float = 0.0
+    poisson: float = 0.0
+    solid: TransverselyIsotropicLayer | None = None
+    sheet: Sheet | None = None
     graded: GradedLayer | None = None
     origin: float = 0.0
     depths: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
@@ -118,15 +186,16 @@ class _Part:
     lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def _parts(medium: HalfSpace | Medium, k: Array, z: Array, layer: Indices) -> list[_Part]:
+def _parts(medium: Body, k: Array, z: Array, layer: Indices) -> list[_Part]:
     """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
     for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):
         mine = np.flatnonzero(layer == i)
-        if isinstance(body, Layer):
-            shear = body.young / (2 * (1 + body.poisson))
-            parts.append(_Part(i, top, body.thickness, body.bonded, shear, body.poisson, depths=mine))
+        if isinstance(body, TransverselyIsotropicLayer):
+            parts.append(_Part(i, top, body.thickness, body.bonded, solid=body, depths=mine))
+        elif isinstance(body, Layer):
+            parts.append(_Part(i, top, body.thickness, body.bonded, shear_modulus(body), body.poisson, depths=mine))
         else:
             parts += _graded_parts(body, i, top, k, z, mine)
         top += body.thickness
@@ -145,7 +214,7 @@ def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, min
     wanted = np.clip(z[mine], top, bottom)
     cuts = np.unique(np.concatenate([ends, wanted, top + np.asarray(body.breaks)]))
     # steps that differ from none by rounding only
-    cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-12 * bottom])]
+    cuts = cuts[np.concatenate([[True], np.diff(cuts) > ROUNDING * bottom])]
     cuts[-1] = bottom
     parts = []
     for upper, lower in pairwise(cuts):
@@ -153,26 +222,33 @@ def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, min
         poisson = float(body.poisson_at(own)[0])
         shear = float(body.young_at(own)[0]) / (2 * (1 + poisson))
         bonded = body.bonded or lower < bottom
-        here = (wanted >= upper - 1e-12 * bottom) & (wanted < lower - 1e-12 * bottom)
-        parts.append(_Part(i, upper, lower - upper, bonded, shear, poisson, body, top, mine[here]))
+        here = (wanted >= upper - ROUNDING * bottom) & (wanted < lower - ROUNDING * bottom)
+        parts.append(_Part(i, upper, lower - upper, bonded, shear, poisson, graded=body, origin=top, depths=mine[here]))
     # the lower face itself belongs to the last step
-    parts[-1].depths = np.concatenate([parts[-1].depths, mine[wanted >= bottom - 1e-12 * bottom]])
+    parts[-1].depths = np.concatenate([parts[-1].depths, mine[wanted >= bottom - ROUNDING * bottom]])
     return parts
 
 
-def _first_shear_modulus(medium: HalfSpace | Medium) -> float:
-    zero = np.zeros(1)
-    return float(constants_at(medium, zero, np.zeros(1, dtype=int))[0][0])
-
-
-def _sweep_up(parts: list[_Part], base: HalfSpace | None, k: Array, scale: float) -> None:
+def _sweep_up(parts: list[_Part], base: ElasticBase | None, k: Array, scale: float) -> None:
     """Give each part the states that its lower face admits: sagittal (4, 2, nk), transverse (2, nk)."""
     if base is None:
         flexibility, transverse = np.zeros((2, 2, k.size)), np.zeros(k.size)
+    elif isinstance(base, TransverselyIsotropicHalfSpace):
+        solid = Solid.of(base, scale)
+        flexibility = np.repeat(solid.flexibility[:, :, None], k.size, axis=2)
+        transverse = np.full(k.size, -1 / solid.sideways[1])
     else:
-        flexibility, transverse = _own_flexibility(base.young / (2 * (1 + base.poisson)) / scale, base.poisson, k.size)
+        flexibility, transverse = _own_flexibility(shear_modulus(base) / scale, base.poisson, k.size)
     for part in reversed(parts):
-        part.states, part.across = _admitted(part.bonded, flexibility, transverse)
+        if isinstance(part.bonded, Interface):
+            flexibility = yielding(part.bonded, flexibility, k, scale)
+            if part.bonded:
+                transverse = transverse - scale * part.bonded.softness[0] * k
+        part.states, part.across = _admitted(bool(part.bonded), flexibility, transverse)
+        if part.solid is not None:
+            part.sheet = Sheet(Solid.of(part.solid, scale), part.thickness, k, part.states, part.across)
+            flexibility, transverse = part.sheet.flexibility, part.sheet.flexibility_across
+            continue
         hidden = _hidden(part, k)
         own, own_across = _own_flexibility(part.shear / scale, part.poisson, k.size)
         if hidden.any():
@@ -217,8 +293,7 @@ def _raised(part: _Part, k: Array, depth: float | Array, scale: float) -> tuple[
     face of a layer a million times as thick, they would cost all digits.
     """
     if part.graded is not None:
-        # where the wave does not reach the state stays what it is in the layer's own half-space
-        return _stepped(part, np.where(_hidden(part, k), 0.0, k * part.thickness), scale)
+        return _stepped(part, k, scale)
     x = np.minimum(k * part.thickness, SATURATION)
     if np.ndim(depth):
         x = np.maximum(x[:, None] - np.multiply.outer(k, depth), 0.0)
@@ -236,22 +311,30 @@ def _raised(part: _Part, k: Array, depth: float | Array, scale: float) -> tuple[
     return raised, np.stack([cosh * u - sinh * s / mu, cosh * s - sinh * mu * u])
 
 
-def _stepped(part: _Part, x: Array, scale: float) -> tuple[Array, Array]:
-    """One Runge-Kutta step (Dormand and Prince, order 8) up through a slice of a graded layer."""
+def _stepped(part: _Part, k: Array, scale: float) -> tuple[Array, Array]:
+    """One Runge-Kutta step (Dormand and Prince, order 8) up through a slice of a graded layer.
+
+    States that the wave does not reach stay what they are in the layer's own half-space.
+    """
     assert part.graded is not None
     rule = scipy.integrate.DOP853
-    z = part.top - part.origin + part.thickness * (1 - rule.C[:12])
+    count = rule.n_stages
+    z = part.top - part.origin + part.thickness * (1 - rule.C[:count])
     nu = part.graded.poisson_at(z)
     mu = part.graded.young_at(z) / (2 * (1 + nu)) / scale
-    slopes, lateral = np.empty((12, *part.states.shape)), np.empty((12, *part.across.shape))
-    for i in range(12):
-        y = part.states + x * _times(rule.A[i : i + 1, :i], slopes[:i])[0]
-        w = part.across + x * _times(rule.A[i : i + 1, :i], lateral[:i])[0]
+    reached = ~_hidden(part, k)
+    x, start, start_across = k[reached] * part.thickness, part.states[..., reached], part.across[..., reached]
+    slopes, lateral = np.empty((count, *start.shape)), np.empty((count, *start_across.shape))
+    for i in range(count):
+        y = start + x * _times(rule.A[i : i + 1, :i], slopes[:i])[0]
+        w = start_across + x * _times(rule.A[i : i + 1, :i], lateral[:i])[0]
         slopes[i] = -_times(sagittal_system(float(mu[i]), float(nu[i])), y)
-        lateral[i] = -np.stack([w[1] / mu[i], mu[i] * w[0]])
+        lateral[i, 0], lateral[i, 1] = -w[1] / mu[i], -mu[i] * w[0]
     decay = np.exp(-x)
-    states = part.states + x * _times(rule.B[None], slopes)[0]
-    return states * decay, (part.across + x * _times(rule.B[None], lateral)[0]) * decay
+    states, across = part.states.copy(), part.across.copy()
+    states[..., reached] = (start + x * _times(rule.B[None], slopes)[0]) * decay
+    across[..., reached] = (start_across + x * _times(rule.B[None], lateral)[0]) * decay
+    return states, across
 
 
 def _times(matrix: Array, states: Array) -> Array:
@@ -271,7 +354,7 @@ def _inverse(lower: Array) -> Array:
 
 
 def _sweep_down(
-    parts: list[_Part], base: HalfSpace | None, k: Array, z: Array, below: Indices, scale: float, shear: bool
+    parts: list[_Part], base: ElasticBase | None, k: Array, z: Array, below: Indices, scale: float, shear: bool
 ) -> tuple[Array, Array]:
     """States at all depths from the tractions that the loads have at the surface."""
     # notation: columns are the two loads, s_zz = -1 and s_lz = 1
@@ -282,6 +365,12 @@ def _sweep_down(
     sideways = np.ones(k.size)
     states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
+        if part.sheet is not None:
+            down = np.append(np.clip(z[part.depths] - part.top, 0.0, part.thickness), part.thickness)
+            y, w = part.sheet.at(down, traction), part.sheet.at_across(down, sideways)
+            states[..., part.depths], across[..., part.depths] = y[..., :-1], w[..., :-1]
+            traction, sideways = y[2:, ..., -1], w[1, ..., -1]
+            continue
         raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
         wave = sideways / lifted[1]
@@ -291,21 +380,16 @@ def _sweep_down(
             decay = np.exp(-k[:, None] * down)
             states[..., part.depths] = np.einsum("ijnz,jkn->iknz", y, amplitude) * decay
             across[..., part.depths] = w * (wave[:, None] * decay)
-        elif part.depths.size:
+        decay = np.exp(-k * part.thickness)
+        end, end_across = np.einsum("ijn,jkn->ikn", part.states, amplitude) * decay, part.across * wave * decay
+        if part.depths.size and part.graded is not None:
             # steps through a graded layer begin or end at these depths
             upper = z[part.depths] - part.top < part.thickness / 2
-            if upper.any():
-                states[..., part.depths[upper]] = np.einsum("ijn,jkn->ikn", raised, amplitude)[..., None]
-                across[..., part.depths[upper]] = (lifted * wave)[..., None]
-            if not upper.all():
-                decay = np.exp(-k * part.thickness)
-                states[..., part.depths[~upper]] = (np.einsum("ijn,jkn->ikn", part.states, amplitude) * decay)[
-                    ..., None
-                ]
-                across[..., part.depths[~upper]] = (part.across * wave * decay)[..., None]
-        decay = np.exp(-k * part.thickness)
-        traction = np.einsum("ijn,jkn->ikn", part.states[2:], amplitude) * decay
-        sideways = part.across[1] * wave * decay
+            states[..., part.depths[upper]] = np.einsum("ijn,jkn->ikn", raised, amplitude)[..., None]
+            across[..., part.depths[upper]] = (lifted * wave)[..., None]
+            states[..., part.depths[~upper]] = end[..., None]
+            across[..., part.depths[~upper]] = end_across[..., None]
+        traction, sideways = end[2:], end_across[1]
     if base is not None and below.size:
         top = parts[-1].top + parts[-1].thickness if parts else 0.0
         states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways, scale)
@@ -313,10 +397,15 @@ def _sweep_down(
 
 
 def _in_base(
-    base: HalfSpace, k: Array, depth: Array, traction: Array, sideways: Array, scale: float
+    base: ElasticBase, k: Array, depth: Array, traction: Array, sideways: Array, scale: float
 ) -> tuple[Array, Array]:
     """States in the base: exp(A x) = exp(-x) (1 + x (A + 1)) on the fields that decay."""
-    mu, nu = base.young / (2 * (1 + base.poisson)) / scale, base.poisson
+    if isinstance(base, TransverselyIsotropicHalfSpace):
+        solid, x = Solid.of(base, scale), k[:, None] * np.maximum(depth, 0.0)
+        rate, impedance = solid.sideways
+        along = np.einsum("ijnz,jkn->iknz", solid.decaying(x), traction)
+        return along, np.stack([-sideways / impedance, sideways])[..., None] * np.exp(-rate * x)
+    mu, nu = shear_modulus(base) / scale, base.poisson
     flexibility, _ = _own_flexibility(mu, nu, k.size)
     start = np.concatenate([np.einsum("ijn,jkn->ikn", flexibility, traction), traction])
     turned = _times(sagittal_system(mu, nu) + np.eye(4), start)
@@ -326,13 +415,13 @@ def _in_base(
     return (start[..., None] + x * turned[..., None]) * decay, across[..., None] * decay
 
 
-def named_waves(states: Array, across: Array, mu: Array, nu: Array, scale: float) -> Waves:
+def named_waves(states: Array, across: Array, plane: PlaneAt, scale: float) -> Waves:
     """Waves from states (4, loads, nk, nz) and transverse ones (2, nk, nz): in-plane stresses added, displacements scaled."""
     along, szz = states[0], states[3]
-    difference = mu * along
-    mean = (nu * szz + (1 + nu) * difference) / (1 - nu)
+    difference = plane.across / scale * along
+    mean = plane.coupling * szz + (plane.stiffness - plane.across) / scale * along
     fields = np.stack([along / scale, states[1] / scale, states[2], szz, mean, difference])
-    transverse = np.stack([across[0] / scale, across[1], mu * across[0]])
+    transverse = np.stack([across[0] / scale, across[1], plane.across / scale * across[0]])
     if states.shape[1] == 1:
         return Waves(fields[:, 0], np.zeros((6, 0, 0)), np.zeros((3, 0, 0)))
     return Waves(fields[:, 0], fields[:, 1], transverse)

@@ -22,8 +22,9 @@ import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.layered import SATURATION, carry_through, half_space_flexibility
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.compliance.layered import SATURATION, base_flexibility, carry_through, shear_modulus, yielding
+from flatpunch.media import AnyLayer, GradedLayer, Interface, Layer, Medium, RigidBase, TransverselyIsotropicLayer
+from flatpunch.media.transverse import plane_of
 
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
@@ -51,55 +52,48 @@ class Constants:
 
 
 def graded_response(medium: Medium, k: Array) -> Array:
-    """Dimensionless response L(k) = E* k C(k)/2 of a stack with graded layers.
+    """Dimensionless response L(k) = E* k C(k)/2 of a stack with graded layers at wavenumbers k > 0 [1/m], shape (n,).
 
-    Parameters
-    ----------
-    medium : Medium
-        Homogeneous and graded layers on a HalfSpace or RigidBase.
-    k : ndarray, shape (n,)
-        Wavenumbers [1/m], > 0.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        L(k) [-].
-
-    Raises
-    ------
-    ValueError
-        If the modulus or the Poisson ratio leaves its range between the depths at which the layer was checked.
+    A ValueError says that modulus or Poisson ratio leave their range between the depths at which the layer was checked.
     """
     top = medium.layers[0]
     zero = np.zeros(1)
     if isinstance(top, GradedLayer):
-        young, poisson = float(top.young_at(zero)[0]), float(top.poisson_at(zero)[0])
+        scale = float(top.young_at(zero)[0]) / (2 * (1 + float(top.poisson_at(zero)[0])))
     else:
-        young, poisson = top.young, top.poisson
-    scale = young / (2 * (1 + poisson))
-    base = medium.base
-    if isinstance(base, HalfSpace):
-        flexibility = half_space_flexibility(base, scale, k.shape)
-    else:
-        flexibility = np.zeros((2, 2, *k.shape))
+        scale = shear_modulus(top)
+    flexibility = graded_flexibility(medium, k, scale)
+    return np.asarray(-flexibility[1, 1] * (top.surface_modulus / (2 * scale)))
+
+
+def graded_flexibility(medium: Medium, k: Array, scale: float) -> Array:
+    """Flexibility H of a stack with graded layers at its surface, times the modulus `scale`; shape (2, 2, n)."""
+    flexibility = base_flexibility(medium, scale, k.shape)
     for layer in reversed(medium.layers):
         if isinstance(layer, GradedLayer):
             flexibility = carry_through_graded(layer, flexibility, k, scale)
         else:
             flexibility = carry_through(layer, flexibility, k, scale)
-    return np.asarray(-flexibility[1, 1] / (1 - poisson))
+    return flexibility
 
 
 def long_wave_power(medium: Medium) -> int:
     """p of L ~ k^p at long waves: 0 on an elastic base, 3 if all is incompressible and sticks to a rigid one, else 1."""
-    if isinstance(medium.base, HalfSpace):
+    if not isinstance(medium.base, RigidBase):
         return 0
-    return 3 if all(layer.bonded and _incompressible(layer) for layer in medium.layers) else 1
+    return 3 if all(_unyielding(layer) and _incompressible(layer) for layer in medium.layers) else 1
 
 
-def _incompressible(layer: Layer | GradedLayer) -> bool:
+def _unyielding(layer: AnyLayer) -> bool:
+    """Whether the lower face neither slides nor moves across itself."""
+    return bool(layer.bonded) and not (isinstance(layer.bonded, Interface) and layer.bonded.normal is not None)
+
+
+def _incompressible(layer: AnyLayer) -> bool:
     if isinstance(layer, Layer):
         return layer.poisson == 0.5
+    if isinstance(layer, TransverselyIsotropicLayer):
+        return plane_of(layer).oedometric == 0
     return bool(np.all(layer.poisson_at(np.linspace(0, layer.thickness, 65)) == 0.5))
 
 
@@ -113,14 +107,22 @@ def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
             found += [float(moduli.min()), float(moduli.max())]
         else:
             found.append(layer.surface_modulus)
-    if isinstance(medium.base, HalfSpace):
+    if not isinstance(medium.base, RigidBase):
         found.append(medium.base.surface_modulus)
+    found += spring_moduli(medium)
     return min(found), max(found)
+
+
+def spring_moduli(medium: Medium) -> list[float]:
+    """Stiffnesses of the interfaces times the thickness of all layers [Pa]."""
+    springs = [layer.bonded for layer in medium.layers if isinstance(layer.bonded, Interface)]
+    return [medium.thickness * value for each in springs for value in (each.normal, each.shear) if value]
 
 
 def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
     depth = np.minimum(layer.thickness, SATURATION / k)
+    below = yielding(layer.bonded, below, k, scale)
     start = below.copy()
     hidden = depth < layer.thickness
     if hidden.any():
@@ -135,7 +137,7 @@ def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: floa
         (mixed, _enter_mixed, _mixed_rates, _leave_mixed),
     ):
         if chosen.any():
-            state = enter(start[:, :, chosen], layer.bonded)
+            state = enter(start[:, :, chosen], bool(layer.bonded))
             above[:, :, chosen] = leave(_integrate(layer, rates, state, k[chosen], depth[chosen], scale))
     return above
 

@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance.layered import SATURATION
+from flatpunch.numerics.chebyshev import NODES, nodal_transform, polynomials, unit_nodes
 
 Numbers = NDArray[Any]
 """Real or complex arrays: the punch matrices need L - 1 a little off the real axis."""
-
-DEGREE = 23
-"""Chebyshev degree of a piece."""
 
 TOLERANCE = 2e-12
 """Size of the last coefficients, relative to L: what the response itself is good for."""
@@ -187,8 +185,8 @@ class Interpolant:
             chosen = piece == i
             low, high = self.edges[i], self.edges[i + 1]
             # the polynomials are the same for all derivatives
-            polynomials = _chebyshev((2 * s[chosen] - low - high) / (high - low), DEGREE + 1)
-            result[:, chosen] = self._piece_series[i, : order + 1] @ polynomials
+            basis = polynomials((2 * s[chosen] - low - high) / (high - low))
+            result[:, chosen] = self._piece_series[i, : order + 1] @ basis
         return result
 
     def _log_low(self, kappa: Numbers, order: int) -> Numbers:
@@ -210,37 +208,31 @@ class Interpolant:
         return np.asarray(f / kappa)
 
 
-def interpolate(response: Callable[[Array], Array], start: float, power: int, *, vanishing: bool) -> Interpolant:
-    """Interpolant of a response.
+def interpolate(
+    response: Callable[[Array], Array], start: float, power: int, *, vanishing: bool, last: float = SATURATION
+) -> Interpolant:
+    """Interpolant of a response kappa -> L, shape (n,) each, with L ~ kappa^power at long waves.
 
-    Parameters
-    ----------
-    response : callable
-        kappa, shape (n,) -> L, shape (n,).
-    start : float
-        A kappa from which down L is expected to be smooth in kappa; moved down where it is not.
-    power : int
-        L ~ kappa^power at long waves.
-    vanishing : bool
-        Whether L - 1 decays exponentially, under a homogeneous surface layer.
+    From `start` down L is expected to be smooth in kappa; it is moved down where it is not. `vanishing` says that L - 1 decays
+    exponentially, under a homogeneous surface layer, so that it is zero from `last` on.
     """
-    low, high = np.log(start), np.log(SATURATION if vanishing else 32.0)
+    low, high = np.log(start), np.log(last if vanishing else 32.0)
     pieces: dict[tuple[float, float], Array] = {}
     ends = np.exp([low, high])
     wanted = _split(low, high)
     long_waves, short_waves = None, np.zeros(1) if vanishing else None
-    error = 0.0
+    error, fit = 0.0, nodal_transform(NODES)
     while wanted or long_waves is None or short_waves is None:
         points = [np.exp(_nodes(a, b)) for a, b in wanted]
         if long_waves is None:
-            points.append(ends[0] * (_unit_nodes() + 1) / 2)
+            points.append(ends[0] * (unit_nodes(NODES) + 1) / 2)
         if short_waves is None:
             points.append(ends[1] / _short_nodes())
         values = response(np.concatenate(points))
         parts = np.split(values, np.cumsum([len(p) for p in points])[:-1])
         next_round: list[tuple[float, float]] = []
         for (a, b), part in zip(wanted, parts, strict=False):
-            series = _fit(np.log(part))
+            series = fit @ np.log(part)
             tail = float(np.abs(series[-2:]).max() * min(part.max(), 1.0))
             if tail > TOLERANCE and b - a > np.log(4.0) / 64:
                 next_round += [(a, (a + b) / 2), ((a + b) / 2, b)]
@@ -249,7 +241,7 @@ def interpolate(response: Callable[[Array], Array], start: float, power: int, *,
                 error = max(error, tail)
         index = len(wanted)
         if long_waves is None:
-            series = _fit(np.log(parts[index]) - power * np.log(points[index]))
+            series = fit @ (np.log(parts[index]) - power * np.log(points[index]))
             index += 1
             if np.abs(series[-2:]).max() < TOLERANCE or ends[0] < 1e-12:
                 long_waves = series
@@ -278,26 +270,14 @@ def _split(low: float, high: float) -> list[tuple[float, float]]:
     return [(a, b) for a, b in pairwise(edges.tolist())]
 
 
-def _unit_nodes() -> Array:
-    return np.asarray(np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1)))
-
-
 def _nodes(a: float, b: float) -> Array:
-    return (a + b) / 2 + (b - a) / 2 * _unit_nodes()
-
-
-def _fit(values: Array) -> Array:
-    """Chebyshev coefficients from values at the Chebyshev points."""
-    n = DEGREE + 1
-    angles = np.pi * (np.arange(n) + 0.5) / n
-    series = 2 / n * np.cos(np.arange(n)[:, None] * angles) @ values
-    series[0] /= 2
-    return np.asarray(series)
+    return (a + b) / 2 + (b - a) / 2 * unit_nodes(NODES)
 
 
 def _short_nodes() -> Array:
     """kappa_1/kappa of the fit, denser towards kappa_1; far below it L - 1 drowns in rounding."""
-    return np.asarray(0.01 + 0.99 * (1 + np.cos(np.pi * (np.arange(24) + 0.5) / 24)) / 2)
+    least = 0.01
+    return np.asarray(least + (1 - least) * (1 + unit_nodes(NODES)) / 2)
 
 
 def _fit_short(remainder: Array, end: float) -> tuple[Array, float]:
@@ -319,20 +299,9 @@ def _derived(series: Array, n: int) -> Array:
     return result
 
 
-def _chebyshev(t: Numbers, terms: int) -> Numbers:
-    """Chebyshev polynomials at points t, shape (terms, n)."""
-    result = np.empty((max(terms, 2), t.size), dtype=t.dtype)
-    result[0], result[1] = 1.0, t
-    twice = 2 * t
-    for n in range(2, terms):
-        np.multiply(twice, result[n - 1], out=result[n])
-        result[n] -= result[n - 2]
-    return result[:terms]
-
-
 def _euler(series: Array, v: Numbers, order: int) -> Numbers:
     """A function of v and its derivatives v d/dv, shape (order + 1, n), from series of it and its derivatives by v."""
-    values = series[: order + 1] @ _chebyshev(2 * v - 1, series.shape[1])
+    values = series[: order + 1] @ polynomials(2 * v - 1, series.shape[1] - 1)
     if order > 0:
         values[1] *= v
     if order > 1:

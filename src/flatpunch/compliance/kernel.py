@@ -18,18 +18,21 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, shown, values
 from flatpunch._support.readable import readable
-from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus
+from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus, spring_moduli
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
-from flatpunch.compliance.layered import SATURATION, layered_response
+from flatpunch.compliance.layered import SATURATION, layered_response, saturation
 from flatpunch.compliance.power_law import power_law_constant
 from flatpunch.media import (
     Body,
+    FreeLayer,
     GradedLayer,
     HalfSpace,
     Medium,
     PowerLawHalfSpace,
     PunchSolution,
+    RigidBase,
     TabulatedMedium,
+    TransverselyIsotropicHalfSpace,
     TwoBodies,
 )
 
@@ -130,7 +133,7 @@ def compliance(medium: Body) -> Kernel:
 
     Parameters
     ----------
-    medium : HalfSpace, Medium, PowerLawHalfSpace, TwoBodies or TabulatedMedium
+    medium : HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, TwoBodies or TabulatedMedium
         The body; equal media share one kernel and with it every solution already computed.
 
     Returns
@@ -154,12 +157,22 @@ def compliance(medium: Body) -> Kernel:
     """
     if isinstance(medium, TabulatedMedium):
         return _tabulated(medium)
-    if not isinstance(medium, (HalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
-        raise TypeError(
-            f"medium = {shown(medium)} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies. Layers alone are no "
-            "medium: Medium([layer, ...], base=...) says what lies below them."
-        )
+    if not isinstance(medium, (HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
+        raise _refusal(medium)
     return _kernel(medium)
+
+
+def _refusal(medium: object) -> Exception:
+    """Why something has no compliance."""
+    if isinstance(medium, FreeLayer):
+        return ValueError(
+            "medium = FreeLayer(...) lifts off its base, so that it has no compliance: only `indent` takes it, with round "
+            "tips. A layer that is held down is Medium([Layer(..., bonded=False)], base=...)."
+        )
+    return TypeError(
+        f"medium = {shown(medium)} must be a Medium, a half-space or TwoBodies. Layers alone are no "
+        "medium: Medium([layer, ...], base=...) says what lies below them."
+    )
 
 
 @byte_cached
@@ -168,8 +181,10 @@ def _tabulated(medium: TabulatedMedium) -> Kernel:
 
 
 @byte_cached
-def _kernel(medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
-    if isinstance(medium, HalfSpace) or (isinstance(medium, Medium) and not medium.layers):
+def _kernel(medium: HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
+    if isinstance(medium, (HalfSpace, TransverselyIsotropicHalfSpace)) or (
+        isinstance(medium, Medium) and not medium.layers
+    ):
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
     if isinstance(medium, Medium):
         if any(isinstance(layer, GradedLayer) for layer in medium.layers):
@@ -223,14 +238,16 @@ def _stack(medium: Medium) -> Kernel:
         return _tabulated_stack(medium)
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]
-    if isinstance(medium.base, HalfSpace):
+    if not isinstance(medium.base, RigidBase):
         moduli.append(medium.base.surface_modulus)
+    moduli += spring_moduli(medium)
     # below this kappa even the longest length of the stack, thickness times modulus ratio, is short
     floor = 1e-3 * (length / medium.thickness) * (min(moduli) / max(moduli))
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,
         response=_Layered(medium, length),
+        cutoff=saturation(medium.layers[0]),
         floor=floor,
     )
 
@@ -238,13 +255,17 @@ def _stack(medium: Medium) -> Kernel:
 def _tabulated_stack(medium: Medium) -> Kernel:
     """Many homogeneous layers: the recursion runs once, at the points of an interpolant."""
     series = _interpolated(medium, _Layered(medium, medium.length), vanishing=True)
-    return Kernel(modulus=medium.surface_modulus, length=medium.length, response=series, floor=series.floor)
+    cutoff = saturation(medium.layers[0])
+    return Kernel(
+        modulus=medium.surface_modulus, length=medium.length, response=series, cutoff=cutoff, floor=series.floor
+    )
 
 
 def _interpolated(medium: Medium, response: Callable[[Array], Array], *, vanishing: bool) -> Interpolant:
     smallest, largest = smallest_and_largest_modulus(medium)
     start = 0.1 * (medium.length / medium.thickness) * float(np.sqrt(smallest / largest))
-    return interpolate(response, start, long_wave_power(medium), vanishing=vanishing)
+    last = saturation(medium.layers[0])
+    return interpolate(response, min(start, last / 2), long_wave_power(medium), vanishing=vanishing, last=last)
 
 
 def _graded_stack(medium: Medium) -> Kernel:
@@ -256,7 +277,7 @@ def _graded_stack(medium: Medium) -> Kernel:
         length=length,
         response=series,
         tail=series.tail if surface_graded else 0.0,
-        cutoff=_tail_begins(series) if surface_graded else SATURATION,
+        cutoff=_tail_begins(series) if surface_graded else saturation(medium.layers[0]),
         floor=series.floor,
         series=series if surface_graded else None,
     )
@@ -340,4 +361,4 @@ def _series(kernel: Kernel) -> SmoothResponse:
         return kernel.response
     lowest = 10 * kernel.floor
     power = round(float(np.diff(np.log(kernel.response(np.array([1.0, 2.0]) * 0.01 * kernel.floor)))[0] / np.log(2)))
-    return interpolate(kernel.response, lowest, power, vanishing=True)
+    return interpolate(kernel.response, lowest, power, vanishing=True, last=kernel.cutoff)

@@ -20,9 +20,18 @@ from math import factorial
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.media import HalfSpace, Layer, Medium
+from flatpunch.compliance.transverse import REACH, Sheet, Solid
+from flatpunch.media import (
+    HalfSpace,
+    Interface,
+    Layer,
+    Medium,
+    RigidBase,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+)
 
-SATURATION = 25.0
+SATURATION = REACH
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
 
 _DEEP = 2.0
@@ -34,35 +43,30 @@ _SERIES = [2 * (j + 1) / factorial(2 * j + 3) for j in range(9, -1, -1)]
 
 
 def layered_response(medium: Medium, k: Array) -> Array:
-    """Dimensionless response L(k) = E* k C(k)/2 of a stack of homogeneous layers.
+    """Dimensionless response L(k) = E* k C(k)/2 of a stack of homogeneous layers at wavenumbers k > 0 [1/m], shape (n,).
 
-    Parameters
-    ----------
-    medium : Medium
-        Homogeneous layers on a HalfSpace or RigidBase.
-    k : ndarray, shape (n,)
-        Wavenumbers [1/m], > 0.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        L(k) [-]. Relative error below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision).
+    The relative error is below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision).
     """
     if not medium.layers:
         return np.ones_like(k)
     top = homogeneous_layers(medium)[0]
     response = np.ones_like(k)
-    inside = k * top.thickness < SATURATION
+    inside = k * top.thickness < saturation(top)
     if inside.any():
-        scale = _shear_modulus(top)
+        scale = shear_modulus(top)
         flexibility = stack_flexibility(medium, k[inside], scale)
-        response[inside] = -flexibility[1, 1] / (1 - top.poisson)
+        response[inside] = -flexibility[1, 1] * (top.surface_modulus / (2 * scale))
     return response
 
 
-def homogeneous_layers(medium: Medium) -> tuple[Layer, ...]:
+def saturation(top: object) -> float:
+    """k h from which a surface layer hides what lies below it."""
+    return SATURATION / Solid.of(top, 1.0).slowest if isinstance(top, TransverselyIsotropicLayer) else SATURATION
+
+
+def homogeneous_layers(medium: Medium) -> tuple[Layer | TransverselyIsotropicLayer, ...]:
     """The layers, none of which may be graded."""
-    layers = tuple(layer for layer in medium.layers if isinstance(layer, Layer))
+    layers = tuple(layer for layer in medium.layers if isinstance(layer, (Layer, TransverselyIsotropicLayer)))
     if len(layers) < len(medium.layers):
         raise TypeError("A stack with graded layers has no closed form; its response comes from `graded_response`.")
     return layers
@@ -77,14 +81,14 @@ def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
 
 
 def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
-    """The same for ascending wavenumbers."""
-    base = medium.base
-    if isinstance(base, HalfSpace):
-        flexibility = half_space_flexibility(base, scale, k.shape)
-    else:
-        flexibility = np.zeros((2, 2, *k.shape))
+    """Flexibility of the stack at its surface for ascending wavenumbers, shape (2, 2, n)."""
+    flexibility = base_flexibility(medium, scale, k.shape)
     known: dict[float, _Depths] = {}
     for layer in reversed(homogeneous_layers(medium)):
+        flexibility = yielding(layer.bonded, flexibility, k, scale)
+        if isinstance(layer, TransverselyIsotropicLayer):
+            flexibility = _through_sheet(layer, flexibility, k, scale)
+            continue
         if layer.thickness not in known:
             # thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory
             if len(known) == 8:
@@ -94,16 +98,48 @@ def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
     return flexibility
 
 
-def half_space_flexibility(body: HalfSpace | Layer, scale: float, shape: tuple[int, ...]) -> Array:
+def base_flexibility(medium: Medium, scale: float, shape: tuple[int, ...]) -> Array:
+    """Flexibility of what lies below all layers, times `scale`; shape (2, 2, *shape)."""
+    if isinstance(medium.base, RigidBase):
+        return np.zeros((2, 2, *shape))
+    return half_space_flexibility(medium.base, scale, shape)
+
+
+def yielding(face: bool | Interface, below: Array, k: Array, scale: float) -> Array:
+    """Flexibility of what lies below a layer with that of the springs of its lower face, if there are any."""
+    if not isinstance(face, Interface):
+        return below
+    along, across = face.softness
+    below = below.copy()
+    if face:
+        below[0, 0] -= scale * along * k
+    below[1, 1] -= scale * across * k
+    return below
+
+
+def half_space_flexibility(
+    body: HalfSpace | Layer | TransverselyIsotropicHalfSpace, scale: float, shape: tuple[int, ...]
+) -> Array:
     """Flexibility of a homogeneous half-space times `scale`: the subspace of fields that decay with depth."""
-    nu = body.poisson
-    g = scale / _shear_modulus(body)
-    constant = g * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
+    if isinstance(body, TransverselyIsotropicHalfSpace):
+        constant = Solid.of(body, scale).flexibility
+    else:
+        nu = body.poisson
+        g = scale / shear_modulus(body)
+        constant = g * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
     return np.broadcast_to(constant[:, :, None], (2, 2, *shape)).copy()
 
 
-def carry_through(layer: Layer, below: Array, k: Array, scale: float) -> Array:
+def _through_sheet(layer: TransverselyIsotropicLayer, below: Array, k: Array, scale: float) -> Array:
+    """Flexibility at the upper face of a transversely isotropic layer."""
+    return Sheet(Solid.of(layer, scale), layer.thickness, k, _states_below(layer, below)).flexibility
+
+
+def carry_through(layer: Layer | TransverselyIsotropicLayer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
+    below = yielding(layer.bonded, below, k, scale)
+    if isinstance(layer, TransverselyIsotropicLayer):
+        return _through_sheet(layer, below, k, scale)
     order, above = np.argsort(k), np.empty(below.shape)
     ascending = below[..., order]
     _carry(layer, ascending, _Depths.of(k[order] * layer.thickness), scale)
@@ -147,8 +183,8 @@ def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> N
 
 
 def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
-    """The same at small x = k h, from the `functions` of the depth, shape (4, n): two states are carried through."""
-    system = sagittal_system(_shear_modulus(layer) / scale, layer.poisson)
+    """Flexibility above a layer at small x = k h, from the `functions` of the depth, shape (4, n), by two states."""
+    system = sagittal_system(shear_modulus(layer) / scale, layer.poisson)
     nilpotent = system @ system - np.eye(4)
     states = _states_below(layer, below)
     parts = np.concatenate([nilpotent, system, system @ nilpotent]) @ states.reshape(4, -1)
@@ -160,11 +196,11 @@ def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Ar
 
 
 def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
-    """The same at large x: decaying solutions, and the growing ones that the lower face sends back.
+    """Flexibility above a layer at large x = k h: decaying solutions, and the growing ones that the lower face sends back.
 
     Both are exp(-+x) (v, w + v x) and pass through the layer as exp(-x) N and exp(-x)/N with N = (1 x; 0 1).
     """
-    m, c = _shear_modulus(layer) / scale, 3 - 4 * layer.poisson
+    m, c = shear_modulus(layer) / scale, 3 - 4 * layer.poisson
     # notation: columns are two decaying and two growing solutions at their own face
     solutions = np.array(
         [
@@ -193,7 +229,7 @@ def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
     return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
 
-def _states_below(layer: Layer, below: Array) -> Array:
+def _states_below(layer: Layer | TransverselyIsotropicLayer, below: Array) -> Array:
     """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
     states = np.zeros((4, 2, below.shape[-1]))
     if layer.bonded:
@@ -213,7 +249,10 @@ def depth_functions(x: Array) -> Array:
     return np.stack([cosh, x * sinh / 2, sinh, _x_cosh_minus_sinh(x, cosh, sinh) / 2])
 
 
-def _shear_modulus(body: HalfSpace | Layer) -> float:
+def shear_modulus(body: HalfSpace | Layer | TransverselyIsotropicHalfSpace | TransverselyIsotropicLayer) -> float:
+    """Shear modulus of a body, of a transversely isotropic one that along z [Pa]."""
+    if isinstance(body, (TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
+        return body.shear
     return body.young / (2 * (1 + body.poisson))
 
 

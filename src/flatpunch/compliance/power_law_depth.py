@@ -19,7 +19,7 @@ import scipy
 from scipy.interpolate import CubicSpline
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Waves, named_waves
+from flatpunch.compliance.depth import PlaneAt, Waves, named_waves
 from flatpunch.compliance.layered import sagittal_system
 from flatpunch.media import PowerLawHalfSpace
 
@@ -31,21 +31,9 @@ _NODES = 6000
 
 
 def power_law_waves(body: PowerLawHalfSpace, k: Array, z: Array) -> Waves:
-    """Fields at depths z, shape (nz,), under unit load waves of wavenumbers k, shape (nk,).
+    """Fields at depths z, shape (nz,), under unit load waves of wavenumbers k > 0, shape (nk,).
 
-    Parameters
-    ----------
-    body : PowerLawHalfSpace
-        The body.
-    k : ndarray, shape (nk,)
-        Wavenumbers [1/m], > 0.
-    z : ndarray, shape (nz,)
-        Depths [m], >= 0; > 0 where the exponent is negative, for the stresses along the surface are infinite there.
-
-    Returns
-    -------
-    Waves
-        Under pressures and under shear tractions.
+    Depths are >= 0 [m], but > 0 where the exponent is negative, for the stresses along the surface are infinite there.
     """
     e, nu = body.exponent, body.poisson
     spline = _universal(e, nu)
@@ -59,7 +47,11 @@ def power_law_waves(body: PowerLawHalfSpace, k: Array, z: Array) -> Waves:
     fields[1] += _vertical(nu) * growth * fields[3]
     across[0] += growth * across[1]
     shear = body.modulus / (2 * (1 + nu)) * (k * body.depth) ** -e
-    waves = named_waves(fields, across, modulus, np.full(z.size, nu), 1.0)
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # the compliances, which may be infinite at the surface, are not needed
+        plane = PlaneAt.isotropic(modulus, np.full(z.size, nu))
+    waves = named_waves(fields, across, plane, 1.0)
     # displacements are in units of 1/(m k)
     waves.normal[:2] /= shear[:, None]
     waves.shear[:2] /= shear[:, None]

@@ -5,6 +5,7 @@ from .indent import indent, pressure
 from .methods import (
     METHODS,
     BoundaryElements,
+    Exact,
     FirstOrder,
     FourthOrder,
     Method,
@@ -18,6 +19,7 @@ __all__ = [
     "METHODS",
     "BoundaryElements",
     "Choice",
+    "Exact",
     "FirstOrder",
     "FourthOrder",
     "Method",

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, Flags, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.indenters.profile import Indenter
 
@@ -17,6 +17,9 @@ ControlName = Literal["depth", "force", "radius"]
 
 NOTABLE_FORCE, NOTABLE_OUTLINE = 0.01, 0.05
 """Estimated errors of the force, and of the outline over the mean radius, above which a result has a note about them."""
+
+FORCE_ERROR = 5e-4
+"""Relative error of the force of the solutions that come with the package, and of `Refined` unless another is asked for."""
 
 UNITS = {"depth": "m", "force": "N", "radius": "m"}
 """SI units of what may be prescribed."""
@@ -79,12 +82,13 @@ def prescribed(*, depth: object, force: object, radius: object) -> tuple[Control
 
 def check_reach(indenter: Indenter, radius: Array) -> None:
     """Refuse radii at which the indenter has no shape."""
-    if radius.size and radius.max() > indenter.reach * (1 + 1e-12):
+    if radius.size and radius.max() > indenter.reach * (1 + ROUNDING):
         i = int(np.argmax(radius))
-        raise ValueError(
-            f"radius[{i}] = {text(float(radius[i]), 'm')} is beyond this indenter, whose shape is defined up to "
-            f"{text(indenter.reach, 'm')}. "
-            "Ask for a smaller contact, or give the shape further out."
+        raise BadValue(
+            f"radius[{i}]",
+            text(float(radius[i]), "m"),
+            f"is beyond this indenter, whose shape is defined up to {text(indenter.reach, 'm')}. Ask for a "
+            "smaller contact, or give the shape further out.",
         )
 
 

@@ -7,7 +7,7 @@ first call, for nothing. Arrays and indices that need no conversion are taken wi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Attributes = Mapping[str, str]
-Column = tuple[str | tuple[str, ...], NDArray[Any], Attributes]
+Column = tuple[str | tuple[str, ...], NDArray[np.generic], Attributes]
 """Dimensions, values and attributes."""
+
+
+def outlines(result: xr.Dataset) -> NDArray[np.float64]:
+    """Outlines a(phi) of a result [m], shape (steps, phi); NaN where a contact has none, as one in several parts."""
+    if "contour" in result:
+        return np.asarray(result["contour"].values)
+    return np.full((result.sizes["step"], result.sizes["phi"]), np.nan)
 
 
 def dataset(
     columns: Mapping[str, Column],
-    coordinates: Mapping[str, tuple[NDArray[Any], Attributes]],
-    attributes: Mapping[str, Any],
+    coordinates: Mapping[str, tuple[NDArray[np.generic], Attributes]],
+    attributes: Mapping[str, object],
 ) -> xr.Dataset:
     """Dataset of columns over coordinates, each of which has values and attributes."""
     import pandas as pd

@@ -6,20 +6,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Values
+from flatpunch._support.checks import Array, BadValue, Values
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.contact.curve import Control, Curve, control_from, percent
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, Refined, SecondOrder
+from flatpunch.contact.curve import NOTABLE_OUTLINE, Control, Curve, control_from, percent
+from flatpunch.contact.methods import (
+    BoundaryElements,
+    Exact,
+    FourthOrder,
+    Method,
+    Refined,
+    SecondOrder,
+    exactly_solved,
+)
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
-from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body
+from flatpunch.indenters.profile import Indenter, is_rising
+from flatpunch.media import Body, FreeLayer
 
 FORCE_LIMIT = 0.005
 """Estimated relative error of the force above which a series is not taken by default."""
-
-OUTLINE_LIMIT = 0.05
-"""Estimated error of the outline over the mean radius above which a series is not taken by default."""
 
 WIDE = 20.0
 """Contact radius over the shortest length of the medium above which the harmonics of a series cost seconds and more."""
@@ -64,16 +69,25 @@ class Choice:
     curve: Curve | None = None
 
 
-def series_of(indenter: Indenter) -> FirstOrder | SecondOrder | FourthOrder:
-    """The fast method that is closest for a shape, whatever the medium."""
+LIFTS_OFF = Choice(Exact(), "the layer lifts off", quick=True)
+"""How contacts on a `FreeLayer` are solved; none of the methods for a held body does."""
+
+ELLIPSE = "exact (elliptic paraboloid)"
+"""Reason of elliptic paraboloids on half-spaces and power-law half-spaces."""
+
+
+def series_of(indenter: Indenter) -> Exact | SecondOrder | FourthOrder | BoundaryElements:
+    """The fast method that is closest for a shape, whatever the medium; boundary elements where none applies."""
+    if not is_rising(indenter):
+        return BoundaryElements()
     if indenter.round:
-        return FirstOrder()
+        return Exact()
     return SecondOrder() if indenter.exponent is None else FourthOrder()
 
 
 def default_method(
     indenter: Indenter,
-    medium: Body | None = None,
+    medium: Body | FreeLayer | None = None,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -81,11 +95,11 @@ def default_method(
 ) -> str:
     """Short name of the method that `indent` chooses by itself; arguments as for `indent`.
 
-    Round tips are solved exactly by "first-order", the shortest way. Pyramids of 3, 4 and 6 sides and ellipses on one layer on a
-    rigid base take "refined" with corrections that come with the package. Other power laws take "fourth-order" if its own
-    estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most 20 times wider than the thinnest
-    layer, and else "refined", as do all other shapes. Without a
-    medium it is the best of the fast methods for the shape.
+    Round tips, and elliptic paraboloids on half-spaces and power-law half-spaces, are solved by "exact". Pyramids of 3, 4 and 6
+    sides and ellipses on one layer on a rigid base take "refined" with corrections that come with the package. Other power laws
+    take "fourth-order" if its own estimate is at most 0.5 % in force and 5 % in outline at all steps and the contact is at most
+    20 times wider than the thinnest layer, and else "refined", as do all other shapes. Without a medium it is the best of the
+    fast methods for the shape.
 
     See Also
     --------
@@ -97,7 +111,7 @@ def default_method(
     >>> from flatpunch.contact import default_method
     >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
     >>> print(*(default_method(tip, gel, depth=200e-9) for tip in (fp.Sphere(radius=5e-6), fp.Vickers())))
-    first-order refined
+    exact refined
     """
     if medium is None:
         return series_of(indenter).name
@@ -106,7 +120,7 @@ def default_method(
 
 def default_choice(
     indenter: Indenter,
-    medium: Body,
+    medium: Body | FreeLayer,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -124,23 +138,32 @@ def default_choice(
     >>> from flatpunch.contact import default_choice
     >>> choice = default_choice(fp.Sphere(radius=5e-6), fp.HalfSpace(young=5e3, poisson=0.5), depth=200e-9)
     >>> print(choice.method.name, choice.reason)
-    first-order exact (round tip)
+    exact exact (round tip)
     """
     control = control_from(depth=depth, force=force, radius=radius)
+    if isinstance(medium, FreeLayer):
+        return LIFTS_OFF
     return choose(compliance(medium), indenter, control, np.zeros(1))
 
 
 def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Choice:
     """Choose the method for some steps.
 
-    Round tips are exact. Tips whose corrections come with the package take these. Of other power laws the series costs
-    milliseconds up to contacts `WIDE` layers wide: it is solved and taken if its own estimate is within `FORCE_LIMIT` and
-    `OUTLINE_LIMIT` at all steps. The series of wider contacts and of all other shapes takes as long as the boundary element
-    solutions of the refined method, which are closer.
+    Round tips are exact, and elliptic paraboloids on half-spaces. Tips that do not rise from one apex take boundary elements.
+    Tips whose corrections come with the package take these. Of other power laws the series costs milliseconds up to contacts
+    `WIDE` layers wide: it is solved and taken if its own estimate is within `FORCE_LIMIT` and `NOTABLE_OUTLINE` at all steps. The
+    series of wider contacts and of all other shapes takes as long as the boundary element solutions of the refined method, which
+    are closer.
     """
     series = series_of(indenter)
+    if control.name == "depth" and control.values.max(initial=0.0) > getattr(indenter, "elsewhere", np.inf):
+        return Choice(BoundaryElements(), "parts of the map far from its apex are lower than the depth", quick=False)
+    if isinstance(series, BoundaryElements):
+        return Choice(series, "the tip does not rise from one apex in every direction", quick=False)
     if indenter.round:
         return Choice(series, EXACT, quick=True)
+    if exactly_solved(kernel, indenter):
+        return Choice(Exact(), ELLIPSE, quick=True)
     if _covered(kernel, indenter, control):
         return Choice(Refined(), "its corrections for this tip on one layer come with the package", quick=True)
     if indenter.exponent is None:
@@ -154,7 +177,7 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     curve = series.solve(kernel, indenter, control, phi)
     force, outline = (float(np.max(curve.extra[name][1])) for name in ("force_error", "contour_error"))
     expected = f"the {series.name} series may be off by {percent(force)} in force and {percent(outline)} in outline"
-    if force <= FORCE_LIMIT and outline <= OUTLINE_LIMIT and curve.valid.all():
+    if force <= FORCE_LIMIT and outline <= NOTABLE_OUTLINE and curve.valid.all():
         return Choice(series, expected, quick=True, curve=curve)
     if not curve.valid.all():
         expected = f"the {series.name} series does not hold at all steps"
@@ -163,8 +186,9 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
 
 def asked_for(method: Method, indenter: Indenter) -> Choice:
     """The choice of a named method."""
-    exact = indenter.round and not isinstance(method, BoundaryElements)
-    return Choice(method, EXACT if exact else "asked for", quick=not isinstance(method, (Refined, BoundaryElements)))
+    if indenter.round and not isinstance(method, BoundaryElements):
+        return Choice(Exact(), EXACT, quick=True)
+    return Choice(method, "asked for", quick=not isinstance(method, (Refined, BoundaryElements)))
 
 
 def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
@@ -174,9 +198,10 @@ def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
     if isinstance(method, BoundaryElements):
         raise ValueError("work_of_adhesion goes with the fast methods, not with method='bem'.")
     if not isinstance(method, SecondOrder) and not indenter.round:
-        raise ValueError(
-            f"method = {method.name!r} does not know adhesion of non-round tips; it is solved to second order: choose "
-            "method='second-order'."
+        raise BadValue(
+            "method",
+            repr(method.name),
+            "does not know adhesion of non-round tips; it is solved to second order: choose method='second-order'.",
         )
     return method
 

@@ -9,31 +9,53 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
+from flatpunch.contact.finite_strain import overestimate
 from flatpunch.indenters import AreaFunction, Cylinder
-from flatpunch.indenters.profile import Indenter, reach_along
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, RigidBase, TwoBodies, underlying
+from flatpunch.indenters._common import SCATTERED
+from flatpunch.indenters.profile import Indenter, is_rising, reach_along
+from flatpunch.media import (
+    AnyLayer,
+    Body,
+    FreeLayer,
+    GradedLayer,
+    HalfSpace,
+    Layer,
+    Medium,
+    RigidBase,
+    Solid,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+    TwoBodies,
+    underlying,
+)
+
+STEEPEST = np.tan(np.radians(30.0))
+"""Mean inclination at the rim of a tip, and rms slope of a rough surface, above which a result has a note about small slopes."""
 
 
 def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...]:
     """Whether faces are too steep for a theory of small slopes, at contact radii of shape (n,)."""
     r = np.minimum(np.where(np.isfinite(radius), radius, 0.0), indenter.reach)
     live = r > 0
-    # 30 degrees of mean inclination at the rim; 36 directions off the multiples of common corners
-    steepest, directions = np.tan(np.radians(30.0)), 2 * np.pi * (np.arange(36) + 0.382) / 36
+    directions = SCATTERED[::10]
     # slopes of power laws grow with the radius
-    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), directions)) <= steepest:
+    if indenter.exponent is not None and np.mean(indenter.slope(r.max(), directions)) <= STEEPEST:
         return ()
     slope = np.zeros_like(r)
     if live.any():
         slope[live] = np.mean(indenter.slope(r[live][:, None], directions), axis=1)
-    steep = slope > steepest
+    return steep_faces(slope, depth)
+
+
+def steep_faces(slope: Array, depth: Array) -> tuple[str, ...]:
+    """Sentence about steps whose mean slope at the rim, or in a contact without an outline, is too large; shape (n,)."""
+    steep = slope > STEEPEST
     if not steep.any():
         return ()
     angle = np.degrees(np.arctan(slope[steep].max()))
@@ -48,7 +70,7 @@ def steepness(indenter: Indenter, radius: Array, depth: Array) -> tuple[str, ...
 
 def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tuple[str, ...]:
     """Whether outlines a(phi), shape (n, p), end where the shape of the indenter does, and not by themselves."""
-    if indenter.reach == np.inf or isinstance(indenter, Cylinder):
+    if indenter.reach == np.inf or isinstance(indenter, Cylinder) or not is_rising(indenter):
         return ()
     with np.errstate(invalid="ignore"):
         # share of the reach above which a contact counts as ending there: outlines are off by a hundredth
@@ -61,23 +83,11 @@ def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tup
     )
 
 
-def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
+def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
     """Return the curve with steps marked that are beyond the theory, and sentences that say why.
 
-    Parameters
-    ----------
-    curve : Curve
-        As a method gives it.
-    medium : Medium, HalfSpace, ...
-        The body.
-    indenter : Indenter
-        The tip.
-
-    Returns
-    -------
-    Curve
-        `valid` is False where a number is not finite, the estimated error is as large as the force, or a layer would be pressed
-        through.
+    `valid` is False where a number is not finite, the estimated error is as large as the force, a layer would be pressed
+    through, or another part of the tip than the one that was solved may touch.
     """
     finite = np.all([np.isfinite(getattr(curve, name)) for name in ("depth", "force", "radius", "area")], axis=0)
     broken = curve.valid & ~finite
@@ -96,23 +106,44 @@ def judged(curve: Curve, medium: Any, indenter: Indenter) -> Curve:
         "the tip would be pressed through a layer into what lies below, which does not give way. It cannot get there: ask for "
         "less depth, or check the thickness.",
     )
-    # compression of a layer over its thickness above which a note says that strains are no longer small
-    notes += first_failure(
-        (through >= 1 / 3) & (through < 1),
-        curve.depth,
-        "a layer is compressed by more than a third of its thickness. Strains are no longer small there: real materials "
-        "respond more stiffly than linear elasticity says.",
-    )
-    if indenter.round and not isinstance(indenter, Cylinder):
-        # methods of non-round tips say so themselves
-        notes += steepness(indenter, curve.radius, curve.depth)
+    corrected = "strain_factor" in curve.extra
+    if not corrected:
+        notes += _large_strains(curve, medium, indenter, through)
+    notes += tuple(getattr(indenter, "notes", ()))
+    apart = curve.depth > getattr(indenter, "elsewhere", np.inf)
+    if "patches" not in curve.extra:
+        valid = valid & ~apart
+        notes += first_failure(
+            apart,
+            curve.depth,
+            "other parts of the map, beyond the circle in which it rises from its apex, are lower than the depth and may touch "
+            "as well. They are not counted here; method='bem' solves the whole map.",
+        )
     if isinstance(indenter, AreaFunction):
         notes += (
             "The tip is taken as a body of revolution with the sections of its area function. At equal depth the force of a "
             "sharp three-sided pyramid is 7.8 % higher, of a four-sided one 2.7 %; where the tip is blunt it is less.",
         )
-    notes += _yield(curve)
+    if not corrected:
+        notes += _yield(curve)
     return replace(curve, valid=valid & (through < 1), notes=notes)
+
+
+def _large_strains(curve: Curve, medium: Body | FreeLayer, indenter: Indenter, through: Array) -> tuple[str, ...]:
+    """Whether layers are compressed or faces inclined by too much for linear theory, with the error where the table has it."""
+    # compression of a layer over its thickness above which a note says that strains are no longer small
+    notes = first_failure(
+        (through >= 1 / 3) & (through < 1),
+        curve.depth,
+        "a layer is compressed by more than a third of its thickness. Strains are no longer small there, and what they change is "
+        "not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean layers take from 6 % less force "
+        "than linear theory (thick and incompressible) to 21 % more (thin, nu = 0.45).",
+    )
+    if indenter.round and not isinstance(indenter, Cylinder):
+        # methods of non-round tips say so themselves
+        notes += steepness(indenter, curve.radius, curve.depth)
+    number = overestimate(medium, indenter, curve.depth) if notes else None
+    return notes if number is None else (f"Strains are no longer small: {number}",)
 
 
 def _known(curve: Curve) -> Flags:
@@ -124,7 +155,7 @@ def _known(curve: Curve) -> Flags:
     return np.asarray((error < 1) | ~np.isfinite(error))
 
 
-def compression(medium: Any, depth: Array, force: Array, radius: Array) -> Array:
+def compression(medium: Body | FreeLayer, depth: Array, force: Array, radius: Array) -> Array:
     """Least compression of the layers over their thickness at contacts of shape (n,), the largest of all stacks from the surface.
 
     Zero without layers, and where nothing is known of what lies below.
@@ -139,40 +170,40 @@ def compression(medium: Any, depth: Array, force: Array, radius: Array) -> Array
     return largest
 
 
-def deepest(medium: Any) -> float:
+def deepest(medium: Body) -> float:
     """Depth [m] that no tip can reach: the thickness of layers on rigid bases, infinite for all other bodies."""
     depths = [thickness for thickness, softness in _stacks(medium) if softness == 0]
     return max(depths, default=float("inf"))
 
 
-def _stacks(medium: Any) -> Iterator[tuple[float, float]]:
-    """Thickness of the layers above each interface [m], and 1/E* of the softest body below it [1/Pa].
-
-    Of two bodies: all layers of both, and both bases.
-    """
-    medium = underlying(medium)
-    if isinstance(medium, TwoBodies):
-        below = [_softness_of(body) for body in medium.elastic]
-        thickness = sum(body.thickness for body in medium.elastic if isinstance(body, Medium))
+def _stacks(medium: Body | FreeLayer) -> Iterator[tuple[float, float]]:
+    """Thickness of all layers above each interface [m], and 1/E* of the softest body below it [1/Pa]."""
+    if isinstance(medium, FreeLayer):
+        yield medium.thickness, _softness_of(medium.base)
+        return
+    body = underlying(medium)
+    if isinstance(body, TwoBodies):
+        below = [_softness_of(each) for each in body.elastic]
+        thickness = sum(each.thickness for each in body.elastic if isinstance(each, Medium))
         if thickness > 0:
             yield thickness, sum(below)
-    elif isinstance(medium, Medium):
+    elif isinstance(body, Medium):
         thickness = 0.0
-        for i, layer in enumerate(medium.layers):
+        for i, layer in enumerate(body.layers):
             thickness += layer.thickness
-            yield thickness, max([_softness_of(medium), *map(_softness_of, medium.layers[i + 1 :])])
+            yield thickness, max([_softness_of(body), *map(_softness_of, body.layers[i + 1 :])])
 
 
-def _softness_of(body: Any) -> float:
+def _softness_of(body: Solid | AnyLayer | RigidBase) -> float:
     """1/E* of a body, of the base under layers; zero for what is rigid, infinite for what is not known."""
     if isinstance(body, Medium):
         return _softness_of(body.base)
     if isinstance(body, RigidBase):
         return 0.0
-    if isinstance(body, (HalfSpace, Layer)):
+    if isinstance(body, (HalfSpace, Layer, TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
         return 1 / body.surface_modulus
     if isinstance(body, GradedLayer):
-        z = np.linspace(0.0, body.thickness, 33)
+        z = np.linspace(0.0, body.thickness, 100)
         return float(np.max((1 - body.poisson_at(z) ** 2) / body.young_at(z)))
     return float("inf")
 
@@ -181,13 +212,18 @@ def _yield(curve: Curve) -> tuple[str, ...]:
     """Whether the mean pressure is more than solids bear."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         share = curve.force / curve.area * 2 * curve.radius / curve.stiffness
-    # mean pressure over the contact modulus S/(2a) above which solids that can yield have done so (the ideal strength)
-    high = curve.valid & np.isfinite(share) & (share > 0.1)
+    # the ideal strength
+    return high_pressure(np.where(curve.valid, share, 0.0), curve.depth, 0.1)
+
+
+def high_pressure(share: Array, depth: Array, limit: float) -> tuple[str, ...]:
+    """Sentence about steps whose mean pressure over the contact modulus S/(2a) exceeds a limit, above which hard solids yield."""
+    high = np.isfinite(share) & (share > limit)
     if not high.any():
         return ()
     return first_failure(
         high,
-        curve.depth,
-        f"the mean pressure is up to {share[high].max():.2g} of the contact modulus. Metals, ceramics and glasses have yielded "
-        "before; gels and rubbers have not, but their strains are no longer small.",
+        depth,
+        f"the mean pressure is up to {share[high].max():.2g} of the contact modulus. Solids that yield have done so before; in "
+        "gels and rubbers strains are no longer small.",
     )

@@ -6,29 +6,57 @@ coordinates. The imports inside them keep the methods from being loaded before t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from importlib import import_module
 from os import PathLike
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, TypedDict
 from warnings import warn
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
+from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control, Curve
-from flatpunch.contact.pressure_field import PressureField, exact, superposed
+from flatpunch.contact.curve import FORCE_ERROR, Control, Curve
+from flatpunch.contact.pressure_field import PressureField, superposed
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_rising
 
 if TYPE_CHECKING:
     from flatpunch.bem import Grid
 
 
+@dataclass(frozen=True, slots=True)
+class _Method(ABC):
+    """What methods share: pressures by boundary elements, at the depth that the method finds for a mean radius."""
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+
+    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
+        """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        return _cell_pressure(self, kernel, indenter, control, r, phi)
+
+
+@dataclass(frozen=True, slots=True)
+class _Series(_Method):
+    """A method of the room `perturbation`, whose module has its name."""
+
+    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        module = import_module(f"flatpunch.contact.perturbation.{self.name.replace('-', '_')}")
+        curve: Curve = module.solve(kernel, indenter, control, phi)
+        return curve
+
+
 @readable
 @dataclass(frozen=True, slots=True)
-class FirstOrder:
+class FirstOrder(_Series):
     """The method of Forsbach and Willert (2023): force and depth of the angular mean profile, outline to first order.
 
     Exact for round indenters.
@@ -47,18 +75,12 @@ class FirstOrder:
 
     name: ClassVar[str] = "first-order"
 
-    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
-        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
-        from flatpunch.contact.perturbation import first_order
-
-        return first_order.solve(kernel, indenter, control, phi)
-
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
         from flatpunch.contact.perturbation import first_order
 
         if indenter.round:
-            return _round_pressure(kernel, indenter, control, r, phi)
+            return _round_pressure(kernel, indenter, control, r)
         try:
             field = first_order.pressure(kernel, indenter, control, r, phi)
         except first_order.NoSuperposition as reason:
@@ -73,7 +95,7 @@ class FirstOrder:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class SecondOrder:
+class SecondOrder(_Series):
     """Exact perturbation theory to second order of the asymmetry, for any shape; exact for round indenters.
 
     See Also
@@ -92,20 +114,10 @@ class SecondOrder:
 
     name: ClassVar[str] = "second-order"
 
-    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
-        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
-        from flatpunch.contact.perturbation import second_order
-
-        return second_order.solve(kernel, indenter, control, phi)
-
-    def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
-        """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
-        return _cell_pressure(self, kernel, indenter, control, r, phi)
-
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FourthOrder:
+class FourthOrder(_Series):
     """Perturbation theory to fourth order, for power-law shapes f = r^n psi(phi); exact for round indenters.
 
     See Also
@@ -124,12 +136,6 @@ class FourthOrder:
 
     name: ClassVar[str] = "fourth-order"
 
-    def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
-        """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
-        from flatpunch.contact.perturbation import fourth_order
-
-        return fourth_order.solve(kernel, indenter, control, phi)
-
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
         from flatpunch.contact.perturbation import fourth_order
@@ -141,7 +147,7 @@ class FourthOrder:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Refined:
+class Refined(_Method):
     """Round contacts corrected by a few boundary element solutions along the curve; exact for round indenters.
 
     Parameters
@@ -173,7 +179,7 @@ class Refined:
 
     name: ClassVar[str] = "refined"
 
-    rtol: float = 5e-4
+    rtol: float = FORCE_ERROR
     cells: int | None = None
     cache: str | PathLike[str] | None = None
 
@@ -208,9 +214,18 @@ class Refined:
         return _cell_pressure(self, kernel, indenter, control, r, phi, self.cells)
 
 
+class Accuracy(TypedDict):
+    """Settings of boundary elements that curves and pressures share."""
+
+    grid: Grid | int | None
+    tolerance: float | None
+    limit: int
+    single: bool
+
+
 @readable
 @dataclass(frozen=True, slots=True)
-class BoundaryElements:
+class BoundaryElements(_Method):
     """Boundary elements on a grid: the rigorous reference for every medium and indenter.
 
     Parameters
@@ -272,67 +287,84 @@ class BoundaryElements:
         from flatpunch.contact.boundary_elements import method
 
         return method.solve(
-            kernel,
-            indenter,
-            control,
-            phi,
-            grid=self.grid,
-            tolerance=self.tolerance,
-            limit=self.limit,
-            fields=self.fields,
-            single=self.single,
-            progress=self.progress,
+            kernel, indenter, control, phi, fields=self.fields, progress=self.progress, **self._accuracy
         )
 
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
         from flatpunch.contact.boundary_elements import method
 
-        return method.pressure(
-            kernel,
-            indenter,
-            control,
-            r,
-            phi,
-            grid=self.grid,
-            tolerance=self.tolerance,
-            limit=self.limit,
-            single=self.single,
-        )
+        return method.pressure(kernel, indenter, control, r, phi, **self._accuracy)
+
+    @property
+    def _accuracy(self) -> Accuracy:
+        return {"grid": self.grid, "tolerance": self.tolerance, "limit": self.limit, "single": self.single}
 
 
+@readable
 @dataclass(frozen=True, slots=True)
-class FlatEnd:
-    """The cylinder with a flat end, whose contact is its end face: solved exactly, whatever method is named."""
+class Exact(_Method):
+    """Closed solutions: round tips and flat ends on every medium, elliptic paraboloids on half-spaces and power-law half-spaces.
 
-    name: ClassVar[str] = "first-order"
+    See Also
+    --------
+    indent : Takes it as `method`, and by itself where it applies.
+
+    Examples
+    --------
+    >>> fp.indent(fp.HalfSpace(young=5e3, poisson=0.5), fp.EllipticParaboloid(1e5, 9e8), depth=1e-7).attrs["method"]
+    'exact'
+    """
+
+    name: ClassVar[str] = "exact"
 
     def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
         """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
+        from flatpunch.contact import ellipse
+        from flatpunch.contact.perturbation import first_order
         from flatpunch.contact.round import cylinder
 
-        assert isinstance(indenter, Cylinder)
-        return cylinder.solve(kernel, indenter, control, phi)
+        if isinstance(indenter, Cylinder):
+            return cylinder.solve(kernel, indenter, control, phi)
+        if indenter.round:
+            return first_order.solve(kernel, indenter, control, phi)
+        self._check(kernel, indenter)
+        return ellipse.solve(kernel, indenter, control, phi)
 
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
+        from flatpunch.contact import ellipse
         from flatpunch.contact.round import cylinder
 
-        assert isinstance(indenter, Cylinder)
-        return exact(cylinder.pressure(kernel, indenter, control, r, phi), kernel, indenter)
+        if isinstance(indenter, Cylinder):
+            return PressureField(*cylinder.pressure(kernel, indenter, control, r))
+        if indenter.round:
+            return _round_pressure(kernel, indenter, control, r)
+        self._check(kernel, indenter)
+        return ellipse.pressure(kernel, indenter, control, r, phi)
+
+    def _check(self, kernel: Kernel, indenter: Indenter) -> None:
+        if not exactly_solved(kernel, indenter):
+            raise ValueError(
+                f"method = 'exact' has no solution for {type(indenter).__name__} on this body: there is one for round tips, and "
+                "for elliptic paraboloids on half-spaces and power-law half-spaces. Choose 'refined' or 'bem'."
+            )
 
 
-Method = FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
+def exactly_solved(kernel: Kernel, indenter: Indenter) -> bool:
+    """Whether `Exact` solves the contact."""
+    from flatpunch.contact import ellipse
 
-MethodName = Literal["first-order", "second-order", "fourth-order", "refined", "bem"]
+    return indenter.round or ellipse.applies(kernel, indenter)
+
+
+Method = Exact | FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
+
+MethodName = Literal["exact", "first-order", "second-order", "fourth-order", "refined", "bem"]
 """Short names of the methods with their default settings."""
 
 METHODS: dict[str, type[Method]] = {
-    "first-order": FirstOrder,
-    "second-order": SecondOrder,
-    "fourth-order": FourthOrder,
-    "refined": Refined,
-    "bem": BoundaryElements,
+    kind.name: kind for kind in (Exact, FirstOrder, SecondOrder, FourthOrder, Refined, BoundaryElements)
 }
 """Short names of the methods, with the classes whose defaults they mean."""
 
@@ -351,14 +383,16 @@ def method_of(method: object) -> Method:
         raise TypeError(f"method = {method.__name__} is a class; write {method.__name__}(), with its settings if any.")
     if not isinstance(method, str) or method not in METHODS:
         classes = ", ".join(f"fp.{known.__name__}(...)" for known in METHODS.values())
-        raise ValueError(
-            f"method = {shown(method)} is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings."
+        raise BadValue(
+            "method",
+            shown(method),
+            f"is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings.",
         )
     return METHODS[method]()
 
 
 def _cell_pressure(
-    method: Method,
+    method: _Method,
     kernel: Kernel,
     indenter: Indenter,
     control: Control,
@@ -368,18 +402,18 @@ def _cell_pressure(
 ) -> PressureField:
     """Pressure by boundary elements; a mean radius is turned into the depth that `method` finds for it."""
     if indenter.round:
-        return _round_pressure(kernel, indenter, control, r, phi)
+        return _round_pressure(kernel, indenter, control, r)
     if control.name == "radius":
         depth = method.solve(kernel, indenter, control, np.zeros(1)).depth
         control = Control("depth", depth)
     return BoundaryElements(grid=cells).pressure(kernel, indenter, control, r, phi)
 
 
-def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
+def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> PressureField:
     """Exact superposition over the history of a round contact."""
     from flatpunch.contact.perturbation import first_order
 
-    field = first_order.pressure(kernel, indenter, control, r, phi)
+    field, error = first_order.round_pressure(kernel, indenter, control, r)
     if (field < 0).any():
         warn(
             "The pressure of this round contact is negative in part, so the contact is no disc: the values are formal. Solve it "
@@ -387,9 +421,14 @@ def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arr
             FlatpunchWarning,
             stacklevel=5,
         )
-    return exact(field, kernel, indenter)
+    return PressureField(field, error)
 
 
-def solver_of(method: Method, indenter: Indenter) -> Method | FlatEnd:
-    """The solver of an indenter under a method: cylinders with a flat end have their own."""
-    return FlatEnd() if isinstance(indenter, Cylinder) else method
+def solver_of(method: Method, indenter: Indenter) -> Method:
+    """The solver of an indenter under a method: cylinders with a flat end are solved exactly by all.
+
+    Only boundary elements solve tips that do not rise from one apex.
+    """
+    if not isinstance(method, BoundaryElements):
+        check_rising(indenter)
+    return Exact() if isinstance(indenter, Cylinder) else method

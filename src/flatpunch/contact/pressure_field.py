@@ -8,8 +8,6 @@ from warnings import warn
 import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning
-from flatpunch.compliance import Kernel
-from flatpunch.indenters.profile import Indenter
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +16,6 @@ class PressureField:
 
     pressure: Array
     error: Array
-
-
-def exact(field: Array, kernel: Kernel, indenter: Indenter) -> PressureField:
-    """A pressure that is exact up to the quadrature over the history."""
-    kinked = kernel.graded or len(indenter.rings) > 0
-    return PressureField(field, (1e-4 if kinked else 1e-6) * np.abs(field))
 
 
 def superposed(field: Array, cells: PressureField) -> PressureField:

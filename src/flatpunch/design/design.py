@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, shown, whole
+from flatpunch._support.checks import Array, refused_overflow, shown, whole
 from flatpunch._support.kinds import listed
-from flatpunch._support.overflow import refused_overflow
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.methods import BoundaryElements, Method, MethodName
@@ -20,14 +19,14 @@ from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, 
 from flatpunch.design.targets import UNITS, LargestLoad, Limit, Target
 from flatpunch.design.variables import Variables, variables
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import underlying
+from flatpunch.media import Body, underlying
 from flatpunch.sensitivity.sensitivity import derivable
 
 
 @one_blas_thread()
 @refused_overflow()
 def design(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     *,
     vary: Mapping[str, tuple[float, float]],
@@ -181,7 +180,7 @@ def _infeasible(problem: Problem, end: End) -> str:
     )
     return (
         f"limits: no values within the bounds keep {limit.text}; the nearest found has {limit.quantity} = {value:.6g} "
-        f"{UNITS[limit.quantity]} ({shown(at, 300)}). Widen the bounds of vary, or the limit."
+        f"{UNITS[limit.quantity]} ({shown(at)}). Widen the bounds of vary, or the limit."
     )
 
 

@@ -92,8 +92,10 @@ class Problem:
             first = critical_load(
                 medium, indenter, aim.strengths, friction=aim.friction, residual_stress=aim.residual_stress
             )
-            if first.notes:
-                self.limits[u.tobytes()] = first.notes
+            limiting = (
+                f"The load is limited by {first.kind} of layer {first.layer + 1}." if first.force < np.inf else ""
+            )
+            self.limits[u.tobytes()] = (*filter(None, [limiting]), *first.notes)
             if first.force == 0:
                 return -np.inf
             return float(np.log(first.force)) if np.isfinite(first.force) else LARGEST

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +65,8 @@ class Design:
 
     See Also
     --------
-    design : Makes it.
-    plot_design : The picture.
+    flatpunch.design : Makes it.
+    flatpunch.plot_design : The picture.
 
     Examples
     --------
@@ -76,8 +78,8 @@ class Design:
     3.64 GPa, misfit below 1e-6: True
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     values: tuple[DesignedValue, ...]
     quantity: str
     control: str

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch.design.problem import Problem
 from flatpunch.design.targets import LargestLoad, Limit, Target
@@ -90,7 +90,7 @@ def reachable(problem: Problem, target: Target, i: int, u: Array) -> tuple[float
             return sign * float(residual[0]), sign * slope[0]
 
         result = scipy.optimize.minimize(
-            cost, u, jac=True, method="L-BFGS-B", bounds=_ranges(problem).T, options={"maxiter": 30}
+            cost, u, jac=True, method="L-BFGS-B", bounds=_ranges(problem).T, options={"maxiter": _STEPS}
         )
         ends.append(float(target.value[i] * np.exp(sign * result.fun)))
     return min(ends), max(ends)
@@ -164,7 +164,7 @@ def _with_limits(problem: Problem, aim: Target, limits: list[Limit], u: Array) -
         residual, slope = problem.residuals(low + x * width, aim)
         return float(np.mean(residual**2)), 2 * residual @ slope / residual.size * width
 
-    def constraint(limit: Limit) -> dict[str, Any]:
+    def constraint(limit: Limit) -> Plain:
         return {
             "type": "ineq",
             "fun": lambda x: problem.margins(low + x * width, limit)[0],

@@ -8,8 +8,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative, positive, values
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import Array, BadValue, Values, non_negative, positive, values
+from flatpunch._support.kinds import instance, one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
 from flatpunch.fields.failure.strength import Strength
@@ -65,17 +65,19 @@ class Target:
 
     quantity: Quantity
     value: Any
-    depth: Any = None
-    force: Any = None
+    depth: Values | None = None
+    force: Values | None = None
     control: Control = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "control", _control("Target", self.quantity, self.depth, self.force))
         wanted = values("Target.value", self.value, strict=True, unit=UNITS[self.quantity])
         if wanted.size != self.control.values.size:
-            raise ValueError(
-                f"Target.value has {wanted.size} values and Target.{self.control.name} has {self.control.values.size}; they go "
-                "together one by one."
+            raise BadValue(
+                "Target.value",
+                "",
+                f"has {wanted.size} values and {self.control.name} has {self.control.values.size}; they go "
+                "together one by one.",
             )
         object.__setattr__(self, "value", wanted)
 
@@ -114,15 +116,15 @@ class Limit:
     quantity: Quantity
     minimum: float | None = None
     maximum: float | None = None
-    depth: Any = None
-    force: Any = None
+    depth: Values | None = None
+    force: Values | None = None
     control: Control = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "control", _control("Limit", self.quantity, self.depth, self.force))
         if self.control.values.size != 1:
-            raise ValueError(
-                f"Limit.{self.control.name} has {self.control.values.size} values; a limit is at one of them."
+            raise BadValue(
+                f"Limit.{self.control.name}", "", f"has {self.control.values.size} values; a limit is at one of them."
             )
         if self.minimum is None and self.maximum is None:
             raise ValueError("Limit has neither minimum nor maximum, so it bounds nothing. Give at least one of them.")
@@ -131,7 +133,7 @@ class Limit:
             if given is not None:
                 object.__setattr__(self, name, positive(f"Limit.{name}", given, unit=UNITS[self.quantity]))
         if self.minimum is not None and self.maximum is not None and self.minimum >= self.maximum:
-            raise ValueError(f"Limit.minimum = {self.minimum:g} must be below Limit.maximum = {self.maximum:g}.")
+            raise BadValue("Limit.minimum", f"{self.minimum:g}", f"must be below Limit.maximum = {self.maximum:g}.")
 
     @property
     def text(self) -> str:
@@ -177,6 +179,10 @@ class LargestLoad:
     residual_stress: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
+        given = self.strengths if isinstance(self.strengths, Sequence) else [self.strengths]
+        for each in given:
+            kinds = (Strength, type(None))
+            instance("LargestLoad.strengths", each, kinds, "a Strength, or a list of them (None: bears all)")
         object.__setattr__(self, "friction", non_negative("LargestLoad.friction", self.friction, unit="1"))
 
 
@@ -187,7 +193,7 @@ def achieved(found: list[Gradient], control: Control, quantity: Quantity) -> tup
     return value, slope / value[:, None]
 
 
-def _control(owner: str, quantity: Any, depth: Any, force: Any) -> Control:
+def _control(owner: str, quantity: Quantity, depth: Values | None, force: Values | None) -> Control:
     one_of(f"{owner}.quantity", quantity, get_args(Quantity), wrong="is no quantity of a contact")
     if (depth is None) == (force is None):
         raise ValueError(f"{owner} takes exactly one of depth and force, at which {quantity} is meant.")

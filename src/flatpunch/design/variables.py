@@ -10,13 +10,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, shown, values
+from flatpunch._support.checks import Array, BadValue, Flags, shown, values
 from flatpunch.indenters import RadialProfile
-from flatpunch.sensitivity.parameters import Parameter, parameters, with_values
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
+from flatpunch.media.paths import with_values
+from flatpunch.sensitivity.parameters import Parameter, parameters
 
 _SLOPES = "indenter.slopes"
 
@@ -41,8 +43,8 @@ class Variables:
         Whether an entry came with a whole list, some of which a contact may not reach.
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     names: tuple[str, ...]
     units: tuple[str, ...]
     start: Array
@@ -61,7 +63,7 @@ class Variables:
         """Values of u, never beyond the bounds by rounding."""
         return np.clip(np.where(self.logarithmic, np.exp(np.where(self.logarithmic, u, 0.0)), u), self.low, self.high)
 
-    def case(self, u: Array) -> tuple[Any, Any]:
+    def case(self, u: Array) -> tuple[Body, Indenter]:
         """Medium and tip at u."""
         value = self.external(u)
         if self.radii is None:
@@ -83,13 +85,13 @@ class Variables:
         tail = np.cumsum(derivatives[..., plain:][..., ::-1], axis=-1)[..., ::-1] * np.diff(self.radii)
         return np.asarray(np.concatenate([derivatives[..., :plain], tail], axis=-1) * scale)
 
-    def renewed(self, medium: Any, indenter: Any) -> list[Parameter]:
+    def renewed(self, medium: Body, indenter: Indenter) -> list[Parameter]:
         """The wanted parameters with the values and laws of a new case."""
         known = {each.name: each for each in parameters(medium, indenter)}
         return [known[each.name] for each in self.wanted]
 
 
-def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
+def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, float]]) -> Variables:
     """Read what is varied.
 
     Raises
@@ -97,7 +99,8 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
     ValueError, TypeError
         For names that are not there, and bounds that are none or do not hold the present value.
     """
-    if not isinstance(vary, Mapping) or not vary:
+    # the annotation says so, callers need not follow it
+    if not isinstance(vary, Mapping) or not vary:  # type: ignore[redundant-expr]
         raise TypeError(
             f"vary = {shown(vary)} must name the numbers to vary with their bounds, e.g. {{'layers[0].thickness': (1e-7, 1e-5)}}."
         )
@@ -123,7 +126,7 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
     low, high = [pair[0] for _, pair in entries], [pair[1] for _, pair in entries]
     wanted = [each for each, _ in entries]
     radii = None
-    if slopes is not None:
+    if slopes is not None and isinstance(indenter, RadialProfile):
         radii = np.asarray(indenter.r, dtype=float)
         present = np.diff(np.asarray(indenter.f, dtype=float)) / np.diff(radii)
         names += [f"{_SLOPES}[{j}]" for j in range(present.size)]
@@ -155,7 +158,7 @@ def variables(medium: Any, indenter: Any, vary: Any) -> Variables:
     )
 
 
-def unit_of(medium: Any, indenter: Any, name: str) -> str:
+def unit_of(medium: Body, indenter: Indenter, name: str) -> str:
     """SI unit of a number, or of the entries of a list; empty without one."""
     if name == _SLOPES:
         return ""
@@ -172,12 +175,12 @@ def _height(known: Mapping[str, Parameter], indenter: RadialProfile, j: int) -> 
     return known[name]
 
 
-def _bounds(name: Any, bounds: Any) -> tuple[float, float]:
+def _bounds(name: object, bounds: object) -> tuple[float, float]:
     if not isinstance(name, str):
         raise TypeError(f"vary: {shown(name)} must be the name of a number, a text.")
     pair = values(f"vary[{name!r}]", bounds, minimum=-np.inf)
     if pair.size != 2 or not pair[0] < pair[1]:
-        raise ValueError(f"vary[{shown(name)}] = {shown(bounds)} must be two bounds, the smaller one first.")
+        raise BadValue(f"vary[{shown(name)}]", shown(bounds), "must be two bounds, the smaller one first.")
     return float(pair[0]), float(pair[1])
 
 
@@ -186,10 +189,10 @@ def _chosen(name: str, known: Mapping[str, Parameter]) -> list[Parameter]:
         return [known[name]]
     inside = [each for each in known.values() if each.name.startswith((f"{name}[", f"{name}.entries["))]
     if not inside:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+        near = difflib.get_close_matches(name, known, n=1)
         advice = f"; did you mean {near[0]!r}?" if near else "."
         raise ValueError(
-            f"vary: {shown(name)} is not a number of this medium or tip{advice} It has {shown(', '.join(known), 600)}."
+            f"vary: {shown(name)} is not a number of this medium or tip{advice} It has {shown(', '.join(known), 1000)}."
         )
     return inside
 
@@ -204,7 +207,7 @@ def _check_start(names: list[str], start: Array, low: Array, high: Array) -> Non
         )
 
 
-def _check_possible(medium: Any, indenter: Any, name: str, bounds: tuple[float, float]) -> None:
+def _check_possible(medium: Body, indenter: Indenter, name: str, bounds: tuple[float, float]) -> None:
     """Refuse bounds at which there is no such medium or tip."""
     for bound in bounds:
         try:

@@ -1,7 +1,18 @@
 from .energy import energy_by_depth
-from .failure.critical_load import CriticalLoad, critical_load
+from .failure.critical_load import CriticalLoad, critical_load, critical_loads
 from .failure.strength import Strength
 from .fields import fields
 from .loads import DiscLoad, PatchLoad
+from .peaks import peak_stresses
 
-__all__ = ["CriticalLoad", "DiscLoad", "PatchLoad", "Strength", "critical_load", "energy_by_depth", "fields"]
+__all__ = [
+    "CriticalLoad",
+    "DiscLoad",
+    "PatchLoad",
+    "Strength",
+    "critical_load",
+    "critical_loads",
+    "energy_by_depth",
+    "fields",
+    "peak_stresses",
+]

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import interfaces
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.compliance.depth import Side, layer_at
+from flatpunch.media import ElasticBase, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
-Side = Literal["above", "below"]
+__all__ = ["Layered", "Located", "Side", "Solid", "layer_at", "located"]
 
-Layered = HalfSpace | Medium
+Layered = ElasticBase | Medium
 
 Solid = Layered | PowerLawHalfSpace
-
-_SAME_DEPTH = 1e-12
-"""Relative distance from an interface at which a point is on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +26,7 @@ class Located:
 
     Attributes
     ----------
-    body : HalfSpace, Medium or PowerLawHalfSpace
+    body : HalfSpace, TransverselyIsotropicHalfSpace, Medium or PowerLawHalfSpace
     chosen : ndarray of int, shape (n,)
         Which of all points these are.
     depth : ndarray, shape (n,)
@@ -74,17 +71,6 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
     return parts
 
 
-def layer_at(body: Solid, depth: Array, side: Side) -> Indices:
-    """Layer of each depth; at an interface the one on that side."""
-    faces = interfaces(body)
-    slack = _SAME_DEPTH * faces * (1 if side == "above" else -1)
-    layer = np.searchsorted(faces + slack, depth, side="right")
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
-        # a rigid base has no stresses: its surface shows those of the layer on it
-        layer = np.minimum(layer, len(body.layers) - 1)
-    return np.asarray(layer)
-
-
 def _inside(body: Any, depth: Array, z: Array) -> None:
     if isinstance(body, PowerLawHalfSpace) and body.exponent < 0 and (depth == 0).any():
         raise ValueError(
@@ -92,22 +78,26 @@ def _inside(body: Any, depth: Array, z: Array) -> None:
             "that the stresses along it are infinite. Give depths > 0."
         )
     if isinstance(body, RigidBase):
-        raise ValueError(
-            f"z = {text(float(z[0]), 'm')} is inside a rigid body, which has no stresses. Give points in the elastic body."
+        raise BadValue(
+            "z",
+            f"{text(float(z[0]), 'm')}",
+            "is inside a rigid body, which has no stresses. Give points in the elastic body.",
         )
     if (depth < 0).any():
         i = int(np.argmax(depth < 0))
-        raise ValueError(
-            f"z = {text(float(z[i]), 'm')} is above the surface. z points into the material, z = 0 is the surface; only "
-            "of two bodies the "
-            "upper one is at z < 0."
+        raise BadValue(
+            "z",
+            f"{text(float(z[i]), 'm')}",
+            "is above the surface. z points into the material, z = 0 is the surface; only of two bodies the "
+            "upper one is at z < 0.",
         )
     if isinstance(body, Medium) and isinstance(body.base, RigidBase):
-        outside = depth > body.thickness * (1 + _SAME_DEPTH)
+        outside = depth > body.thickness * (1 + ROUNDING)
         if outside.any():
             i = int(np.argmax(outside))
-            raise ValueError(
-                f"z = {text(float(z[i]), 'm')} is inside the rigid base, which begins at {text(body.thickness, 'm')} and "
-                "has no stresses. "
-                "Give points in the layers."
+            raise BadValue(
+                "z",
+                f"{text(float(z[i]), 'm')}",
+                f"is inside the rigid base, which begins at {text(body.thickness, 'm')} and has no stresses. Give "
+                "points in the layers.",
             )

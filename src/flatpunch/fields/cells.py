@@ -1,10 +1,10 @@
 """Fields under a pressure on square cells: any contact solved by boundary elements, measured footprints.
 
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
-periodic images): its half-space part in closed form (`rectangle`), what layers add from a disc of the same area, since that part
-is smooth. Fields at a distance s, in depth or sideways, are smooth over lengths like s; so points are sorted by octaves of s,
-cells are joined until they are as wide as s/12, and where there are many depths, planes are taken at Chebyshev nodes. More than
-twelve widths away, the whole load acts like a disc.
+periodic images): its half-space part in closed form (`rectangle`; of a disc of the same area where the surface is transversely
+isotropic), what layers add from such a disc, since that part is smooth. Fields at a distance s, in depth or sideways, are smooth
+over lengths like s; so points are sorted by octaves of s, cells are joined until they are as wide as s/12, and where there are
+many depths, planes are taken at Chebyshev nodes. More than twelve widths away, the whole load acts like a disc.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import interfaces
+from flatpunch.fields.axisymmetric.anisotropic import AnisotropicPart, surface_part
 from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
-from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
+from flatpunch.fields.axisymmetric.radial import cartesian
 from flatpunch.fields.axisymmetric.round_load import round_fields, turned
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
@@ -233,29 +234,49 @@ def _kernels(
 
     What layers add is found for all depths at once: most of its time goes into the waves below them, which is the same for all.
     """
-    disc = UniformDisc(h / np.sqrt(np.pi))
-    gx, gy = np.meshgrid(across * h, along * h)
-    r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
-    which, shear = which.ravel(), direction is not None
+    disc, shear = UniformDisc(h / np.sqrt(np.pi)), direction is not None
+    r, which, angles = _polar(across, along, h)
     places = np.tile(r, depths.size), np.repeat(depths, r.size), np.full(r.size * depths.size, layer)
     normal, sideways = layered_part(at.body, disc, *places, shear)
-    turn = direction or 0.0
-    theta = np.arctan2(gy, gx).ravel() - turn
+    shape = along.size, across.size
     for i, z in enumerate(depths.tolist()):
         mine = i * r.size + which
-        if sideways is not None:
-            parts = turned(*cartesian(None, sideways[:, mine], theta), turn)
-        else:
-            parts = cartesian(normal[:, mine], None, theta)
-        found = np.concatenate(parts).reshape(9, *gx.shape)
+        functions = normal[:, mine] if sideways is None else sideways[:, mine]
+        found = _components(functions, angles, direction).reshape(9, *shape)
         if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
             found += _split_off_part(at, z, across, along, h, direction)
         yield found
 
 
+def _polar(across: Array, along: Array, h: float) -> tuple[Array, Indices, Array]:
+    """Different distances of offsets (in cells) from the origin, which of them each offset has, and its polar angle."""
+    gx, gy = np.meshgrid(across * h, along * h)
+    r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
+    return r, which.ravel(), np.arctan2(gy, gx).ravel()
+
+
+def _components(functions: Array, angles: Array, direction: float | None) -> Array:
+    """Nine components of radial functions (6, n) of a pressure, or (9, n) of a traction in a direction."""
+    if direction is None:
+        return np.concatenate(cartesian(functions, None, angles))
+    return np.concatenate(turned(*cartesian(None, functions, angles - direction), direction))
+
+
+def _disc_part(
+    part: AnisotropicPart, z: float, across: Array, along: Array, h: float, direction: float | None
+) -> Array:
+    """The half-space part of one cell on a transversely isotropic surface: of a disc of the same area."""
+    r, which, angles = _polar(across, along, h)
+    shear = direction is not None
+    functions = part.of_load(UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), shear)[6 if shear else 0 :, which]
+    return _components(functions, angles, direction).reshape(9, along.size, across.size)
+
+
 def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float, direction: float | None) -> Array:
     """The half-space part of one cell in closed form."""
-    part = SurfacePart.of(at.body)
+    part = surface_part(at.body)
+    if isinstance(part, AnisotropicPart):
+        return _disc_part(part, z, across, along, h, direction)
     mu, nu = part.constants
     x = (np.append(across, across[-1] + 1) - 0.5) * h
     y = (np.append(along, along[-1] + 1) - 0.5) * h

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from flatpunch import bem
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, BadValue, positive
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact import BoundaryElements, FirstOrder, Method, indent, method_of, pressure
 from flatpunch.contact.curve import Control, control_from
+from flatpunch.contact.dataset import outlines
 from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.limits import deepest
 from flatpunch.fields.axisymmetric.contact_load import contact_load
@@ -103,9 +105,11 @@ def contact_of(
 def _check_depth(medium: Any, control: Control) -> None:
     deep = deepest(medium)
     if control.name == "depth" and control.values.max() >= deep:
-        raise ValueError(
-            f"depth = {text(float(control.values.max()), 'm')} is more than the {text(deep, 'm')} of the layers on their rigid "
-            "base: no tip gets there. Ask for less depth."
+        raise BadValue(
+            "depth",
+            f"{text(float(control.values.max()), 'm')}",
+            f"is more than the {text(deep, 'm')} of the layers on their rigid base: no tip gets there. Ask for "
+            "less depth.",
         )
 
 
@@ -121,8 +125,11 @@ def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], di
     if not about["radius"] > 0:
         return [Nothing()], about
     edge = contact.work is not None or isinstance(contact.indenter, Cylinder)
-    load = contact_load(contact.kernel, contact.indenter, about["radius"], about["depth"], edge=edge)
-    return [RoundSource(load, 1.0, friction)], about
+    make = partial(contact_load, contact.kernel, contact.indenter, about["radius"], about["depth"], edge=edge)
+    load = make()
+    # the force of the contact is known from moments of the tip, by another road
+    apart = abs(load.force - about["force"]) / (np.pi * load.radius**2 * load.scale) if load.scale > 0 else 0.0
+    return [RoundSource(load, 1.0, friction, again=partial(make, again=True), own_error=apart)], about
 
 
 def solved(contact: Contact) -> dict[str, Any]:
@@ -147,7 +154,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
     curve, about = _curve(contact), solved(contact)
     if not about["radius"] > 0:
         return [Nothing()], about
-    outline = curve["contour"].values[0]
+    outline = outlines(curve)[0]
     half = float(outline.max()) * (1 + 4 / _SUPERPOSED)
     if not np.isfinite(outline).all():
         raise ValueError(
@@ -175,7 +182,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
 def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
     """Source of an adhesive contact: its outline by `indent`, and the pressure that makes the surface follow the tip inside."""
     curve, about = _curve(contact), solved(contact)
-    outline = curve["contour"].values[0]
+    outline = outlines(curve)[0]
     if not about["radius"] > 0:
         return [Nothing()], about
     if not np.isfinite(outline).all():

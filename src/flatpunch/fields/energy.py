@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Values, values
+from flatpunch._support.checks import Array, BadValue, Values, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.depth import interfaces, waves_at
+from flatpunch.compliance.depth import attenuation, interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.fields.axisymmetric.layered import wavenumbers
@@ -34,7 +34,7 @@ from flatpunch.fields.cells import Cells
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
+from flatpunch.media import Body, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def energy_by_depth(
     0.90 of the energy is in the film
     """
     body = underlying(medium)
-    if not isinstance(body, (HalfSpace, Medium, PowerLawHalfSpace)):
+    if not isinstance(body, Solid):
         raise TypeError(
             f"medium = {type(body).__name__} must be one Medium, HalfSpace or PowerLawHalfSpace to divide its energy by layer."
         )
@@ -227,10 +227,11 @@ def _check_depths(z: Array, load: _Transformed, body: Solid) -> None:
     shallow = z < load.shallowest
     if shallow.any():
         i = int(np.argmax(shallow))
-        raise ValueError(
-            f"z[{i}] = {text(float(z[i]), 'm')} is less than {text(float(load.shallowest), 'm')}, the smallest depth "
-            "that is resolved under this "
-            "contact; the energy below it is almost that of the whole body. Give larger depths."
+        raise BadValue(
+            f"z[{i}]",
+            f"{text(float(z[i]), 'm')}",
+            f"is less than {text(float(load.shallowest), 'm')}, the smallest depth that is resolved under this "
+            "contact; the energy below it is almost that of the whole body. Give larger depths.",
         )
     if isinstance(body, Medium) and isinstance(body.base, RigidBase) and (z > body.thickness).any():
         raise ValueError(f"z has depths inside the rigid base, which begins at {text(body.thickness, 'm')}.")
@@ -260,9 +261,10 @@ def _below(body: Solid, load: _Transformed, z: Array) -> Array:
     result = np.zeros(z.size)
     layer = layer_at(body, z, "above")
     thickness = body.thickness if isinstance(body, Medium) else 0.0
-    for i, depth in enumerate(z):
+    for i in range(z.size):
         # k times the depth at which integrals end
-        k, weight = wavenumbers(40.0 / depth / 2, 2 * load.radius, max(load.radius, thickness))
+        reached = float(attenuation(body, z[i : i + 1])[0])
+        k, weight = wavenumbers(40.0 / reached / 2, 2 * load.radius, max(load.radius, thickness))
         if isinstance(body, PowerLawHalfSpace):
             waves = power_law_waves(body, k, z[i : i + 1])
         else:

@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flatpunch._support.ceilings import INSIDE
-from flatpunch._support.checks import LARGEST, Array, Values, numbers, real, shown, values
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import LARGEST, Array, BadValue, Values, numbers, real, refused_overflow, shown, values
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.fields.bodies import Located, Side, Solid, located
+from flatpunch.fields.bodies import Layered, Located, Side, Solid, located
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace, Medium, underlying
+from flatpunch.media import Body, Medium, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,7 +87,7 @@ def fields(
     xarray.Dataset
         Over the broadcast points: stress(component: xx, yy, zz, yz, xz, xy) [Pa, tension positive], displacement(axis) [m],
         von_mises, principal(order, largest first), max_shear, hydrostatic [Pa], layer. Attributes say what was solved;
-        `stress_error` is the estimated error over the largest pressure.
+        `stress_error` is the error over the size of the pressure, from a second calculation by other rules.
 
     Raises
     ------
@@ -139,16 +138,23 @@ def fields(
     attributes = {
         "title": "Fields computed by flatpunch",
         **solved,
-        "medium": json.dumps(record(underlying(medium))),
-        "load": json.dumps(record(list(loads) if loads else indenter)),
         "friction": friction,
         "direction": direction,
         "side": side,
         "stress_error": error,
+        **of_case(medium, list(loads) if loads else indenter),
+    }
+    return _dataset(points, shape, stress, displacement, layer, attributes)
+
+
+def of_case(medium: Any, load: Any) -> dict[str, str]:
+    """Attributes that every result inside the body has."""
+    return {
+        "medium": json.dumps(record(underlying(medium))),
+        "load": json.dumps(record(load)),
         "flatpunch_version": __version__,
         "conventions": "SI units; stress positive in tension; z into the material",
     }
-    return _dataset(points, shape, stress, displacement, layer, attributes)
 
 
 _SHIFT = (
@@ -185,9 +191,10 @@ def checked_friction(friction: object) -> float:
     """Return a coefficient of friction, 0 <= friction <= 100."""
     value = real("friction", friction, "1")
     if not 0 <= value <= MOST_FRICTION:
-        raise ValueError(
-            f"friction = {value:.6g} must lie between 0 and {MOST_FRICTION:g}. It is the traction over the pressure, along "
-            "`direction`."
+        raise BadValue(
+            "friction",
+            f"{value:.6g}",
+            f"must lie between 0 and {MOST_FRICTION:g}. It is the traction over the pressure, along `direction`.",
         )
     return value
 
@@ -197,7 +204,7 @@ def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | Non
     if given is None:
         return None
     body = underlying(medium)
-    if not isinstance(body, (HalfSpace, Medium)):
+    if not isinstance(body, Layered):
         raise ValueError(
             "residual_stress goes with one Medium or HalfSpace; of other bodies add it to xx and yy of the result."
         )
@@ -217,8 +224,11 @@ def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
         array = numbers(name, value, "m")
         bad = ~(np.abs(array) <= LARGEST)
         if bad.any():
-            raise ValueError(
-                f"{name} has the value {array[bad].flat[0]}; points must be finite, in metres, and at most {LARGEST:g} m away."
+            raise BadValue(
+                name,
+                "",
+                f"has the value {array[bad].flat[0]}; points must be finite, in metres, and at most {LARGEST:g} m "
+                "away.",
             )
         arrays.append(array)
     shapes = [array.shape for array in arrays]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import LARGEST, Array, numbers, point, positive, real
+from flatpunch._support.checks import LARGEST, Array, BadValue, numbers, point, positive, real
 from flatpunch._support.readable import readable
 
 
@@ -104,9 +104,11 @@ class PatchLoad:
             traction = np.full(pressure.shape, real("PatchLoad.traction", traction, "Pa"))
         traction = _cells("PatchLoad.traction", traction)
         if traction.shape != pressure.shape:
-            raise ValueError(
-                f"PatchLoad.traction has shape {traction.shape}, pressure {pressure.shape}; give one traction for each cell, "
-                "or one number for all."
+            raise BadValue(
+                "PatchLoad.traction",
+                "",
+                f"has shape {traction.shape}, pressure {pressure.shape}; give one traction for each cell, or one "
+                "number for all.",
             )
         object.__setattr__(
             self, "spacing", positive("PatchLoad.spacing", self.spacing, "It is the side of a cell.", unit="m")
@@ -133,10 +135,12 @@ Load = DiscLoad | PatchLoad
 def _cells(name: str, value: Any) -> Array:
     cells = numbers(name, value, "Pa")
     if cells.ndim != 2 or cells.size == 0:
-        raise ValueError(f"{name} has shape {cells.shape}; it must be a two-dimensional array (ny, nx), rows along y.")
+        raise BadValue(name, "", f"has shape {cells.shape}; it must be a two-dimensional array (ny, nx), rows along y.")
     if max(cells.shape) > CELLS:
-        raise ValueError(
-            f"{name} has shape {cells.shape}; a patch has at most {CELLS} cells along a side. Average blocks of cells."
+        raise BadValue(
+            name,
+            "",
+            f"has shape {cells.shape}; a patch has at most {CELLS} cells along a side. Average blocks of cells.",
         )
     bad = ~(np.abs(cells) <= LARGEST)
     if bad.any():

@@ -2,7 +2,7 @@
 
 from flatpunch.files.cases import Case, read_case
 from flatpunch.files.describe import describe, describe_sample, shipped_cases
-from flatpunch.files.height_maps import read_height_map
+from flatpunch.files.height_maps import read_height_map, read_topography
 from flatpunch.files.results import ResultError, load, save
 from flatpunch.files.tables.fields import CaseError
 
@@ -15,6 +15,7 @@ __all__ = [
     "load",
     "read_case",
     "read_height_map",
+    "read_topography",
     "save",
     "shipped_cases",
 ]

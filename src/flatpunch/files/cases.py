@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
 from flatpunch._support.ceilings import ANGLES
-from flatpunch._support.checks import Array, brief, positive, shown, whole
+from flatpunch._support.checks import Array, BadValue, brief, positive, shown, whole
+from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.default import adhesive_method
-from flatpunch.contact.indent import check_outlines
-from flatpunch.contact.viscoelastic import check_medium
+from flatpunch.contact.finite_strain import checked as place_in_table
+from flatpunch.contact.histories import check_free_layer
+from flatpunch.contact.result import check_outlines
+from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.design import DesignCase, DesignTable
 from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
-from flatpunch.files.tables.relaxation import RelaxationTable
+from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, MaterialTable, pressed
+from flatpunch.files.tables.relaxation import CaseRelaxationTable, RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
+from flatpunch.files.units import decimal_point
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, FreeLayer
+from flatpunch.media.relaxation import Relaxation
 
 
 @readable
@@ -53,13 +61,15 @@ class Case:
     time : ndarray of shape (steps,) or None
         Times of a history [s].
     relaxation : object or None
-        How the medium relaxes; goes with `time`.
+        How the medium relaxes, or a tuple of how each layer and the base do; goes with `time`.
     stress : StressCase or None
         Points, friction and strengths for stresses at the last step.
     design : DesignCase or None
         What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
+    finite_strain : str or None
+        Law of the correction for large strains.
 
     See Also
     --------
@@ -76,7 +86,7 @@ class Case:
 
     title: str
     medium: Any
-    indenter: Any
+    indenter: Indenter
     control: str
     values: Array
     method: str | Method | None
@@ -84,17 +94,18 @@ class Case:
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
     time: Array | None = None
-    relaxation: Any = None
+    relaxation: Relaxation | tuple[Relaxation | None, ...] | None = None
     stress: StressCase | None = None
     design: DesignCase | None = None
     source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
+    finite_strain: str | None = None
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> Plain:
         """What `indent` takes by name to solve the case, after medium and indenter."""
         more = {
             name: value
-            for name in ("work_of_adhesion", "range_of_action", "time", "relaxation")
+            for name in ("work_of_adhesion", "range_of_action", "time", "relaxation", "finite_strain")
             if (value := getattr(self, name)) is not None
         }
         return {self.control: self.values, "method": self.method, "angles": self.angles, **more}
@@ -119,10 +130,24 @@ class ContactTable(Table):
     range_of_action: Length | None = None
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
+    material: MaterialTable | None = None
+
+    @property
+    def finite_strain(self) -> Literal["neo-hookean"] | None:
+        """Law of the correction for large strains, which goes with held elastic bodies alone."""
+        if self.material is None:
+            return None
+        for name in ("work_of_adhesion", "history", "relaxation", "stress", "design"):
+            if getattr(self, name, None) is not None:
+                raise ValueError(f"[material] finite_strain does not go with {name}; leave one of them out.")
+        return self.material.finite_strain
 
 
 class CaseTable(ContactTable):
     """The whole file."""
+
+    # wider than in the class it extends: fits take one relaxation, cases one for each body as well
+    relaxation: CaseRelaxationTable | None = None  # type: ignore[assignment]
 
     method: str | None = None
     stress: StressTable | None = None
@@ -132,14 +157,17 @@ class CaseTable(ContactTable):
     def build(self, folder: Path) -> Case:
         """Return the case."""
         if self.method is not None and self.method not in METHODS:
-            raise ValueError(f"method = {shown(self.method)} is unknown; it is one of {', '.join(map(repr, METHODS))}.")
-        if self.angles < 8:
-            raise ValueError(
-                f"angles = {shown(self.angles)} must be 8 or more: the outline is sampled at that many polar angles."
-            )
-        whole("angles", self.angles, 8, most=ANGLES)
-        medium = body(self.layers, self.base, self.upper, self.lower)
+            raise BadValue("method", shown(self.method), f"is unknown; it is one of {', '.join(map(repr, METHODS))}.")
+        whole("angles", self.angles, 8, "The outline is sampled at that many polar angles.", most=ANGLES)
+        medium: Any = pressed(self.layers, self.base, self.upper, self.lower)
         self._check_what_is_prescribed()
+        if isinstance(medium, FreeLayer):
+            others = {
+                name: getattr(self, name)
+                for name in ("work_of_adhesion", "relaxation", "stress", "design", "finite_strain")
+            }
+            check_free_layer(self.indenter.built, None if self.method is None else method_of(self.method), others)
+        law = self.finite_strain
         if self.history is not None:
             return self._history(medium, self.history)
         control, steps = self._steps()
@@ -147,6 +175,7 @@ class CaseTable(ContactTable):
         method = self._method()
         stress = None if self.stress is None else self.stress.built
         indenter = self.indenter.built
+        place_in_table(law, medium, indenter, control)
         return Case(
             self.title,
             medium,
@@ -159,6 +188,7 @@ class CaseTable(ContactTable):
             range_of_action=self.range_of_action,
             stress=stress,
             design=None if self.design is None else self.design.case(medium, indenter, stress),
+            finite_strain=law,
         )
 
     def _steps(self) -> tuple[str, Array]:
@@ -185,7 +215,7 @@ class CaseTable(ContactTable):
                 f"[history] and [relaxation] go together: the history of a body that relaxes; found [{lone}] alone."
             )
         if self.range_of_action is not None and self.work_of_adhesion is None:
-            raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
+            raise BadValue("range_of_action", repr(self.range_of_action), "has no meaning without work_of_adhesion.")
         if self.history is not None and self.stress is not None:
             raise ValueError("[stress] and [history] do not go together: stresses are those of an elastic contact.")
         if self.history is not None and self.design is not None:
@@ -203,13 +233,16 @@ class CaseTable(ContactTable):
                 positive(name, getattr(self, name))
         return adhesive_method(None if self.method is None else method_of(self.method), self.indenter.built).name
 
-    def _history(self, medium: Any, table: HistoryTable) -> Case:
-        check_medium(medium)
-        history, indenter = table.built, self.indenter.built
+    def _history(self, medium: Body, table: HistoryTable) -> Case:
+        assert self.relaxation is not None
+        history, indenter, relaxation = table.built, self.indenter.built, self.relaxation.built
+        if isinstance(relaxation, tuple):
+            check_each(medium, indenter, None if self.method is None else method_of(self.method), relaxation)
+        else:
+            check_medium(medium)
         check_outlines(self.angles, history.time.size)
         if self.method == "bem":
             raise ValueError("method = 'bem' does not go with [history]; choose a fast method or 'refined'.")
-        assert self.relaxation is not None
         return Case(
             self.title,
             medium,
@@ -219,7 +252,7 @@ class CaseTable(ContactTable):
             self.method,
             self.angles,
             time=history.time,
-            relaxation=self.relaxation.built,
+            relaxation=relaxation,
         )
 
 
@@ -273,12 +306,15 @@ def is_fit_case(path: str | Path) -> bool:
     return _belongs_to_fits(data)
 
 
-def _belongs_to_fits(data: dict[str, Any]) -> bool:
+def _belongs_to_fits(data: Plain) -> bool:
     return any(name in data for name in _OF_FITS) or _looks_for(data)
 
 
-def _refuse_fits(data: dict[str, Any], path: Path) -> None:
+def _refuse_fits(data: Plain, path: Path) -> None:
     """Say which command a case file belongs to that is not solved."""
+    for name in ("surface", "asperities"):
+        if name in data:
+            raise CaseError(f"{path} has a table [{name}]: solve it with `flatpunch rough {path}`.")
     if not _belongs_to_fits(data):
         return
     if "correct" in data and not _looks_for(data):
@@ -291,7 +327,7 @@ def _refuse_fits(data: dict[str, Any], path: Path) -> None:
     )
 
 
-def _looks_for(value: Any) -> bool:
+def _looks_for(value: object) -> bool:
     if isinstance(value, dict):
         return "fit" in value or any(_looks_for(v) for v in value.values())
     return isinstance(value, list) and any(_looks_for(v) for v in value)
@@ -307,7 +343,7 @@ def case_text(path: str | Path) -> str:
         raise CaseError(f"{shown_path(path)}: not a text file. A case file is TOML in UTF-8.") from None
 
 
-def parsed(text: str, path: Path) -> dict[str, Any]:
+def parsed(text: str, path: Path) -> Plain:
     """Return the tables of a case file; `path` is what messages call it."""
     try:
         check_nesting(text)
@@ -315,10 +351,25 @@ def parsed(text: str, path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError, MemoryError) as error:
         # beside errors of TOML: integers of thousands of digits
         reason = brief(str(error)) or type(error).__name__
-        raise CaseError(f"{path}: not valid TOML: {reason}. Texts and quantities stand in quotation marks.") from None
+        raise CaseError(f"{path}: not valid TOML: {reason}. {_remedy(text, reason)}") from None
 
 
-def case_from(data: dict[str, Any], path: Path) -> Case:
+def _remedy(text: str, reason: str) -> str:
+    """What to write in the place of a line that is no TOML."""
+    place = re.search(r"at line (\d+)", reason)
+    line = text.splitlines()[int(place[1]) - 1] if place and int(place[1]) <= len(text.splitlines()) else ""
+    given = re.fullmatch(
+        r"\s*([\w.-]+)\s*=\s*([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*([^\d\s#,\]}\"'][^#,\]}\"']*)?(?:#.*)?", line
+    )
+    if not given:
+        return "Texts and quantities stand in quotation marks."
+    name, number, unit = given[1], given[2], (given[3] or "").strip()
+    point = decimal_point(number) or number
+    comma = "; the decimal sign is a point" if point != number else ""
+    return f"Write {name} = " + (f'"{point} {unit}", in quotation marks{comma}.' if unit else f"{point}{comma}.")
+
+
+def case_from(data: Plain, path: Path) -> Case:
     """Check the tables of a case file and return the case; files that they name are looked for beside `path`."""
     _refuse_fits(data, path)
     case: Case = validated(CaseTable, data, path, folder=path.parent, adhesive="work_of_adhesion" in data).built

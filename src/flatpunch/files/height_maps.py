@@ -10,11 +10,13 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from flatpunch._support.archives import UNPACKED, check_archive
 from flatpunch._support.checks import Array, positive, whole
-from flatpunch._support.reading import Unreadable, as_path, content, is_file, shown_path
+from flatpunch._support.kinds import one_of
+from flatpunch._support.prefixes import text
+from flatpunch._support.reading import UNPACKED, Unreadable, as_path, check_archive, content, is_file, shown_path
 from flatpunch.files import units
 from flatpunch.indenters import HeightMap
+from flatpunch.surfaces import Topography
 
 
 def read_height_map(
@@ -62,6 +64,73 @@ def read_height_map(
     >>> print(f"{float(tip.height(np.array(0.5e-6), np.array(0.0))) * 1e9:.0f} nm above the apex")
     125 nm above the apex
     """
+    path = _checked(path)
+    if channel is not None:
+        channel = whole("channel", channel, 0, "It is counted from 0.")
+    x, y, z = _arrays_of(path, channel)
+    z = z * positive("height_scale", height_scale, unit="1")
+    return HeightMap(x, y, z, apex=apex, level=level, smoothing=smoothing, near=near, reach=reach)
+
+
+def read_topography(
+    path: str | Path,
+    *,
+    periodic: bool | tuple[bool, bool] = True,
+    peaks: Literal["highest", "lowest"] = "highest",
+    channel: int | None = None,
+    height_scale: float = 1.0,
+) -> Topography:
+    """Read a measured surface.
+
+    Parameters
+    ----------
+    path : str or Path
+        As for `read_height_map`; the points must be evenly spaced, equally along x and y.
+    periodic
+        As for `Topography`.
+    peaks : "highest" or "lowest"
+        Which end of the heights points towards the elastic body: the highest points of a scan, or the lowest of a replica.
+    channel, height_scale
+        As for `read_height_map`.
+
+    Raises
+    ------
+    ValueError
+        If the file is not readable, is no map, has no length unit, missing values, or points that are not square cells.
+    ImportError
+        If SurfaceTopography is needed and not installed.
+
+    See Also
+    --------
+    Topography : From arrays.
+    read_height_map : A tip.
+
+    Examples
+    --------
+    >>> x = np.linspace(0, 1e-6, 32)
+    >>> np.savez("scan.npz", x=x, y=x, z=1e-8 * np.random.default_rng(0).random((32, 32)))
+    >>> fp.read_topography("scan.npz").shape
+    (32, 32)
+    """
+    path = _checked(path)
+    if channel is not None:
+        channel = whole("channel", channel, 0, "It is counted from 0.")
+    x, y, z = (np.asarray(each, dtype=float) for each in _arrays_of(path, channel))
+    sign = 1 if one_of("peaks", peaks, ("highest", "lowest")) == "highest" else -1
+    steps = np.concatenate([np.diff(x), np.diff(y)]) if x.size > 1 and y.size > 1 else np.zeros(1)
+    spacing = float(np.abs(steps).mean())
+    # coordinates of instruments are rounded
+    if not spacing > 0 or np.ptp(np.abs(steps)) > 1e-3 * spacing:
+        raise ValueError(
+            f"{path.name} has points between {text(float(np.abs(steps).min()), 'm')} and "
+            f"{text(float(np.abs(steps).max()), 'm')} apart; a topography has square cells. Resample it first."
+        )
+    scale = positive("height_scale", height_scale, unit="1")
+    return Topography(sign * scale * z, spacing, periodic)
+
+
+def _checked(path: str | Path) -> Path:
+    """The path of a file that is there and no archive of endless size."""
     path = as_path("path", path)
     if not is_file(path):
         raise ValueError(f"{shown_path(path)} is no file; the height map is read from there.")
@@ -69,11 +138,11 @@ def read_height_map(
         check_archive(path)
     except Unreadable as error:
         raise ValueError(f"{shown_path(path)} is {error}.") from None
-    if channel is not None:
-        channel = whole("channel", channel, 0, "It is counted from 0.")
-    x, y, z = _from_archive(path) if path.suffix.lower() == ".npz" else _from_topography(path, channel)
-    z = z * positive("height_scale", height_scale, unit="1")
-    return HeightMap(x, y, z, apex=apex, level=level, smoothing=smoothing, near=near, reach=reach)
+    return path
+
+
+def _arrays_of(path: Path, channel: int | None) -> tuple[Array, Array, Array]:
+    return _from_archive(path) if path.suffix.lower() == ".npz" else _from_topography(path, channel)
 
 
 def _from_archive(path: Path) -> tuple[Array, Array, Array]:

@@ -20,13 +20,7 @@ _TOKEN = re.compile(
 
 
 def check_nesting(text: str) -> None:
-    """Refuse text that is nested deeper than any case file.
-
-    Raises
-    ------
-    ValueError
-        With the line.
-    """
+    """Refuse text that is nested deeper than any case file, by a ValueError with the line."""
     depth = dots = 0
     for token in _TOKEN.finditer(text):
         kind = token.lastgroup

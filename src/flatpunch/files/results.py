@@ -8,20 +8,24 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import itertools
 import json
 import warnings
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flatpunch._support import whole_file as _whole_file
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content, shown_path
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
+from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed
+from flatpunch.files.vtk import ENDINGS, vtk_bytes
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "
@@ -56,9 +60,10 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     Parameters
     ----------
     result : xarray.Dataset
-        What `indent` returned.
+        What `indent`, `fields`, `sensitivity` and so on returned.
     path : path
-        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top).
+        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top). Fields may also
+        be written for ParaView and other programs, which `load` does not read back: ".vtu" (meshio) or ".vts" (pyvista).
     outlines : bool
         Whether a CSV holds the contact outlines too, one column for each polar angle; NetCDF always does.
 
@@ -70,7 +75,7 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     Raises
     ------
     ResultError
-        If the ending is neither, or the file cannot be written. An older file of that name is then untouched.
+        If the ending is none of these, or the file cannot be written. An older file of that name is then untouched.
 
     See Also
     --------
@@ -83,14 +88,17 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     'gel.nc'
     """
     path = as_path("path", path)
-    _format(path)
+    kind = path.suffix.lower()
+    if kind not in ENDINGS:
+        _format(path)
     if not hasattr(result, "data_vars"):
         raise TypeError(f"result = {shown(result)} must be a data set, as indent returns it.")
-    write(
-        path,
-        sealed(netcdf(result)) if path.suffix.lower() == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"),
-    )
-    return path
+    if kind in ENDINGS:
+        try:
+            return write(path, vtk_bytes(result, kind))
+        except ValueError as error:
+            raise ResultError(f"{shown_path(path)}: {error}") from None
+    return write(path, sealed(netcdf(result)) if kind == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"))
 
 
 def netcdf(result: xr.Dataset) -> bytes:
@@ -120,10 +128,11 @@ def digest(result: xr.Dataset) -> str:
     return sha.hexdigest()
 
 
-def write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all; what goes wrong is a `ResultError`."""
+def write(path: Path, content: bytes) -> Path:
+    """Write a file whole or not at all, and return its path; what goes wrong is a `ResultError`."""
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
+    return path
 
 
 def load(path: str | Path) -> xr.Dataset:
@@ -207,10 +216,10 @@ def _format(path: Path) -> str:
 
 
 def to_csv(result: xr.Dataset, *, outlines: bool = True) -> str:
-    """Return a dataset as CSV text: comments, one line of column names, one line a step.
+    """Return a dataset as CSV text: comments, one line of column names, one line a step, point, parameter or layer.
 
-    Variables over `step` are one column, variables over `step` and one more dimension, the outlines, are one column for each of
-    its entries, or left out. Everything else (coordinates, attributes, types) is in the line "structure", as JSON.
+    Variables over these are one column; those over further dimensions too, as outlines are, one column for each entry of these.
+    Outlines may be left out. All else (coordinates, other variables, attributes, types) is in the line "structure", as JSON.
     """
     if not outlines and "step" in result.dims:
         result = result.drop_dims([name for name in result.dims if name != "step"])
@@ -221,9 +230,13 @@ def to_csv(result: xr.Dataset, *, outlines: bool = True) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([name for name, _ in columns])
     # repr of a Python float is the shortest text that reads back to the same number
-    writer.writerows(zip(*(map(repr, values.tolist()) for _, values in columns), strict=True))
+    writer.writerows(zip(*(map(_cell, values.tolist()) for _, values in columns), strict=True))
     table = out.getvalue()
     return f"{_SHA}{hashlib.sha256(table.encode()).hexdigest()}\n{table}"
+
+
+def _cell(value: object) -> str:
+    return value if isinstance(value, str) else repr(value)
 
 
 def _preamble(result: xr.Dataset) -> Iterator[str]:
@@ -238,17 +251,22 @@ def _preamble(result: xr.Dataset) -> Iterator[str]:
     yield _STRUCTURE + json.dumps(_structure(result), ensure_ascii=False)
 
 
-def _structure(result: xr.Dataset) -> dict[str, Any]:
-    def described(variable: Any) -> dict[str, Any]:
+def _structure(result: xr.Dataset) -> Plain:
+    def described(variable: xr.DataArray) -> Plain:
         return {"dims": list(variable.dims), "dtype": str(variable.dtype), "attrs": _plain(variable.attrs)}
 
+    rows = _rows(result)
     coords = {str(name): described(coord) for name, coord in result.coords.items()}
     for name, kept in coords.items():
-        if name != "step":  # its values are the first column
+        if (name,) != rows:  # its values are the first column
             kept["values"] = result[name].values.tolist()
     variables = {str(name): described(variable) for name, variable in result.data_vars.items()}
+    for name, kept in variables.items():
+        if not set(rows) <= set(kept["dims"]):
+            kept["values"] = result[name].values.tolist()
     return {
-        "steps": result.sizes["step"],
+        "rows": list(rows),
+        "sizes": {str(name): size for name, size in result.sizes.items()},
         _DIGEST: True,
         "attrs": _plain(result.attrs),
         "coords": coords,
@@ -256,29 +274,36 @@ def _structure(result: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
+def _rows(result: xr.Dataset) -> tuple[str, ...]:
+    """Dimensions whose combinations are the lines of a table: `step`, or else those that most variables have."""
+    if "step" in result.dims:
+        return ("step",)
+    counts = Counter(tuple(map(str, variable.dims)) for variable in result.data_vars.values())
+    return max(counts, key=lambda dims: (counts[dims], -len(dims)), default=())
+
+
+def _plain(attrs: Mapping[object, object]) -> Plain:
     return {
         str(key): value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
         for key, value in attrs.items()
     }
 
 
-def _columns(result: xr.Dataset) -> Iterator[tuple[str, Any]]:
-    steps = np.arange(result.sizes["step"]) if "step" not in result.coords else result["step"].values
-    yield "step", steps
+def _columns(result: xr.Dataset) -> Iterator[tuple[str, NDArray[np.generic]]]:
+    rows = _rows(result)
+    count = int(np.prod([result.sizes[name] for name in rows]))
+    one = rows[0] if len(rows) == 1 and rows[0] in result.coords else None
+    yield (one or "row"), (np.arange(count) if one is None else result[one].values)
     for name, variable in result.data_vars.items():
-        if not variable.dims or variable.dims[0] != "step" or variable.ndim > 2:
-            raise ResultError(
-                f"variable {name!r} over {variable.dims} has no place in a table of steps; save it as .nc instead."
-            )
-        unit = variable.attrs.get("units", "-")
-        if variable.ndim == 1:
-            yield f"{name} [{unit}]", variable.values
+        if not set(rows) <= set(variable.dims):
             continue
-        other = str(variable.dims[1])
-        labels = result[other].values.tolist() if other in result.coords else range(variable.shape[1])
-        for i, label in enumerate(labels):
-            yield f"{name} [{unit}] {other}={label!r}", variable.values[:, i]
+        unit = variable.attrs.get("units", "-")
+        others = [str(dim) for dim in variable.dims if dim not in rows]
+        values = variable.transpose(*rows, *others).values.reshape(count, -1)
+        labels = [result[dim].values.tolist() if dim in result.coords else range(result.sizes[dim]) for dim in others]
+        for column, label in zip(values.T, itertools.product(*labels), strict=True):
+            named = "".join(f" {dim}={each!r}" for dim, each in zip(others, label, strict=True))
+            yield f"{name} [{unit}]{named}", column
 
 
 def from_csv(text: str) -> xr.Dataset:
@@ -297,23 +322,33 @@ def from_csv(text: str) -> xr.Dataset:
     if not rows or any(len(row) != len(rows[0]) for row in rows):
         raise ResultError("damaged: the lines of the table have different lengths.")
     table = np.array(rows[1:], dtype=object).reshape(len(rows) - 1, len(rows[0]))
+    # files of earlier versions have steps alone
+    lines_of = tuple(structure.get("rows", ["step"]))
+    sizes = structure.get("sizes") or {"step": structure["steps"]}
+    sizes |= {name: len(kept["values"]) for name, kept in structure["coords"].items() if "values" in kept}
     position, variables = 1, {}
     for name, kept in structure["variables"].items():
-        width = 1 if len(kept["dims"]) == 1 else len(structure["coords"][kept["dims"][1]]["values"])
-        block = _parsed(table[:, position : position + width], kept["dtype"])
-        variables[name] = (kept["dims"], block[:, 0] if len(kept["dims"]) == 1 else block, kept["attrs"])
+        if "values" in kept:
+            variables[name] = (kept["dims"], np.array(kept["values"], dtype=kept["dtype"]), kept["attrs"])
+            continue
+        others = [dim for dim in kept["dims"] if dim not in lines_of]
+        shape = [sizes[dim] for dim in (*lines_of, *others)]
+        width = int(np.prod([sizes[dim] for dim in others]))
+        block = _parsed(table[:, position : position + width], kept["dtype"]).reshape(shape)
+        laid = xr.Variable((*lines_of, *others), block).transpose(*kept["dims"])
+        variables[name] = (kept["dims"], laid.values, kept["attrs"])
         position += width
     coords = {
-        name: (kept["dims"], np.array(kept.get("values", table[:, 0].tolist()), dtype=kept["dtype"]), kept["attrs"])
+        name: (kept["dims"], _parsed(np.array(kept.get("values", table[:, 0].tolist())), kept["dtype"]), kept["attrs"])
         for name, kept in structure["coords"].items()
     }
     result = xr.Dataset(variables, coords, structure["attrs"])
-    if structure["steps"] != len(rows) - 1 or position != len(rows[0]):
+    if int(np.prod([sizes[name] for name in lines_of])) != len(rows) - 1 or position != len(rows[0]):
         raise ResultError("damaged: the table is smaller or larger than its description.")
     return result
 
 
-def _parsed(block: Any, dtype: str) -> Any:
+def _parsed(block: NDArray[np.generic], dtype: str) -> NDArray[np.generic]:
     if dtype == "bool":
-        return block == "True"
+        return np.asarray(block == "True")
     return block.astype(dtype)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from flatpunch._support.paths import Plain
 from flatpunch.contact import indent
-from flatpunch.fields import CriticalLoad, Strength, critical_load, fields
+from flatpunch.fields import CriticalLoad, Strength, critical_load, critical_loads, fields, peak_stresses
 from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
+from flatpunch.indenters.profile import NotRising
 from flatpunch.media import Medium, RigidBase, underlying
 from flatpunch.punch import UnresolvedLayer
 
@@ -26,8 +31,12 @@ class Stresses:
     ----------
     fields : xarray.Dataset
         What `flatpunch.fields` returned at the points of the case.
+    peaks : xarray.Dataset or None
+        What `flatpunch.peak_stresses` returned at the last step; None for adhesive contacts, rollers and rounded punches.
     first : CriticalLoad or None
         The first failure; None if the case has no strengths, or if the search ended before one, as a note of `fields` says.
+    loads : xarray.Dataset or None
+        What `flatpunch.critical_loads` returned; None with `first`.
     contact : dict
         What `fields` took by name: the last step, method, friction and so on.
     strengths : tuple of Strength
@@ -35,23 +44,17 @@ class Stresses:
     """
 
     fields: xr.Dataset
+    peaks: xr.Dataset | None
     first: CriticalLoad | None
-    contact: dict[str, Any]
+    loads: xr.Dataset | None
+    contact: Plain
     strengths: tuple[Strength, ...]
 
 
 def stresses(case: Case) -> Stresses:
     """Compute the stresses at the last step of a case, and its first failure if it has strengths.
 
-    Parameters
-    ----------
-    case : Case
-        What `read_case` returned. Without points in [stress] the section y = 0 is taken, three contact radii to either side.
-
-    Raises
-    ------
-    ValueError, TypeError
-        As for `fields` and `critical_load`, and for cases with a history.
+    Without points in [stress] the section y = 0 is taken, three contact radii to either side.
     """
     if case.time is not None:
         raise ValueError(
@@ -68,7 +71,27 @@ def stresses(case: Case) -> Stresses:
         note = "First failure: that of a growing contact without adhesion."
     if note:
         found.attrs["notes"] = "\n".join([*str(found.attrs.get("notes", "")).splitlines(), note])
-    return Stresses(found, first, contact, asked.strengths)
+    loads = None
+    if first is not None and case.stress is not None:
+        loads = critical_loads(case.medium, case.indenter, **case.stress.critical(case.medium))
+    return Stresses(found, _peaks(case, asked, found), first, loads, contact, asked.strengths)
+
+
+def _peaks(case: Case, asked: StressCase, found: xr.Dataset) -> xr.Dataset | None:
+    """Largest stresses at the depth of the fields; infinite at the rim of adhesive contacts, not searched under some tips."""
+    if case.work_of_adhesion is not None:
+        return None
+    try:
+        return peak_stresses(
+            case.medium,
+            case.indenter,
+            depth=float(found.attrs["depth"]),
+            friction=asked.friction,
+            direction=asked.direction,
+            residual_stress=asked.residual_stress,
+        )
+    except NotRising:
+        return None
 
 
 def first_failure(case: Case) -> tuple[CriticalLoad | None, str]:
@@ -82,9 +105,14 @@ def first_failure(case: Case) -> tuple[CriticalLoad | None, str]:
         return critical_load(case.medium, case.indenter, **case.stress.critical(case.medium)), ""
     except UnresolvedLayer as end:
         return None, f"First failure: {end}"
+    except NotRising:
+        return (
+            None,
+            "Largest stresses and the first failure are not searched under this tip: see the points of the result.",
+        )
 
 
-def _extent(case: Case, contact: dict[str, Any]) -> tuple[float, float]:
+def _extent(case: Case, contact: Plain) -> tuple[float, float]:
     """Half-width and depth of the section that is shown where the case names none."""
     known = {name: contact[name] for name in (case.control, "method", "work_of_adhesion") if name in contact}
     radius = float(indent(case.medium, case.indenter, **known)["radius"].values[0])
@@ -101,13 +129,7 @@ def _extent(case: Case, contact: dict[str, Any]) -> tuple[float, float]:
 
 
 def stress_csv(result: xr.Dataset) -> str:
-    """Return fields as CSV, a line for each point.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `fields` returned.
-    """
+    """Return what `fields` returned as CSV, a line for each point."""
     import pandas as pd
 
     columns = {f"{name} [m]": result[name].values.ravel() for name in ("x", "y", "z")}
@@ -125,13 +147,7 @@ def stress_csv(result: xr.Dataset) -> str:
 
 
 def first_failure_lines(first: CriticalLoad) -> list[str]:
-    """Say which failure comes first, and how far the others are.
-
-    Parameters
-    ----------
-    first : CriticalLoad
-        What `critical_load` returned.
-    """
+    """Say which failure comes first, and how far the others are."""
     two = any(name.startswith(("upper", "lower")) for name in first.margins)
     where = f"layer {first.layer + 1}" + (f" of the {first.body} body" if two else "")
     if first.force == 0:
@@ -140,7 +156,7 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
         return ["No failure up to the largest contact of this tip."]
     at = f"x = {text(first.place[0], 'm')}, z = {text(first.place[2], 'm')}"
     margins = ", ".join(
-        f"{name} {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])
+        f"{in_words(name)}: {value:.3g}" for name, value in sorted(first.margins.items(), key=lambda item: item[1])
     )
     return [
         f"First failure: {first.kind} in {where} at {at}, force {text(first.force, 'N')}, depth "
@@ -151,28 +167,67 @@ def first_failure_lines(first: CriticalLoad) -> list[str]:
     ]
 
 
-def stress_rows(result: xr.Dataset) -> list[list[str]]:
-    """Table of the largest von Mises stress and the largest tension in each layer, with their places, under `STRESS_COLUMNS`.
+def in_words(criterion: str) -> str:
+    """Name of a criterion with the layer counted from one, as in all texts: "layers[1].yield" is "yield of layer 2"."""
+    found = re.fullmatch(r"(?:(upper|lower)\.)?layers\[(\d+)\]\.(.*)", criterion)
+    assert found is not None
+    body = f" of the {found[1]} body" if found[1] else ""
+    return f"{found[3]} of layer {int(found[2]) + 1}{body}"
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `fields` returned.
+
+def load_lines(loads: xr.Dataset) -> list[str]:
+    """Say at which load each criterion of `critical_loads` is reached by itself, the first of them first."""
+    forces = loads["force"].values
+    if forces.size < 2:
+        return []
+    names = loads["criterion"].values
+    order = np.argsort(np.where(np.isnan(forces), np.inf, forces), kind="stable")
+    each = [f"{in_words(str(names[i]))}: {_load(float(forces[i]))}" for i in order]
+    return ["Load of each criterion by itself: " + ", ".join(each) + "."]
+
+
+def _load(force: float) -> str:
+    return "never" if math.isinf(force) else "not known" if math.isnan(force) else text(force, "N")
+
+
+def stress_rows(found: Stresses) -> list[list[str]]:
+    """Table of the largest stresses in each layer and at the interface below it, with their places, under `STRESS_COLUMNS`.
+
+    Adhesive contacts have no rows: their stresses are infinite at the rim.
     """
-    import numpy as np
-
-    layer = result["layer"].values.ravel()
-    x, z = result["x"].values.ravel(), result["z"].values.ravel()
+    peaks = found.peaks
+    if peaks is None:
+        return []
+    bodies = peaks["body"].values if "body" in peaks else None
+    below = peaks["interface_body"].values if "interface_body" in peaks else None
+    faces = {
+        (None if below is None else str(below[n]), int(i)): n for n, i in enumerate(peaks["interface"].values.tolist())
+    }
     rows = []
-    for i in np.unique(layer):
-        here = np.flatnonzero(layer == i)
-        row = [str(int(i) + 1)]
-        for values in (result["von_mises"].values.ravel(), result["principal"].values[0].ravel()):
-            worst = here[int(np.argmax(values[here]))]
-            row += [text(float(values[worst]), "Pa"), text(float(x[worst]), "m"), text(float(z[worst]), "m")]
+    for n, i in enumerate(peaks["layer"].values.tolist()):
+        body = None if bodies is None else str(bodies[n])
+        row = [(f"{body} " if body else "") + str(i + 1)]
+        for name in ("von_mises", "tension"):
+            x, _, z = (text(float(each), "m") for each in peaks[f"{name}_place"].values[n])
+            row += [_stress(float(peaks[name].values[n])), f"{x}, {z}"]
+        face = faces.get((body, i))
+        for name in ("interface_tension", "interface_shear"):
+            row.append("" if face is None else _stress(float(peaks[name].values[face])))
         rows.append(row)
     return rows
 
 
-STRESS_COLUMNS = ("layer", "largest von Mises", "at x", "at z", "largest tension", "at x", "at z")
-"""Headings of `stress_rows`."""
+def _stress(value: float) -> str:
+    return "infinite" if math.isinf(value) else text(value, "Pa")
+
+
+STRESS_COLUMNS = (
+    "layer",
+    "von Mises",
+    "at x, z",
+    "tension",
+    "at x, z",
+    "interface tension",
+    "interface shear",
+)
+"""Headings of `stress_rows`, largest values each; the last two are tractions on the interface below the layer."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.checks import Indices
 from flatpunch.contact import pull_off
 from flatpunch.contact.curve import NOTABLE_FORCE, percent
 from flatpunch.contact.default import EXACT
@@ -26,17 +27,18 @@ class CurveTable:
     caption: str
 
 
-def curve_table(result: xr.Dataset) -> CurveTable:
-    """Return evenly chosen steps of a result.
+def spread(size: int, most: int) -> Indices:
+    """Places of at most so many entries, first and last among them, at equal distances."""
+    return np.unique(np.linspace(0, size - 1, min(most, size)).round().astype(int))
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned.
-    """
+
+def curve_table(result: xr.Dataset) -> CurveTable:
+    """Return evenly chosen steps of what `indent` returned."""
     steps = result.sizes["step"]
-    chosen = np.unique(np.linspace(0, steps - 1, min(_ROWS, steps)).round().astype(int))
+    chosen = spread(steps, _ROWS)
     units = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
+    if "base_radius" in result:
+        units["base_radius"] = "m"
     # the stiffness of a sudden step, infinite under power laws, is of no use in a history
     units = {"time": "s", **units} if "time" in result else {**units, "stiffness": "N/m"}
     columns, shown = [], []
@@ -44,7 +46,7 @@ def curve_table(result: xr.Dataset) -> CurveTable:
         values = result[name].values
         finite = np.abs(values[np.isfinite(values)])
         factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
-        columns.append((name, prefixed.replace("^2", "²")))
+        columns.append((name.replace("_", " "), prefixed.replace("^2", "²")))
         shown.append([_four_digits(values[i] * factor) for i in chosen])
     if "force_error" in result and result.attrs["method_reason"] != EXACT:
         columns.append(("force error", "%"))

@@ -15,12 +15,13 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from flatpunch._support.checks import shown
+from flatpunch._support.checks import BadValue, shown
 from flatpunch._support.prefixes import readable as readable
 from flatpunch._support.prefixes import text as text
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
 
+_DECIMAL_COMMA = re.compile(r"\s*([+-]?[0-9]+),([0-9]+(?:[eE][+-]?[0-9]+)?(?:\s*[^\s0-9,].*)?)", re.DOTALL)
 
 LONGEST = 200
 """Characters of a quantity."""
@@ -55,7 +56,10 @@ WORK_OF_ADHESION = Dimension(
     "work of adhesion", "J/m^2", "50 mJ/m^2", ("J/m^2", "mJ/m^2", "uJ/m^2", "N/m", "mN/m", "erg/cm^2")
 )
 STIFFNESS = Dimension("stiffness", "N/m", "50 kN/m", ("N/m", "kN/m", "MN/m", "mN/m", "N/mm", "nN/nm"))
-DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION)
+INTERFACE = Dimension(
+    "interface stiffness", "Pa/m", "20 GPa/um", ("Pa/m", "kPa/um", "MPa/um", "GPa/um", "GPa/nm", "N/m^3", "N/mm^3")
+)
+DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION, INTERFACE)
 
 
 _NO_UNIT = (
@@ -82,28 +86,18 @@ def registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
-def named_si(name: str, value: Any, dimension: Dimension) -> float:
+def named_si(name: str, value: object, dimension: Dimension) -> float:
     """`to_si` with the name of the value in its messages: "<name> = <value> ..."."""
     try:
         return to_si(value, dimension)
     except ValueError as error:
-        raise ValueError(f"{name} = {shown(value)} {error}") from None
+        raise BadValue(name, shown(value), f"{error}") from None
 
 
-def to_si(value: Any, dimension: Dimension) -> float:
-    """Return a quantity as a float in SI units.
+def to_si(value: object, dimension: Dimension) -> float:
+    """Return a quantity, "1.2 um", as a float in SI units.
 
-    Parameters
-    ----------
-    value : str
-        Number and unit, "1.2 um".
-    dimension : Dimension
-        What the quantity must be.
-
-    Raises
-    ------
-    ValueError
-        If it is something else. The message continues a sentence that starts "<field> = <value> ".
+    The message of the ValueError for something else continues a sentence that starts "<field> = <value> ".
     """
     remedy = f"{dimension.phrase} such as {dimension.example!r} is needed"
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -112,6 +106,8 @@ def to_si(value: Any, dimension: Dimension) -> float:
         raise ValueError(f"has no unit; {remedy}, in quotation marks.")
     if len(value) > LONGEST:
         raise ValueError(f"is no quantity, with {len(value)} characters; {remedy}.")
+    if with_point := decimal_point(value):
+        raise ValueError(f"has a decimal comma; write {with_point!r}.")
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if match is None:
         raise ValueError(f"does not start with a number; {remedy}.")
@@ -127,6 +123,12 @@ def to_si(value: Any, dimension: Dimension) -> float:
     if not math.isfinite(result):
         raise ValueError(f"is not finite; {remedy}.")
     return result
+
+
+def decimal_point(value: str) -> str:
+    """Return a text whose number has a decimal comma with a point instead, and an empty text for any other."""
+    found = _DECIMAL_COMMA.fullmatch(value)
+    return f"{found[1]}.{found[2]}" if found else ""
 
 
 def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:

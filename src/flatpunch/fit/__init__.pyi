@@ -15,8 +15,9 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
-from .plan import Plan, planned
+from .plan import Plan, PlanScan, plan_scan, planned
 from .posterior_picture import plot_posterior
+from .reading import plot_measured
 from .report.estimate import Estimate
 from .report.joint import JointResult
 from .report.likelihood import Profile
@@ -40,6 +41,7 @@ __all__ = [
     "Measured",
     "Normal",
     "Plan",
+    "PlanScan",
     "Posterior",
     "Profile",
     "Sample",
@@ -56,8 +58,10 @@ __all__ = [
     "fit_together",
     "oliver_pharr",
     "parameter_names",
+    "plan_scan",
     "planned",
     "plot_fit",
+    "plot_measured",
     "plot_posterior",
     "read_curve",
     "read_fit_case",

@@ -14,8 +14,8 @@ import xarray as xr
 
 from flatpunch._support.checks import Array, shown
 from flatpunch._support.readable import Table, readable
-from flatpunch._support.sealed import sealed
 from flatpunch._support.threads import cores
+from flatpunch._support.whole_file import sealed
 from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
 from flatpunch.fit.elastic.many import supported
@@ -27,7 +27,7 @@ from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
-from flatpunch.fit.places import Place, listed
+from flatpunch.fit.places import Place, listed, on_grid
 from flatpunch.fit.records import Records, keys_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import doubts
@@ -49,8 +49,8 @@ class Batch:
     Attributes
     ----------
     rows : tuple of dict
-        One a curve, in the order of the input: "curve", where it comes from ("file", "index"), "ok", "reason", the columns of
-        `FitResult.row`, and the position in a map.
+        One a curve, in the order of the input, those of a map line by line: "curve", where it comes from ("file", "index"), "ok",
+        "reason", the columns of `FitResult.row`, and in a map the position, "row" and "column".
 
     See Also
     --------
@@ -210,7 +210,7 @@ def fit_batch(
         Folder in which records are kept as they are made. After an interruption the same call goes on from there; curves or a
         case that have changed since, and curves that could not be evaluated, are fitted again. Delete it when all is done.
     **settings
-        As for `fit`; the engine is the fast one unless named.
+        As for `fit`; quick unless `quick=False` is given.
 
     Returns
     -------
@@ -238,7 +238,7 @@ def fit_batch(
     if reading is not None and not isinstance(reading, Mapping):
         raise TypeError(f"reading = {shown(reading)} must be a mapping of arguments of read_curve.")
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    given: SettingsOf = {"engine": "normal-equations", **settings}
+    given: SettingsOf = {"quick": True, **settings}
     chosen = Settings(**given)
     rows: list[dict[str, Any]] = []
     records = Records(store) if store is not None else None
@@ -246,7 +246,7 @@ def fit_batch(
         rows.extend(done)
         if progress is not None:
             progress(len(rows))
-    return Batch(tuple(rows))
+    return Batch(tuple(on_grid(rows)))
 
 
 def fit_rows(
@@ -271,7 +271,7 @@ def fit_rows(
     records : Records, optional
         Where records are kept; those that are there are not made again.
     """
-    model_of(sample, free, settings.method)
+    model_of(sample, free, settings.method, settings.finite_strain)
     job = _Job(sample, free, settings, dict(reading or {}))
     if records is None:
         yield from _in_parallel(job, items, workers)
@@ -326,7 +326,7 @@ class _Job:
 
     def run(self, items: Sequence[Any]) -> list[dict[str, Any]]:
         """Records of some items: plain curves side by side, the others one by one."""
-        model = model_of(self.sample, self.free, self.settings.method)
+        model = model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
         opened = [self._opened(item) for item in items]
         plain: dict[int, dict[str, Any] | None] = {}
         if isinstance(model, ForwardModel) and supported(model, self.settings):

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import TINY, Array, Flags
 from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.plots.style import BLUE, GREY, PALE, StyleName, scale_of, styled
 
@@ -62,7 +62,7 @@ def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") ->
         figure = Figure(figsize=size, layout="constrained")
         mapped = placed.sum() > 1
         # a square map with its bar is as wide as the histogram; wide maps have more, and values one by one as well
-        across = min(1.7, 0.3 + 0.8 * np.ptp(x[placed]) / max(np.ptp(y[placed]), 1e-300)) if mapped else 1.7
+        across = min(1.7, 0.3 + 0.8 * np.ptp(x[placed]) / max(np.ptp(y[placed]), TINY)) if mapped else 1.7
         left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(max(across, 0.7), 1))
         if mapped:
             _map(batch, name, left, x, y, placed)

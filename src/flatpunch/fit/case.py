@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from flatpunch._support.checks import BadValue
 from flatpunch._support.readable import readable
 from flatpunch.files import CaseError
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.tables.fields import validated
 from flatpunch.files.tables.media import body
 from flatpunch.fit.adhesion.model import adhesive_method
-from flatpunch.fit.case_knowledge import PlanTable, PosteriorTable, priors_of
-from flatpunch.fit.case_tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
-from flatpunch.fit.case_values import split
+from flatpunch.fit.cases.knowledge import PlanTable, PosteriorTable, priors_of
+from flatpunch.fit.cases.tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
+from flatpunch.fit.cases.values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.measured.curve import Curve
@@ -30,7 +31,7 @@ from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
-from flatpunch.fit.plan import Plan, planned
+from flatpunch.fit.plan import Plan, PlanScan, plan_scan, planned
 from flatpunch.fit.report.log_posterior import CALIBRATION
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
@@ -139,7 +140,7 @@ class FitCaseTable(ContactTable):
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
         method: Any = self.method  # a text until it is checked here
-        settings = Settings(method=method, **(self.fit.built if self.fit else {}))
+        settings = Settings(method=method, finite_strain=self.finite_strain, **(self.fit.built if self.fit else {}))
         method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
@@ -267,19 +268,23 @@ def _check_prior(name: str, value: float, prior: Prior) -> None:
         )
 
 
-def plan_of(case: FitCase) -> Plan:
-    """What the planned curve of a case will determine."""
+def plan_of(case: FitCase) -> Plan | PlanScan:
+    """What the planned curve of a case will determine, or those of all its tips and depths."""
     spring = {"spring_constant": case.reading["spring_constant"]} if "spring_constant" in case.reading else {}
-    return planned(
-        case.medium,
-        case.indenter,
-        case.free,
-        **{**spring, **case.plan},
-        priors={name: prior for name, prior in case.priors.items() if name in (*case.free, *case.settings.nuisance)},
-        work_of_adhesion=case.work_of_adhesion,
-        contact=case.settings.contact,
-        baseline=case.settings.baseline,
-    )
+    plan = dict(case.plan)
+    depth, tips = plan.pop("depth"), plan.pop("indenters", {})
+    rest = {
+        **spring,
+        **plan,
+        "priors": {name: prior for name, prior in case.priors.items() if name in (*case.free, *case.settings.nuisance)},
+        "work_of_adhesion": case.work_of_adhesion,
+        "contact": case.settings.contact,
+        "baseline": case.settings.baseline,
+    }
+    if not tips and not isinstance(depth, list):
+        return planned(case.medium, case.indenter, case.free, depth=depth, **rest)
+    depths = depth if isinstance(depth, list) else [depth]
+    return plan_scan(case.medium, {"that of the case": case.indenter, **tips}, case.free, depths=depths, **rest)
 
 
 def read_measured(case: FitCase) -> list[Measured]:
@@ -333,6 +338,8 @@ def _check_segment(case: FitCase) -> None:
     known = ("auto", "retract", "both") if case.work_of_adhesion is not None else ("auto", "approach")
     known = ("auto", "both") if case.relaxation is not None else known
     if case.settings.segment not in known:
-        raise ValueError(
-            f"segment = {case.settings.segment!r} does not go with this case; it is {' or '.join(map(repr, known))}."
+        raise BadValue(
+            "segment",
+            repr(case.settings.segment),
+            f"does not go with this case; it is {' or '.join(map(repr, known))}.",
         )

@@ -8,22 +8,27 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.threads import one_blas_thread
+from flatpunch.contact.finite_strain import strained
+from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
+from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.setup import elastic_setup
-from flatpunch.fit.least_squares.minimum import Minimum, covariance
+from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import noise_variance
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.signal import converter_step
+from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import external
 from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
+from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.report.estimate import estimated
-from flatpunch.fit.report.findings import about_contact, judged
+from flatpunch.fit.report.findings import about_contact, judged, tilt_note
 from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.result import FitResult
@@ -62,7 +67,7 @@ def fit(
     relaxation : StandardLinearSolid, Prony or PowerLawRelaxation, optional
         The medium relaxes, or where to start: the force over time of ramp, hold and retract is fitted; the curve needs times.
     **settings
-        Fields of `Settings`: contact, baseline, loss, adhesion, depth_to, force_to, method, level, engine, segment.
+        Fields of `Settings`: contact, baseline, loss, adhesion, depth_to, force_to, method, level, quick, segment.
 
     Returns
     -------
@@ -97,7 +102,7 @@ def fit(
     chosen = Settings(**settings)
     wanted = as_free(free)
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    return fit_model(curve, model_of(sample, wanted, chosen.method), wanted, chosen)
+    return fit_model(curve, model_of(sample, wanted, chosen.method, chosen.finite_strain), wanted, chosen)
 
 
 @one_blas_thread()
@@ -163,24 +168,31 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     if not isinstance(curve, Curve):
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
     setup = setup_of(curve, model, bounds(model, free), settings)
-    setup, found = searched(setup, curve.name, free, settings)
+    setup, found = searched(setup, curve.name, free, setup.settings)
     if setup.again is not None and (narrower := setup.again(found.x)) is not None:
-        setup, found = searched(narrower, curve.name, free, settings)
+        setup, found = searched(narrower, curve.name, free, setup.settings)
+    return result_of(curve, model, free, setup, found)
+
+
+def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup, found: Minimum) -> FitResult:
+    """Result of a fit from its minimum: values, intervals and notes."""
+    settings = setup.settings
     setup, found = evenly_weighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
-    polished = None
-    if settings.engine == "lmfit" and count:
-        from flatpunch.fit.least_squares.lmfit_engine import polish
-
-        polished, found = polish(objective, found, setup.lower, setup.upper, settings.loss)
-    if isinstance(model, AdhesiveModel) or settings.engine == "lmfit":
+    if isinstance(model, ForwardModel) and model.finite_strain is not None:
+        _in_strain_table(objective, model, found.x)
+    if isinstance(model, AdhesiveModel) or not settings.quick:
         follows(setup, found, curve.name)
     variance, factor = noise_variance(found, count, settings.loss)
+    factor *= found.residual.size / max(independent(found.residual), 1.0)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
     shared = _rounding(setup, found)
     if curve.meta.get("calibration"):
         shared = shared + _calibration(curve, model, free, settings, found)
+    tilts = [(objective, found.x, np.arange(found.x.size), 1.0)] if setup.doubtful and inside.all() else []
+    unseen = undetected_tilts(found.normal, tilts)
+    shared = shared + unseen
     spread = spread + shared
     result = FitResult(
         curve=setup.part,
@@ -193,11 +205,45 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         noise=float(np.sqrt(variance)) * objective.frame[2],
         settings=settings,
         bounds=(setup.lower, setup.upper),
-        lmfit=polished,
         notes=setup.notes,
+        unseen=unseen,
     )
     result = replace(result, estimates=by_profile(result, setup.coarse, shared))
-    return replace(result, notes=(*setup.notes, *about_contact(result), *judged(result), *limits_of_theory(result)))
+    tilt = _about_tilt(setup, found, result) if setup.tilted else ()
+    notes = (*setup.notes, *tilt, *about_contact(result), *judged(result), *limits_of_theory(result))
+    return replace(result, notes=notes)
+
+
+def _in_strain_table(objective: Objective, model: ForwardModel, x: Array) -> None:
+    """Refuse curves that end deeper than the table of large strains."""
+    parameters, background = objective.split(x)
+    place = strained(*model.case(model.externals(parameters)))
+    deepest = float(objective.depth.max()) - background["contact"]
+    if deepest > place.deepest:
+        raise CurveError(
+            f"the curve is {text(deepest, 'm')} deep; the table of finite_strain ends at {text(place.deepest, 'm')}, half of the "
+            "thickness and of the radius. Cut the curve by depth_to, or leave finite_strain out."
+        )
+
+
+def _about_tilt(setup: Setup, found: Minimum, result: FitResult) -> tuple[str, ...]:
+    """Moduli over the other baseline, a constant or a straight line, where they are outside their intervals."""
+    objective, straight = setup.objective, setup.settings.baseline == "linear"
+    x, lower, upper = found.x, setup.lower, setup.upper
+    if not straight:
+        objective = with_tilt(objective)
+        place = objective.names.index("tilt")
+        x, lower, upper = (np.insert(v, place, e) for v, e in ((x, 0.0), (lower, -np.inf), (upper, np.inf)))
+    held = np.array([straight and name == "tilt" for name in objective.names])
+    other = minimise(objective.evaluate, np.where(held, 0.0, x), lower, upper, fixed=held, settled=SOON).x
+    moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith("young")}
+    return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
+
+
+def with_tilt(objective: Objective) -> Objective:
+    """The problem with a tilt of the baseline beside its other unknowns."""
+    names = tuple(n for n in NUISANCE if n in objective.names or n == "tilt")
+    return replace(objective, nuisance=names, _before={})
 
 
 def _rounding(setup: Setup, found: Minimum) -> Array:
@@ -227,6 +273,31 @@ def _rounding(setup: Setup, found: Minimum) -> Array:
     return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
 
 
+def undetected_tilts(normal: Array, curves: Iterable[tuple[Objective, Array, Indices, float]]) -> Array:
+    """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
+
+    Parameters
+    ----------
+    normal : ndarray, shape (p, p)
+        Normal matrix of the fit.
+    curves : iterable of (objective, x, places, noise)
+        Problem and minimum of each curve, where in the fit its parameters are, and the noise that the fit divides by.
+    """
+    added, inverse = np.zeros_like(normal), covariance(normal, np.ones(len(normal), dtype=bool), 1.0)[0]
+    for objective, x, places, noise in curves:
+        tilted = with_tilt(objective)
+        place = tilted.names.index("tilt")
+        residual, jacobian = (each / noise for each in tilted.evaluate(np.insert(x, place, 0.0)))
+        column, along = jacobian[place], np.zeros(len(normal))
+        along[places] = np.delete(jacobian, place, axis=0) @ column
+        # infinite where the curve says nothing about a parameter, or the tilt is one of its shapes
+        with np.errstate(invalid="ignore", divide="ignore"):
+            shift = inverse @ along * (column @ residual) / (column @ column - along @ inverse @ along)
+        if np.isfinite(shift).all():
+            added += np.outer(shift, shift)
+    return added
+
+
 def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:
     """Covariance that an uncertain calibration adds: the fit is repeated with each constant one standard deviation larger.
 
@@ -239,7 +310,7 @@ def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings:
         if k is not None:
             k = k * (1 + relative) if name == "spring_constant" else k
             other = replace(other, depth=curve.position - force / k, spring_constant=k)
-        moved = fit_model(other, model, free, replace(settings, engine="normal-equations"))
+        moved = fit_model(other, model, free, replace(settings, quick=True))
         count = len(model.free)
         shift = np.zeros(found.x.size)
         shift[:count] = moved.minimum.x[:count] - found.x[:count]
@@ -263,12 +334,14 @@ def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: 
         return adhesive_setup(curve, model, limits, settings)
     if isinstance(model, HistoryModel):
         if settings.segment not in ("auto", "both"):
-            raise ValueError(
-                f"segment = {settings.segment!r} does not go with relaxation: what was before is remembered."
+            raise BadValue(
+                "segment", repr(settings.segment), "does not go with relaxation: what was before is remembered."
             )
         return history_setup(curve, model, limits, settings)
     if settings.segment not in ("auto", "approach"):
-        raise ValueError(
-            f"segment = {settings.segment!r} goes with work_of_adhesion or relaxation; without them the approach is fitted."
+        raise BadValue(
+            "segment",
+            repr(settings.segment),
+            "goes with work_of_adhesion or relaxation; without them the approach is fitted.",
         )
     return elastic_setup(curve, model, limits, settings)

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, real
+from flatpunch._support.checks import ROUNDING, Array, BadValue, real
 from flatpunch.fit.adhesion import tables as adhesive_tables
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic import model as elastic_model
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import internal, plain_limits
-from flatpunch.fit.parameters.settings import FitMethod, Free
+from flatpunch.fit.parameters.settings import FiniteStrain, FitMethod, Free
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
@@ -24,7 +24,9 @@ FAR = 1e6
 Model = ForwardModel | AdhesiveModel | HistoryModel
 
 
-def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
+def model_of(
+    sample: Sample, free: Mapping[str, Free], method: FitMethod, finite_strain: FiniteStrain | None = None
+) -> Model:
     """The forward model of a case, kept for the next curve.
 
     Parameters
@@ -35,20 +37,24 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Mod
         What is fitted, with starting values that differ from the case's.
     method : str or method
         Contact method.
+    finite_strain : str, optional
+        Law of the correction for large strains.
     """
+    if finite_strain is not None and (sample.work_of_adhesion, sample.relaxation) != (None, None):
+        raise ValueError("finite_strain does not go with work_of_adhesion and relaxation; leave one of them out.")
     for name in free:
         sample.check(name)
     starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
     started = sample.replaced(starts)
     try:
-        return _kept(started, tuple(free), method)
+        return _kept(started, tuple(free), method, finite_strain)
     except TypeError:
-        return _made(started, tuple(free), method)
+        return _made(started, tuple(free), method, finite_strain)
 
 
 @byte_cached
-def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
-    return _made(sample, free, method)
+def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:
+    return _made(sample, free, method, finite_strain)
 
 
 def forget_models() -> None:
@@ -61,12 +67,12 @@ def forget_models() -> None:
     adhesive_tables.forget_tables()
 
 
-def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:
     if sample.work_of_adhesion is not None:
         return AdhesiveModel(sample, free, method)
     if sample.relaxation is not None:
         return HistoryModel(sample, free, method)
-    return ForwardModel(sample.medium, sample.indenter, free, method)
+    return ForwardModel(sample.medium, sample.indenter, free, method, finite_strain)
 
 
 def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
@@ -96,11 +102,11 @@ def _between(name: str, start: float, limits: Free) -> tuple[float, float]:
     if limits.maximum is not None:
         high = internal(name, _limit(name, "maximum", limits.maximum))
     # the start has been there and back
-    slack = 1e-12 * max(1.0, abs(begin))
+    slack = ROUNDING * max(1.0, abs(begin))
     if not low - slack <= begin <= high + slack or low == high:
         unit = unit_of(name)
         words = [quantity(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
-        raise ValueError(f"{name}: the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
+        raise BadValue(name, "", f": the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
     return low, high
 
 

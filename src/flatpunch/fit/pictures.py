@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.kinds import instance
 from flatpunch.fit.batch_pictures import bars, first_parameter
 from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
@@ -25,13 +26,16 @@ from flatpunch.plots.style import (
     axes_or_new,
     legend_below,
     logarithmic,
+    next_colour,
     printed,
     scale_of,
+    scale_on,
     styled,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
@@ -48,6 +52,7 @@ def plot_fit(
     *,
     residuals: bool = False,
     name: str | None = None,
+    label: str | None = None,
 ) -> Axes:
     """Draw what was measured and what was fitted to it.
 
@@ -59,11 +64,13 @@ def plot_fit(
     result : FitResult, FilmResult or Batch
         What `fit`, `flatpunch.fit.fit_film` or `fit_batch` returned.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
+        Where to draw; by default a new figure. Axes that hold a fit keep their units, and the new one has its own colour.
     residuals : bool
         Of a curve: the measured minus the fitted force instead.
     name : str, optional
         Of a batch: the parameter; its first by default.
+    label : str, optional
+        Of a curve: its name in the legend.
 
     Returns
     -------
@@ -86,12 +93,14 @@ def plot_fit(
     'normal force $F$ (nN)'
     """
     # what is drawn depends on what it is; the batch is loaded with its readers
+    from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.report.result import FitResult
 
+    instance("result", result, (FitResult, FilmResult, Batch), "what `fit`, `fit_film` or `fit_batch` returns")
     drawn = axes_or_new(axes, (5.6, 4.0))
     if isinstance(result, FitResult):
-        (_residuals if residuals else _measured_and_fitted)(result, drawn)
+        (_residuals if residuals else _measured_and_fitted)(result, drawn, label)
     elif isinstance(result, FilmResult):
         _film(result, drawn)
     else:
@@ -150,33 +159,35 @@ def _complains(result: FitResult) -> bool:
     return any("apart" in note or "combination" in note for note in result.notes)
 
 
-def _along(result: FitResult) -> tuple[Array, str]:
-    """Depth, or time where that is what was fitted, in a readable unit, and its label."""
+def _along(result: FitResult, axis: Axis) -> tuple[Array, str]:
+    """Depth, or time where that is what was fitted, in the unit of an axis, and its label."""
     over_time = isinstance(result.objective.model, HistoryModel)
     if over_time and result.curve.time is not None:
-        factor, unit = scale_of(result.curve.time, "s")
+        factor, unit = scale_on(axis, result.curve.time, "s")
         return result.curve.time * factor, f"time $t$ ({unit})"
-    factor, unit = scale_of(result.depth, "m")
+    factor, unit = scale_on(axis, result.depth, "m")
     return result.depth * factor, f"indentation depth $d$ ({unit})"
 
 
-def _measured_and_fitted(result: FitResult, axes: Axes) -> None:
+def _measured_and_fitted(result: FitResult, axes: Axes, label: str | None = None) -> None:
     """Points pale, the fitted line dark and on top, over depth or time."""
-    x, label = _along(result)
-    factor, unit = scale_of(result.curve.force, "N")
+    first, colour = not axes.has_data(), next_colour(axes)
+    x, along = _along(result, axes.xaxis)
+    factor, unit = scale_on(axes.yaxis, result.curve.force, "N")
     left = ~result.used
     measured = result.curve.force * factor
-    axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=PALE, label="measured", rasterized=True)
+    points = "measured" if first else None
+    axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=PALE, label=points, rasterized=True)
     if left.any():
         axes.plot(x[left], measured[left], "x", ms=3.5, mew=0.7, color=GREY, label="left out", rasterized=True)
-    for at, name in zip(_ways(result, x), ("fitted", None), strict=False):
-        axes.plot(x[at], result.force[at] * factor, color=BLUE, lw=1.2, label=name)
-    if label.startswith("indentation"):
+    for at, name in zip(_ways(result, x), (label or "fitted", None), strict=False):
+        axes.plot(x[at], result.force[at] * factor, color=colour, lw=1.2, label=name)
+    if along.startswith("indentation"):
         axes.axvline(0, color=GREY, lw=0.6, ls=":")
-    axes.set_xlabel(label)
+    axes.set_xlabel(along)
     axes.set_ylabel(f"normal force $F$ ({unit})")
     axes.legend(loc="best", markerscale=1.3)
-    axes.set_title(_title(result.curve.name, result, result.objective.model.free))
+    axes.set_title(_title(result.curve.name, result, result.objective.model.free) if first else "")
 
 
 def _ways(result: FitResult, x: Array) -> list[Indices]:
@@ -188,13 +199,19 @@ def _ways(result: FitResult, x: Array) -> list[Indices]:
     return [way for way in (order[speed[order] >= 0], order[speed[order] < 0]) if way.size]
 
 
-def _residuals(result: FitResult, axes: Axes) -> None:
+def _residuals(result: FitResult, axes: Axes, label: str | None = None) -> None:
     """Measured minus fitted; what was left out would only stretch the axis."""
-    x, label = _along(result)
-    factor, unit = scale_of(result.residual[result.used], "N")
-    axes.plot(x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, color=PALE, rasterized=True)
-    axes.axhline(0, color=BLUE, lw=1.0)
-    axes.set_xlabel(label)
+    first, colour = not axes.has_data(), next_colour(axes)
+    x, along = _along(result, axes.xaxis)
+    factor, unit = scale_on(axes.yaxis, result.residual[result.used], "N")
+    pale = {"color": PALE} if first else {"color": colour, "alpha": 0.4}
+    axes.plot(
+        x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, rasterized=True, label=label, **pale
+    )
+    axes.axhline(0, color=colour, lw=1.0)
+    if label is not None:
+        axes.legend(loc="best", markerscale=2)
+    axes.set_xlabel(along)
     axes.set_ylabel(f"residual ({unit})")
 
 

@@ -8,9 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
 from flatpunch._support.reading import as_path
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.fit.measured.unpacked import by_number
 from flatpunch.parallel.keys import content_key
 
 
@@ -50,9 +54,38 @@ def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> l
 def files_in(folder: str | Path) -> list[Path]:
     """Files of a folder that can be read as curves, in order."""
     folder = Path(folder)
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (*TEXT, *EXCEL, *AFM, ".zip") and p.is_file())
+    # files without an ending are read when they are named; in a folder they may be anything
+    known = {ending for ending in (*TEXT, *EXCEL, *AFM, ".zip") if ending}
+    files = (p for p in folder.iterdir() if p.suffix.lower() in known and p.is_file())
+    found = sorted(files, key=lambda path: by_number(path.name))
     if not found:
-        raise ValueError(f"{folder}: no files of curves ({', '.join((*TEXT, *EXCEL, *AFM))}).")
+        raise ValueError(f"{folder}: no files of curves ({', '.join(filter(None, (*TEXT, *EXCEL, *AFM)))}).")
+    return found
+
+
+def on_grid(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Records in the order of the grid of a map, line by line, with "row" and "column"; as they are where they fill no grid."""
+    try:
+        x, y = (np.array([float(row[f"position {axis}"]) for row in rows]) for axis in "xy")
+    except KeyError:
+        return [dict(row) for row in rows]
+    columns, lines = _levels(x), _levels(y)
+    places = list(zip(lines.tolist(), columns.tolist(), strict=True))
+    if len(rows) < 2 or len(set(places)) < len(rows) or (lines.max() + 1) * (columns.max() + 1) != len(rows):
+        return [dict(row) for row in rows]
+    return [
+        {**rows[i], "row": places[i][0], "column": places[i][1]}
+        for i in sorted(range(len(rows)), key=places.__getitem__)
+    ]
+
+
+def _levels(values: Array) -> Indices:
+    """Number of the line at which each coordinate lies; those of one line differ by less than half the distance of lines."""
+    order = np.argsort(values, kind="stable")
+    steps = np.diff(values[order])
+    found = np.zeros(values.size, dtype=int)
+    if steps.size and steps.max() > 0:
+        found[order[1:]] = np.cumsum(steps > 0.5 * steps.max())
     return found
 
 

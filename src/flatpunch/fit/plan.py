@@ -7,14 +7,14 @@ contact alone (`flatpunch.sensitivity`), so that nothing is tabulated or fitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flatpunch._support.checks import Array, positive, shown, whole
+from flatpunch._support.checks import TINY, Array, positive, shown, whole
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import Control
@@ -97,6 +97,13 @@ class Plan:
         """Standard error over the value; of numbers without unit, which are of order one, the error itself."""
         return float(self.errors[j] / abs(self.values[j])) if unit_of(self.names[j]) else float(self.errors[j])
 
+    def error_in_words(self, name: str) -> str:
+        """Standard error, relative to the value if that has a unit; "not determined" where it says nothing."""
+        if self.judgement(name) == "not determined":
+            return "not determined"
+        j = self.names.index(name)
+        return f"± {100 * self._relative(j):.2g} %" if unit_of(name) else f"± {self.errors[j]:.2g}"
+
     def lines(self) -> list[str]:
         """The free parameters with their standard errors, one a line, then the notes."""
         found = [self.text]
@@ -105,10 +112,12 @@ class Plan:
             if not self.values[j]:
                 found.append(f"{label(name)}: ± {quantity(float(self.errors[j]), unit)}")
                 continue
+            error = self.error_in_words(name)
             judged = self.judgement(name)
-            error = f" ± {100 * self._relative(j):.2g} %" if unit else f" ± {self.errors[j]:.2g}"
-            shown_error = "" if judged == "not determined" else error
-            found.append(f"{label(name)} {quantity(float(self.values[j]), unit)}{shown_error}: {judged}")
+            said = judged if error == judged else f"{error}: {judged}"
+            found.append(
+                f"{label(name)} {quantity(float(self.values[j]), unit)}{': ' if error == judged else ' '}{said}"
+            )
         return [*found, *self.notes]
 
     def summary(self) -> str:
@@ -134,6 +143,126 @@ class Plan:
             for name, value, error in zip(self.names, self.values, self.errors, strict=True)
         )
         return Table(self.text, ("", "value", "standard error", ""), rows, self.notes)
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class PlanScan:
+    """Plans over tips and depths.
+
+    Attributes
+    ----------
+    tips : tuple of str
+        Names of the tips.
+    depths : tuple of float
+        Largest depths [m].
+    plans : dict
+        (tip, depth) -> Plan; the reason in words where there is none.
+
+    See Also
+    --------
+    flatpunch.fit.plan_scan : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import plan_scan
+    >>> gel = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> scan = plan_scan(gel, {"5 um": fp.Sphere(5e-6)}, ["layers[0].young"], depths=[5e-7], noise=2e-11)
+    >>> scan.plans["5 um", 5e-7].judgement("layers[0].young")
+    'determined'
+    """
+
+    tips: tuple[str, ...]
+    depths: tuple[float, ...]
+    plans: dict[tuple[str, float], Plan | str]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Tip, depth and the standard error of each free parameter in words, a line for each tip and depth."""
+        found: list[tuple[str, ...]] = []
+        for (tip, depth), plan in self.plans.items():
+            place = (tip, quantity(depth, "m"))
+            if isinstance(plan, str):
+                found.append((*place, plan))
+            else:
+                found.append((*place, *(plan.error_in_words(name) for name in self.names)))
+        return found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters."""
+        plan = next((plan for plan in self.plans.values() if isinstance(plan, Plan)), None)
+        return () if plan is None else tuple(n for n, v in zip(plan.names, plan.values, strict=True) if v)
+
+    def lines(self) -> list[str]:
+        """The table as text."""
+        rows = [("tip", "depth", *map(label, self.names)), *self.rows()]
+        count = 2 + len(self.names)
+        widths = [max(len(row[i]) for row in rows if len(row) == count) for i in range(count)]
+        return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip() for row in rows]
+
+    def summary(self) -> str:
+        """The table as text."""
+        return "\n".join(self.lines())
+
+    def _line_(self) -> str:
+        """What was scanned."""
+        return f"PlanScan({len(self.tips)} tips, {len(self.depths)} depths)"
+
+    def _table_(self) -> Table:
+        """A row for each tip and depth."""
+        width = 2 + len(self.names)
+        rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
+        return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
+
+
+def plan_scan(medium: Any, tips: Mapping[str, Any], free: Any, *, depths: Sequence[float], **rest: Any) -> PlanScan:
+    """Plan curves with several tips to several depths.
+
+    Parameters
+    ----------
+    medium : object
+        The sample with the values that are expected.
+    tips : mapping
+        Name -> indenter.
+    free : sequence of str, or mapping
+        Parameters to fit, as in `fit`.
+    depths : sequence of float
+        Largest depths [m].
+    **rest
+        As for `planned`.
+
+    Returns
+    -------
+    PlanScan
+
+    See Also
+    --------
+    flatpunch.fit.planned : One curve.
+    flatpunch.fit.PlanScan : What it returns.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import plan_scan
+    >>> gel = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> tips = {"cone": fp.Cone(0.3), "bead": fp.Sphere(5e-6)}
+    >>> print(len(plan_scan(gel, tips, ["layers[0].young"], depths=[2e-7, 5e-7], noise=2e-11).rows()))
+    4
+    """
+    # the annotation says so, callers need not follow it
+    if not isinstance(tips, Mapping) or not tips:  # type: ignore[redundant-expr]
+        raise TypeError(f"tips = {shown(tips)} must be a mapping of names to indenters, {{'bead': Sphere(5e-6)}}.")
+    wanted = [positive("depths", depth, unit="m") for depth in depths]
+    found: dict[tuple[str, float], Plan | str] = {}
+    for name, tip in tips.items():
+        for depth in wanted:
+            try:
+                found[name, depth] = planned(medium, tip, free, depth=depth, **rest)
+            except ValueError as error:
+                # deeper than a tip or a layer allows
+                found[name, depth] = str(error)
+    if all(isinstance(plan, str) for plan in found.values()):
+        raise ValueError(str(next(iter(found.values()))))
+    return PlanScan(tuple(tips), tuple(wanted), found)
 
 
 @one_blas_thread()
@@ -174,7 +303,7 @@ def planned(
     work_of_adhesion : float, optional
         w [J/m^2]: the retract of a sticking tip.
     **settings
-        `contact`, `baseline` and `method` as in `fit`.
+        `contact`, `baseline` and `method` as in `fit`; "auto" counts as "linear".
 
     Returns
     -------
@@ -207,6 +336,9 @@ def planned(
     'determined'
     """
     chosen = Settings(**settings)
+    if chosen.baseline == "auto" and work_of_adhesion is None:
+        # intervals with a constant include a tilt that the data do not exclude, on average as much as one that is fitted
+        chosen = replace(chosen, baseline="linear")
     names = tuple(as_free(free))
     if not names:
         raise ValueError("free is empty: name the parameters that will be fitted.")
@@ -286,7 +418,7 @@ def _judged(
     units = np.array([abs(slope(name, sample.value(name))) for name in names] + [1.0] * len(settings.nuisance))
     errors = np.sqrt(np.diag(spread)) * units
     plan = Plan(all_names, values, errors, spread, undetermined, text)
-    alone = units / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    alone = units / np.sqrt(np.maximum(np.diag(information), TINY))
     notes = [*_idle(plan, alone[: len(names)]), *_degenerate(plan), *_tangled(plan, len(names))]
     if not sample.indenter.round and sample.work_of_adhesion is None:
         notes.append(

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flatpunch._support.checks import Array
+from flatpunch._support.kinds import instance
 from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, StyleName, axes_or_new, scale_of, styled
 
@@ -56,6 +57,10 @@ def plot_posterior(posterior: Posterior, name: str, second: str | None = None, a
     >>> axes.get_xlabel()
     'E of base (kPa)'
     """
+    # posteriors are loaded with their sampler
+    from flatpunch.fit.report.posterior import Posterior
+
+    instance("posterior", posterior, (Posterior,), "a Posterior, as `FitResult.posterior` returns it")
     drawn = axes_or_new(axes, (4.4, 4.0))
     if second is None:
         _histogram(posterior, name, drawn)

@@ -15,8 +15,7 @@ from typing import Any
 
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.reading import Unreadable, as_path, content
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
-from flatpunch._support.whole_file import made_folder, remove_left, write_whole
+from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings

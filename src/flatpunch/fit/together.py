@@ -14,14 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices, real
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices, real
+from flatpunch._support.kinds import instance, mapping
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.fitting import setup_of
+from flatpunch.fit.fitting import setup_of, undetected_tilts
 from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
+from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import OF
@@ -32,6 +34,7 @@ from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.joint import JointResult
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
@@ -65,7 +68,11 @@ class Measured:
     values: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        given = {name: real(f"values[{name!r}]", value) for name, value in dict(self.values).items()}
+        instance("Measured.curve", self.curve, (Curve,), "a Curve, as `read_curve` returns it")
+        if self.indenter is not None:
+            instance("Measured.indenter", self.indenter, (Indenter,), "an indenter such as Sphere(radius=...)")
+        known = mapping("Measured.values", self.values, "{'layers[0].thickness': 2e-6}")
+        given = {name: real(f"values[{name!r}]", value) for name, value in known.items()}
         object.__setattr__(self, "values", given)
 
 
@@ -132,7 +139,7 @@ def fit_together(
     """
     check_curves(curves)
     measured = [m if isinstance(m, Measured) else Measured(m) for m in curves]
-    chosen = Settings(**{"engine": "normal-equations", **settings})
+    chosen = Settings(**{"quick": True, **settings})
     shared, each = as_free(free), as_free(own)
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     _check(measured, shared, each, chosen)
@@ -149,7 +156,7 @@ def _check(
                 f"curves holds a {type(m.curve).__name__}; each must be a Curve, or a Measured(curve, ...)."
             )
     if len(measured) < 2:
-        raise ValueError(f"curves = {len(measured)} curve: two or more are fitted together; for one use fit.")
+        raise BadValue("curves", f"{len(measured)}", "curve: two or more are fitted together; for one use fit.")
     names = [m.curve.name for m in measured]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -169,7 +176,7 @@ def _check(
                 f"{m.curve.name} has its own indenter, so that its parameters cannot be shared; name them in own."
             )
     if settings.loss != "linear":
-        raise ValueError(f"loss = {settings.loss!r} does not go with fit_together; it is 'linear'.")
+        raise BadValue("loss", repr(settings.loss), "does not go with fit_together; it is 'linear'.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +194,7 @@ def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], setti
     # limits and starts of the fit hold where the place says nothing
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)
-    model = model_of(here, wanted, settings.method)
+    model = model_of(here, wanted, settings.method, settings.finite_strain)
     setup = setup_of(measured.curve, model, bounds(model, wanted), settings)
     x = _amplitude(setup, setup.start(), settings)
     if setup.again is not None and (narrower := setup.again(x)) is not None:
@@ -234,7 +241,12 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
     objective = JointObjective(full, names, places, noise, free, starts)
     coarse_objective = JointObjective(coarse, names, places, noise, free, starts)
     minimum = _whole(objective, found)
-    spread, undetermined = covariance(minimum.normal, ~minimum.at_bound, minimum.cost / _freedom(minimum))
+    spread, undetermined = covariance(minimum.normal, ~minimum.at_bound, 1.0)
+    doubtful = [i for i, p in enumerate(problems) if p.setup.doubtful and not minimum.at_bound.any()]
+    unseen = undetected_tilts(
+        minimum.normal, [(full[i], found.x[places[i]], places[i], float(noise[i])) for i in doubtful]
+    )
+    spread = spread + unseen
     result = JointResult(
         objective=objective,
         minimum=minimum,
@@ -244,11 +256,11 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
         settings=settings,
         bounds=(lower, upper),
         shared=tuple(shared),
-        results=(),
+        unseen=unseen,
     )
     found_values = estimated(objective, minimum, spread, lower, upper, settings.level)
     result = replace(result, estimates=found_values)
-    result = replace(result, estimates=by_profile(result, coarse_objective))
+    result = replace(result, estimates=by_profile(result, coarse_objective, unseen))
     alone = [_alone(p, x[place]) for p, place in zip(problems, places, strict=True)]
     parts = tuple(_one_of_many(result, i, p.setup) for i, p in enumerate(problems))
     result = replace(result, results=parts, excess=tuple(alone))
@@ -282,14 +294,11 @@ def _named(problems: Sequence[Problem], shared: Sequence[str]) -> tuple[tuple[st
 
 
 def _noise(problem: Problem, x: Array) -> float:
-    """Standard deviation of the residuals of one curve, over its force range."""
+    """Standard deviation of independent readings that would be as certain as those of one curve, over its force range."""
     residual = problem.setup.objective.evaluate(x)[0]
+    variance = residual @ residual / max(residual.size - x.size, 1) * residual.size / max(independent(residual), 1.0)
     # data without noise have rounding
-    return max(float(np.sqrt(residual @ residual / max(residual.size - x.size, 1))), 1e-12)
-
-
-def _freedom(minimum: Minimum) -> int:
-    return max(minimum.residual.size - minimum.x.size, 1)
+    return max(float(np.sqrt(variance)), ROUNDING)
 
 
 def _whole(objective: JointObjective, found: Minimum) -> Minimum:
@@ -304,20 +313,21 @@ def _whole(objective: JointObjective, found: Minimum) -> Minimum:
 
 
 def _alone(problem: Problem, x: Array) -> tuple[float, int]:
-    """Fall of the sum of squares of one curve, over its noise, when it need not agree with the others; its parameters."""
+    """Fall of the sum of squares of one curve, over its noise alone, when it need not agree with the others; its parameters."""
     setup = problem.setup
     coarse = setup.coarse if setup.coarse is not None else setup.objective
     start = coarse.evaluate(x)[0]
     found = minimise(coarse.evaluate, x, setup.lower, setup.upper)
-    noise = _noise(problem, x)
+    noise = _noise(problem, found.x)
     return max(float(start @ start) - found.cost, 0.0) / noise**2, len(setup.objective.model.free)
 
 
 def _one_of_many(joint: JointResult, index: int, setup: Setup) -> FitResult:
     """The fit of one curve at the joint values, with intervals of the joint fit."""
     places, objective = joint.objective.places[index], joint.objective.parts[index]
-    x, scale = joint.minimum.x[places], float(joint.objective.noise[index])
+    x = joint.minimum.x[places]
     residual, jacobian = objective.evaluate(x)
+    scale = float(np.sqrt(residual @ residual / max(residual.size - x.size, 1)))
     names = [joint.names[j] for j in places]
     result = FitResult(
         curve=setup.part,

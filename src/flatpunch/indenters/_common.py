@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, numbers, real, shown
+from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, real, shown
 
 FULL_TURN = 2 * math.pi
 
 RAYS = 720
 """Polar angles at which shapes are searched for extremes and faults; half as many miss those one degree apart."""
 
-SAME = 1e-12
+SCATTERED = FULL_TURN * (np.arange(RAYS) + 0.382) / RAYS
+"""Polar angles twice a degree, off the multiples of common corners."""
+
+SAME = ROUNDING
 """Relative difference below which heights and angles are the same; below rounding no tip would be round or symmetric."""
 
 SLENDER = 1e6
 """Largest ratio of the half-axes of a tip."""
 
 
-def inclination(name: str, value: Any) -> float:
+def inclination(name: str, value: object) -> float:
     """Return `value` as an inclination between surface and face, 0 < value < pi/2 [rad]."""
     number = real(name, value, "rad")
     if not 0 < number < math.pi / 2:
-        raise ValueError(
-            f"{name} = {number!r} must lie in 0 < inclination < pi/2: the angle between surface and face in "
-            "radians. "
-            "Degrees go through math.radians; a half-opening angle t measured from the axis is pi/2 - t."
+        raise BadValue(
+            name,
+            repr(number),
+            "must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go "
+            "through math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
         )
     return number
 
@@ -36,16 +39,18 @@ def inclination(name: str, value: Any) -> float:
 def check_slender(name: str, *lengths: float) -> None:
     """Refuse tips that are far longer than wide: their contacts are lines, and nothing resolves both."""
     if max(lengths) > SLENDER * min(lengths):
-        raise ValueError(
-            f"{name} has half-axes or curvatures from {min(lengths):.3g} to {max(lengths):.3g}; they may differ by a factor of "
-            f"{SLENDER:.0e}. Check the units."
+        raise BadValue(
+            name,
+            "",
+            f"has half-axes or curvatures from {min(lengths):.3g} to {max(lengths):.3g}; they may differ by a "
+            f"factor of {SLENDER:.0e}. Check the units.",
         )
 
 
 def check_exponent(name: str, exponent: float) -> None:
     """Refuse powers of the radius that are a step or a spike in floating point."""
     if not 0.01 <= exponent <= 100:
-        raise ValueError(f"{name} = {exponent!r} must lie between 0.01 and 100; a flat end is Cylinder(radius).")
+        raise BadValue(name, repr(exponent), "must lie between 0.01 and 100; a flat end is Cylinder(radius).")
 
 
 def spread(radial: Array, phi: Array) -> Array:
@@ -61,11 +66,11 @@ def power(r: Array, exponent: float) -> Array:
         return np.asarray(np.power(r, exponent))
 
 
-def corner_angles(name: str, angles: Any) -> tuple[float, ...]:
+def corner_angles(name: str, angles: object) -> tuple[float, ...]:
     """Return polar angles brought to [0, 2 pi), ascending, each once."""
     listed = numbers(name, angles, "rad")
     if listed.ndim == 0:
         raise TypeError(f"{name} = {shown(angles)} must be a sequence of polar angles [rad], also of one.")
     if listed.ndim > 1 or not np.isfinite(listed).all():
-        raise ValueError(f"{name} = {shown(angles)} must be a sequence of finite polar angles [rad].")
+        raise BadValue(name, shown(angles), "must be a sequence of finite polar angles [rad].")
     return tuple(sorted({angle % FULL_TURN for angle in listed.tolist()}))

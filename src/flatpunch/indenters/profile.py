@@ -7,6 +7,7 @@ frozen dataclasses, one per file, which inherit the members that most shapes hav
 Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. All other members are optional:
 
 - `seams` (): polar angles like `corners`, at which pieces are joined without an edge; quadrature over the angle is split there.
+- `kinks` (`rings`): those of the rings at which the slope jumps, where a table has many at which only the curvature does.
 - `tabulated` (False): whether the shape goes through the points of a table; quadrature along the radius takes more points then.
 - `angular_tolerance` (None): relative change of means over the angle below which more angles do not help, for kinks that are
   neither along rays nor on circles about the apex (the border of a square flat, the rounding of an edge).
@@ -18,11 +19,16 @@ Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
 - `reach_along(phi)` (`reach`): largest radius in each direction [m], where it exceeds `reach`. Only boundary elements use it;
   the other methods, whose contacts are round to first order, end at `reach`.
 - `height_and_slope(r, phi)`: both from one calculation.
+- `rising` (True): whether f rises from the apex in every direction, within `reach`. Contacts of other shapes (several summits,
+  flat tops, noise) have no outline a(phi): only boundary elements solve them, and refusals show `why_not_rising`.
+- `cut` (False): whether the shape ends because it was not measured farther; contacts that reach the end are not valid then.
+- `elsewhere` (infinite): height of the lowest part of the tip that does not belong to the apex and lies beyond `reach` [m].
+- `box(depth)`: half-widths and centre of the rectangle around all that is lower than a depth [m], for shapes that do not rise.
 """
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -81,6 +87,33 @@ def check_indenter(indenter: object) -> None:
             f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
             "inclination=...)."
         )
+
+
+def is_rising(indenter: Indenter) -> bool:
+    """Whether an indenter rises from its apex in every direction, so that its contacts have outlines."""
+    return bool(getattr(indenter, "rising", True))
+
+
+class Boxed(Indenter, Protocol):
+    """An indenter that knows the box of its overlap with the surface at a depth."""
+
+    def box(self, depth: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Half-widths and centre of the box along x and y [m]."""
+
+
+def has_parts(indenter: Indenter) -> TypeGuard[Boxed]:
+    """Whether an indenter may touch elsewhere than about its apex."""
+    return not is_rising(indenter) or bool(np.isfinite(getattr(indenter, "elsewhere", np.inf)))
+
+
+class NotRising(ValueError):
+    """What was asked needs a tip that rises from one apex; the message says where this one does not."""
+
+
+def check_rising(indenter: Indenter) -> None:
+    """Refuse indenters that only boundary elements solve."""
+    if not is_rising(indenter):
+        raise NotRising(f"{getattr(indenter, 'why_not_rising', type(indenter).__name__)}")
 
 
 def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, Array]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
 from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import poisson_ratio, positive, shown, switch
+from flatpunch._support.checks import BadValue, poisson_ratio, positive, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import BONDED, CONTRAST, GradedLayer
+from flatpunch.media.graded import CONTRAST, GradedLayer
+from flatpunch.media.interface import Interface, in_words, lower_face
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer, summary
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
@@ -38,8 +39,9 @@ class Layer:
         Poisson ratio [-], -1 < poisson <= 0.5. 0.5 is incompressible and allowed.
     thickness : float
         Thickness h [m], > 0.
-    bonded : bool
-        Whether the lower face sticks to what lies below; otherwise it slides without friction (no lift-off).
+    bonded : bool or Interface
+        Whether the lower face sticks to what lies below; otherwise it slides without friction (no lift-off), or yields like
+        the springs of an Interface.
 
     Raises
     ------
@@ -60,13 +62,13 @@ class Layer:
     young: float
     poisson: float
     thickness: float
-    bonded: bool = True
+    bonded: bool | Interface = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "young", positive("Layer.young", self.young, unit="Pa"))
         object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
         object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER, unit="m"))
-        object.__setattr__(self, "bonded", switch("Layer.bonded", self.bonded, BONDED))
+        object.__setattr__(self, "bonded", lower_face("Layer.bonded", self.bonded))
 
     @property
     def surface_modulus(self) -> float:
@@ -132,6 +134,11 @@ class RigidBase:
     """
 
 
+AnyLayer = Layer | GradedLayer | TransverselyIsotropicLayer
+
+ElasticBase = HalfSpace | TransverselyIsotropicHalfSpace
+
+
 @readable
 @dataclass(frozen=True, slots=True)
 class Medium:
@@ -139,9 +146,9 @@ class Medium:
 
     Parameters
     ----------
-    layers : sequence of Layer and GradedLayer
+    layers : sequence of Layer, GradedLayer and TransverselyIsotropicLayer
         From the free surface down. Empty only on an elastic base.
-    base : HalfSpace or RigidBase
+    base : HalfSpace, TransverselyIsotropicHalfSpace or RigidBase
         What lies below the lowest layer.
 
     See Also
@@ -158,16 +165,16 @@ class Medium:
       base     rigid
     """
 
-    layers: tuple[Layer | GradedLayer, ...]
-    base: HalfSpace | RigidBase
+    layers: tuple[AnyLayer, ...]
+    base: ElasticBase | RigidBase
 
-    def __init__(self, layers: Iterable[Any] = (), base: Any = None) -> None:
+    def __init__(self, layers: Iterable[AnyLayer] = (), base: ElasticBase | RigidBase | None = None) -> None:
         object.__setattr__(self, "layers", _as_layers(layers))
         object.__setattr__(self, "base", base)
-        if not isinstance(base, (HalfSpace, RigidBase)):
+        if not isinstance(base, (HalfSpace, TransverselyIsotropicHalfSpace, RigidBase)):
             raise TypeError(
-                f"Medium.base = {shown(base)} must be HalfSpace(young=..., poisson=...) or RigidBase(): "
-                "it is what lies below all layers."
+                f"Medium.base = {shown(base)} must be HalfSpace(young=..., poisson=...), a TransverselyIsotropicHalfSpace or "
+                "RigidBase(): it is what lies below all layers."
             )
         _check_contrast(self.layers, base)
         if not self.layers and isinstance(base, RigidBase):
@@ -195,34 +202,28 @@ class Medium:
 
     def _table_(self) -> Table:
         """A row for each layer, from the surface down."""
-        below = {True: "bonded", False: "slides"}
-        cells = [
-            (layer, layer.poisson, quantity_of("thickness", layer.thickness), below[layer.bonded])
-            for layer in self.layers
-        ]
         rows = [
-            (f"layer {i + 1}", quantity_of("young", layer.young), quantity_of("poisson", poisson), thickness, face)
-            for i, (layer, poisson, thickness, face) in enumerate(cells)
+            (f"layer {i + 1}", *_elasticity(layer), quantity_of("thickness", layer.thickness), in_words(layer.bonded))
+            for i, layer in enumerate(self.layers)
         ]
-        if isinstance(self.base, HalfSpace):
-            rows.append(
-                (
-                    "base",
-                    quantity_of("young", self.base.young),
-                    quantity_of("poisson", self.base.poisson),
-                    "half-space",
-                    "",
-                )
-            )
-        else:
+        if isinstance(self.base, RigidBase):
             rows.append(("base", "rigid", "", "", ""))
+        else:
+            rows.append(("base", *_elasticity(self.base), "half-space", ""))
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 
-def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | RigidBase) -> None:
+def _elasticity(body: AnyLayer | ElasticBase) -> tuple[str, str]:
+    """Modulus and Poisson ratio of a layer or base, as text."""
+    if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
+        return summary(body)
+    return quantity_of("young", body.young), quantity_of("poisson", body.poisson)
+
+
+def _check_contrast(layers: tuple[AnyLayer, ...], base: ElasticBase | RigidBase) -> None:
     """Refuse stacks whose moduli or thicknesses differ by more than floating point resolves."""
     moduli = [layer.surface_modulus for layer in layers] + (
-        [base.surface_modulus] if isinstance(base, HalfSpace) else []
+        [] if isinstance(base, RigidBase) else [base.surface_modulus]
     )
     if moduli and max(moduli) > CONTRAST * min(moduli):
         raise ValueError(
@@ -238,18 +239,22 @@ def _check_contrast(layers: tuple[Layer | GradedLayer, ...], base: HalfSpace | R
         )
 
 
-def _as_layers(layers: Iterable[Any]) -> tuple[Layer | GradedLayer, ...]:
-    if isinstance(layers, (Layer, GradedLayer)):
+def _as_layers(layers: Iterable[object]) -> tuple[AnyLayer, ...]:
+    if isinstance(layers, AnyLayer):
         raise TypeError("Medium.layers is one layer; give a list, also of one: Medium([layer], base=...).")
     try:
         checked = tuple(islice(layers, LAYERS + 1))
     except TypeError:
         raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {_ORDER}") from None
     if len(checked) > LAYERS:
-        raise ValueError(
-            f"Medium.layers has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."
+        raise BadValue(
+            "Medium.layers", "", f"has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."
         )
+    found: list[AnyLayer] = []
     for i, layer in enumerate(checked):
-        if not isinstance(layer, (Layer, GradedLayer)):
-            raise TypeError(f"Medium.layers[{i}] = {shown(layer)} must be a Layer or a GradedLayer. {_ORDER}")
-    return checked
+        if not isinstance(layer, AnyLayer):
+            raise TypeError(
+                f"Medium.layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer. {_ORDER}"
+            )
+        found.append(layer)
+    return tuple(found)

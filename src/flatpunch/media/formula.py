@@ -14,12 +14,13 @@ nesting are bounded, and all arithmetic is in floats, so no formula can use much
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.readable import readable
 
 LONGEST = 500
@@ -28,7 +29,7 @@ LONGEST = 500
 DEEPEST = 40
 """Largest nesting of parentheses, signs and powers."""
 
-_FUNCTIONS: dict[str, tuple[int, Any]] = {
+_FUNCTIONS: dict[str, tuple[int, Callable[..., Array]]] = {
     "exp": (1, np.exp),
     "log": (1, np.log),
     "sqrt": (1, np.sqrt),
@@ -42,7 +43,13 @@ _FUNCTIONS: dict[str, tuple[int, Any]] = {
     "min": (2, np.minimum),
     "max": (2, np.maximum),
 }
-_OPERATORS: dict[str, Any] = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power}
+_OPERATORS: dict[str, Callable[..., Array]] = {
+    "+": np.add,
+    "-": np.subtract,
+    "*": np.multiply,
+    "/": np.divide,
+    "**": np.power,
+}
 _TOKEN = re.compile(
     r"[ \t]*(?:([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?|\.[0-9]+(?:[eE][+-]?[0-9]+)?)"
     r"|([A-Za-z_]+)|(\*\*|[-+*/^(),]))"
@@ -87,9 +94,7 @@ class Formula:
         if not isinstance(self.text, str):
             raise TypeError(f"Formula.text = {shown(self.text)} must be a string, for example '1e9*exp(z/2e-6)'.")
         if len(self.text) > LONGEST:
-            raise ValueError(
-                f"Formula.text has {len(self.text)} characters; at most {LONGEST} are read. Give a table instead."
-            )
+            raise _bad(f"has {len(self.text)} characters; at most {LONGEST} are read. Give a table instead.")
         object.__setattr__(self, "_tree", _Reader(self.text).read())
 
     def __call__(self, z: Array) -> Array:
@@ -101,7 +106,12 @@ class Formula:
             return np.broadcast_to(np.asarray(_value(self._tree, z), dtype=float), z.shape).copy()
 
 
-def _value(tree: Tree, z: Array) -> Any:
+def _bad(text: str) -> BadValue:
+    """What is wrong with the text of a formula."""
+    return BadValue("Formula.text", "", text)
+
+
+def _value(tree: Tree, z: Array) -> Array | np.float64:
     kind = tree[0]
     if kind == "number":
         return np.float64(tree[1])
@@ -133,8 +143,8 @@ class _Reader:
             match = _TOKEN.match(self.text, place)
             if match is None:
                 place += len(self.text[place:]) - len(self.text[place:].lstrip(" \t"))
-                raise ValueError(
-                    f"Formula.text {shown(self.text)}: character {place + 1} cannot be read. "
+                raise _bad(
+                    f"{shown(self.text)}: character {place + 1} cannot be read. "
                     "A formula has numbers, z, pi, + - * / **, parentheses and a few functions."
                 )
             kind = ("number", "name", "sign")[(match.lastindex or 1) - 1]
@@ -199,7 +209,7 @@ class _Reader:
     def _number(self, word: str) -> float:
         number = float(word)
         if not np.isfinite(number):
-            raise ValueError(f"Formula.text {shown(self.text)}: the number {word} is too large.")
+            raise _bad(f"{shown(self.text)}: the number {word} is too large.")
         return number
 
     def _arguments(self, count: int) -> list[Tree]:
@@ -224,12 +234,10 @@ class _Reader:
     def _enter(self) -> None:
         self.depth += 1
         if self.depth > 2 * DEEPEST:
-            raise ValueError(f"Formula.text is nested deeper than {DEEPEST} levels. Give a table instead.")
+            raise _bad(f"is nested deeper than {DEEPEST} levels. Give a table instead.")
 
     def _fault(self, expected: str) -> ValueError:
         if self.next < len(self.tokens):
             _, word, place = self.tokens[self.next]
-            return ValueError(
-                f"Formula.text {shown(self.text)}: found '{word}' at character {place + 1}, expected {expected}."
-            )
-        return ValueError(f"Formula.text {shown(self.text)} ends where {expected} was expected.")
+            return _bad(f"{shown(self.text)}: found '{word}' at character {place + 1}, expected {expected}.")
+        return _bad(f"{shown(self.text)} ends where {expected} was expected.")

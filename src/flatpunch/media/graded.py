@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, brief, positive, real, shown, switch, values
+from flatpunch._support.checks import Array, BadValue, brief, positive, real, shown, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
+from flatpunch.media.interface import Interface, lower_face
 from flatpunch.media.laws import Constant, DepthTable, Law
 
-BONDED = "True sticks to what lies below, False slides on it without friction."
 CONTRAST = 1e25
 """Ratio of moduli, or of lengths, beyond which solutions overflow or do not end; fits try media of 1e18 on their way."""
 
@@ -39,8 +39,9 @@ class GradedLayer:
         Poisson ratio nu(z) [-], -1 < nu <= 0.5 everywhere.
     thickness : float
         Thickness h [m], > 0.
-    bonded : bool
-        Whether the lower face sticks to what lies below; otherwise it slides without friction (and does not lift off).
+    bonded : bool or Interface
+        Whether the lower face sticks to what lies below; otherwise it slides without friction (and does not lift off), or
+        yields like the springs of an Interface.
 
     Raises
     ------
@@ -62,22 +63,23 @@ class GradedLayer:
     young: Any
     poisson: Any
     thickness: float
-    bonded: bool = True
+    bonded: bool | Interface = True
 
     def __post_init__(self) -> None:
         hint = "Layers run from the free surface down; what lies below them all is the base."
         object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint, unit="m"))
         object.__setattr__(self, "young", _as_law("GradedLayer.young", self.young, self.thickness, "Pa"))
         object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness, "1"))
-        object.__setattr__(self, "bonded", switch("GradedLayer.bonded", self.bonded, BONDED))
+        object.__setattr__(self, "bonded", lower_face("GradedLayer.bonded", self.bonded))
         z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks]))
         _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
         _check_profile("GradedLayer.poisson", z, self.poisson_at, _poisson_fault)
         moduli = self.young_at(z)
         if moduli.max() > CONTRAST * moduli.min():
-            raise ValueError(
-                f"GradedLayer.young = {moduli.min():.3g} to {moduli.max():.3g} Pa must not differ by more than a factor of "
-                f"{CONTRAST:.0e} over the depth. Check the units."
+            raise BadValue(
+                "GradedLayer.young",
+                f"{moduli.min():.3g} to {moduli.max():.3g} Pa",
+                f"must not differ by more than a factor of {CONTRAST:.0e} over the depth. Check the units.",
             )
 
     def young_at(self, z: Array) -> Array:
@@ -101,7 +103,7 @@ class GradedLayer:
         return float(young / (1 - poisson**2))
 
 
-def _as_law(name: str, value: Any, thickness: float, unit: str) -> Law:
+def _as_law(name: str, value: object, thickness: float, unit: str) -> Law:
     if isinstance(value, str):
         raise TypeError(
             f"{name} = {shown(value)} must be a number, a function of depth, a named law or a table; a formula is "
@@ -114,17 +116,19 @@ def _as_law(name: str, value: Any, thickness: float, unit: str) -> Law:
             raise TypeError(
                 f"{name} = {shown(value)} must be a number, a function of depth, a named law or a table; {_TABLE}."
             )
-        depths = values(f"{name}: depths", value[0], unit="m")
-        entries = values(f"{name}: entries", value[1], minimum=-np.inf, unit=unit)
+        depths = values(f"{name}.depths", value[0], unit="m")
+        entries = values(f"{name}.entries", value[1], minimum=-np.inf, unit=unit)
         if depths.size != entries.size:
-            raise ValueError(f"{name} has {depths.size} depths and {entries.size} entries; {_TABLE}.")
+            raise BadValue(name, "", f"has {depths.size} depths and {entries.size} entries; {_TABLE}.")
         table = DepthTable(tuple(depths), tuple(entries))
     else:
         return Constant(real(name, value, unit))
     if table.depths[0] != 0.0 or table.depths[-1] < thickness * (1 - 1e-9):
-        raise ValueError(
-            f"{name} is a table from {table.depths[0]:g} to {table.depths[-1]:g} m "
-            f"in a layer of thickness {thickness:g} m; {_TABLE}."
+        raise BadValue(
+            name,
+            "",
+            f"is a table from {table.depths[0]:g} to {table.depths[-1]:g} m "
+            f"in a layer of thickness {thickness:g} m; {_TABLE}.",
         )
     return table
 
@@ -194,7 +198,8 @@ def _check_profile(name: str, z: Array, law: Callable[[Array], Array], fault: Ca
         else:
             good = middle
     value = float(sampled[first])
-    raise ValueError(
-        f"{name} = {value:g} at depth z = {text(float(z[first]), 'm')} (out of range from z = {text(float(wrong), 'm')}) "
-        f"{fault(value)}"
+    raise BadValue(
+        name,
+        f"{value:g}",
+        f"at depth z = {text(float(z[first]), 'm')} (out of range from z = {text(float(wrong), 'm')}) {fault(value)}",
     )

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, positive, real, values
+from flatpunch._support.checks import Array, BadValue, positive, real, values
 from flatpunch._support.readable import readable
 
 Law = Callable[[Array], Array]
@@ -148,7 +147,7 @@ class DepthTable:
 
     depths: tuple[float, ...]
     entries: tuple[float, ...]
-    _curve: Any = field(init=False, repr=False, compare=False, default=None)
+    _curve: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         z = values("DepthTable.depths", self.depths, unit="m")
@@ -161,7 +160,7 @@ class DepthTable:
         steps = np.diff(z)
         if (steps <= 0).any():
             i = int(np.argmax(steps <= 0)) + 1
-            raise ValueError(f"DepthTable.depths[{i}] = {z[i]:g} must lie below {z[i - 1]:g}: depths ascend.")
+            raise BadValue(f"DepthTable.depths[{i}]", f"{z[i]:g}", f"must lie below {z[i - 1]:g}: depths ascend.")
         object.__setattr__(self, "depths", tuple(z.tolist()))
         object.__setattr__(self, "entries", tuple(v.tolist()))
         object.__setattr__(self, "_curve", scipy.interpolate.PchipInterpolator(z, v))
@@ -179,7 +178,7 @@ class DepthTable:
 @readable
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """The same value at every depth.
+    """One value at every depth.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatpunch._support.checks import poisson_ratio, positive, real
+from flatpunch._support.checks import BadValue, poisson_ratio, positive, real
 from flatpunch._support.readable import readable
 
 
@@ -51,10 +51,11 @@ class PowerLawHalfSpace:
         if k == 1 and nu == 0.5:
             return
         if not -0.5 < k < 1:
-            raise ValueError(
-                f"PowerLawHalfSpace.exponent = {k!r} must lie in -0.5 < exponent < 1 (or be 1 with poisson = 0.5, "
-                "the Gibson soil). From 1 on a point load sinks in without bound; give such a body a GradedLayer "
-                "with a modulus > 0 at z = 0."
+            raise BadValue(
+                "PowerLawHalfSpace.exponent",
+                repr(k),
+                "must lie in -0.5 < exponent < 1 (or be 1 with poisson = 0.5, the Gibson soil). From 1 on a point "
+                "load sinks in without bound; give such a body a GradedLayer with a modulus > 0 at z = 0.",
             )
 
     @property

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array, non_negative, positive, real, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Values, non_negative, positive, real, values
 from flatpunch._support.readable import readable
 
 ComplexArray = NDArray[np.complex128]
@@ -64,17 +64,19 @@ class Prony:
     times: tuple[float, ...]
     equilibrium: float
 
-    def __init__(self, weights: Any, times: Any, equilibrium: Any = None) -> None:
+    def __init__(self, weights: Values, times: Values, equilibrium: float | None = None) -> None:
         g = values("Prony.weights", weights, strict=True, unit="1")
         tau = values("Prony.times", times, strict=True, unit="s")
         if g.size != tau.size:
-            raise ValueError(f"Prony has {g.size} weights and {tau.size} times; it needs one time per weight.")
+            raise BadValue("Prony.times", "", f"are {tau.size} for {g.size} weights: one time per weight is needed.")
         rest = 1 - float(g.sum()) if equilibrium is None else real("Prony.equilibrium", equilibrium, "1")
-        # 1e-12: decimal weights that add up to one do so to rounding only
-        if rest < (-1e-12 if equilibrium is None else 0.0):
-            raise ValueError(
-                f"Prony.equilibrium = {rest:.6g} must be >= 0. The weights add up to {g.sum():.6g}; give equilibrium if the "
-                "modulus of the medium is not the instantaneous one."
+        # decimal weights that add up to one do so to rounding only
+        if rest < (-ROUNDING if equilibrium is None else 0.0):
+            raise BadValue(
+                "Prony.equilibrium",
+                f"{rest:.6g}",
+                f"must be >= 0. The weights add up to {g.sum():.6g}; give equilibrium if the modulus of the medium is "
+                "not the instantaneous one.",
             )
         object.__setattr__(self, "weights", tuple(map(float, g)))
         object.__setattr__(self, "times", tuple(map(float, tau)))
@@ -128,16 +130,17 @@ class StandardLinearSolid:
     def __post_init__(self) -> None:
         share = non_negative("StandardLinearSolid.equilibrium", self.equilibrium, unit="1")
         if share >= 1:
-            raise ValueError(
-                f"StandardLinearSolid.equilibrium = {share!r} must be below 1: it is the long-time modulus over the "
-                "instantaneous one."
+            raise BadValue(
+                "StandardLinearSolid.equilibrium",
+                repr(share),
+                "must be below 1: it is the long-time modulus over the instantaneous one.",
             )
         object.__setattr__(self, "equilibrium", share)
         object.__setattr__(self, "time", positive("StandardLinearSolid.time", self.time, unit="s"))
 
     @property
     def prony(self) -> Prony:
-        """The same as a series of one term."""
+        """Prony series of one term with this relaxation."""
         return Prony((1 - self.equilibrium,), (self.time,), self.equilibrium)
 
     def __call__(self, t: Array) -> Array:
@@ -182,8 +185,8 @@ class PowerLawRelaxation:
     def __post_init__(self) -> None:
         alpha = real("PowerLawRelaxation.exponent", self.exponent, "1")
         if not 0 < alpha < 1:
-            raise ValueError(
-                f"PowerLawRelaxation.exponent = {alpha!r} must lie between 0 (elastic) and 1 (fluid), both excluded."
+            raise BadValue(
+                "PowerLawRelaxation.exponent", repr(alpha), "must lie between 0 (elastic) and 1 (fluid), both excluded."
             )
         object.__setattr__(self, "exponent", alpha)
         object.__setattr__(self, "time", positive("PowerLawRelaxation.time", self.time, unit="s"))

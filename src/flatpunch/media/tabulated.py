@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.readable import readable
-from flatpunch.media.bodies import HalfSpace, Medium
+from flatpunch.media.bodies import ElasticBase, Medium
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.two_bodies import TwoBodies
 
@@ -45,6 +45,10 @@ class PunchSolution(Protocol):
         ...
 
 
+Solid = ElasticBase | Medium | PowerLawHalfSpace | TwoBodies
+"""Bodies whose solutions are computed."""
+
+
 @readable
 @dataclass(frozen=True, slots=True)
 class TabulatedMedium:
@@ -58,7 +62,7 @@ class TabulatedMedium:
         Its flat punches.
     """
 
-    medium: HalfSpace | Medium | PowerLawHalfSpace | TwoBodies
+    medium: Solid
     solution: PunchSolution = field(repr=False)
 
     @property
@@ -72,11 +76,11 @@ class TabulatedMedium:
         return self.medium.length
 
     @property
-    def recorded(self) -> Any:
+    def recorded(self) -> Solid:
         """What a result file says was solved."""
         return self.medium
 
 
-def underlying(medium: Any) -> Any:
+def underlying(medium: Solid | TabulatedMedium) -> Solid:
     """The medium itself where its solutions are tabulated; any other as it is."""
     return medium.medium if isinstance(medium, TabulatedMedium) else medium

@@ -9,9 +9,10 @@ from flatpunch._support.readable import Table, readable, table_of
 from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
 from flatpunch.media.graded import CONTRAST
 from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace
 
-Body = HalfSpace | Medium | PowerLawHalfSpace | RigidBase
-Elastic = HalfSpace | Medium | PowerLawHalfSpace
+Elastic = HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace
+Body = Elastic | RigidBase
 
 
 @readable
@@ -21,7 +22,7 @@ class TwoBodies:
 
     Parameters
     ----------
-    upper, lower : Medium, HalfSpace, PowerLawHalfSpace or RigidBase
+    upper, lower : Medium, HalfSpace, TransverselyIsotropicHalfSpace, PowerLawHalfSpace or RigidBase
         The bodies, each described from its own contact surface inwards. One may be rigid. A power-law half-space goes with a
         rigid body, or with another one of the same exponent: their sum is again one of that exponent, which no other sum is.
 
@@ -44,7 +45,7 @@ class TwoBodies:
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
-            if not isinstance(body, (HalfSpace, Medium, PowerLawHalfSpace, RigidBase)):
+            if not isinstance(body, (HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, RigidBase)):
                 raise TypeError(
                     f"TwoBodies.{name} = {shown(body)} must be a Medium, a HalfSpace, a PowerLawHalfSpace, or RigidBase() for a "
                     "rigid body."

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
+
+Numbers = NDArray[Any]
+"""Real or complex arrays."""
 
 NODES = 24
 """Chebyshev nodes per panel of half a decade: they leave 1e-12 of every answer for modulus ratios 1e-4 .. 1e4 (measured)."""
@@ -38,9 +44,9 @@ def log_derivative(beta: Array) -> Array:
     return np.asarray(chebyshev.chebvander(t, t.size - 2) @ coefficients)
 
 
-def polynomials(x: Array, degree: int = NODES - 1) -> Array:
-    """Chebyshev polynomials T_0(x) ... T_degree(x), shape (degree + 1, *x.shape)."""
-    values = np.empty((degree + 1, *x.shape))
+def polynomials(x: Numbers, degree: int = NODES - 1) -> Numbers:
+    """Chebyshev polynomials T_0(x) ... T_degree(x) at real or complex points, shape (degree + 1, *x.shape)."""
+    values = np.empty((degree + 1, *x.shape), dtype=np.result_type(x, float))
     values[0] = 1.0
     if degree:
         values[1] = x
@@ -60,3 +66,8 @@ def derivative(count: int) -> Array:
 def unit_nodes(count: int) -> Array:
     """Chebyshev nodes of [-1, 1], from the right; shape (count,)."""
     return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count))
+
+
+def lagrange(nodes: Array, x: float) -> Array:
+    """Weights of the polynomial through `nodes`, at x."""
+    return np.array([np.prod((x - np.delete(nodes, i)) / (nodes[i] - np.delete(nodes, i))) for i in range(nodes.size)])

@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import pkgutil
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from flatpunch._support.checks import shown
 from flatpunch._version import __version__
 from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 PATIENCE = 15.0
 """Seconds to wait for a scheduler, and for its first worker; clusters that start slowly take a few."""
@@ -29,17 +29,7 @@ PATIENCE = 15.0
 def on_cluster(
     function: Function, items: Sequence[Item], scheduler: str | Client
 ) -> Iterator[list[tuple[Item, Outcome]]]:
-    """Yield outcomes as they come.
-
-    Parameters
-    ----------
-    function : callable
-        Point -> numbers by name; importable by the workers.
-    items : sequence of Item
-        Points to solve.
-    scheduler : str or Client
-        Address of the scheduler, or a client of it.
-    """
+    """Yield outcomes as they come from the cluster of a scheduler, whose workers must be able to import the function."""
     with _client(scheduler) as client:
         yield from _outcomes(client, function, Waiting(items, _workers(client), tries=1))
 
@@ -49,7 +39,9 @@ def _outcomes(client: Client, function: Function, waiting: Waiting) -> Iterator[
     from distributed import as_completed
 
     called = partial(call_packed, function)
-    running: dict[Any, tuple[int, list[Item]]] = {}  # future -> worker it was meant for, and what it solves
+    running: dict[
+        Future[list[Outcome]], tuple[int, list[Item]]
+    ] = {}  # future -> worker it was meant for, and what it solves
     futures = as_completed([], loop=client.loop)
 
     def fill() -> None:
@@ -76,7 +68,9 @@ def _outcomes(client: Client, function: Function, waiting: Waiting) -> Iterator[
             client.cancel(list(running))
 
 
-def _finished(client: Client, future: Any, items: list[Item], waiting: Waiting) -> list[tuple[Item, Outcome]]:
+def _finished(
+    client: Client, future: Future[list[Outcome]], items: list[Item], waiting: Waiting
+) -> list[tuple[Item, Outcome]]:
     """Outcomes of a chunk that came back; what it did not get to, or lost, waits again."""
     from distributed import KilledWorker
 
@@ -148,11 +142,8 @@ def _check(client: Client) -> None:
             )
 
 
-def _answers(client: Client, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
-    """What each worker returns, or the exception; workers that are lost or busy just now are left out.
-
-    Tasks, and not `Client.run`, which waits for ever for a worker that is lost but still on the scheduler's list.
-    """
+def _answers(client: Client, function: Callable[..., object], *arguments: object) -> Iterator[tuple[str, object]]:
+    """What each worker returns or raises, by tasks: `Client.run` waits for ever for workers that are lost."""
     from distributed import as_completed
 
     asked = {

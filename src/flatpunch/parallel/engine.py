@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flatpunch._support.checks import shown, switch
 from flatpunch._support.progress import Report, reporting
@@ -16,6 +16,9 @@ from flatpunch.parallel.keys import content_key
 from flatpunch.parallel.store import Folder, Memory, Store
 from flatpunch.parallel.threads import one_thread
 from flatpunch.parallel.work import Function, Item, Outcome, solve_one
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Name = Hashable
 
@@ -68,10 +71,10 @@ def solve_points(
     *,
     store: str | Path | Store | None = None,
     workers: int | None = None,
-    scheduler: Any = None,
+    scheduler: str | Client | None = None,
     progress: bool | Report | None = None,
     title: str = "Solving",
-    version: Any = None,
+    version: object = None,
     cost: Callable[[Any], float] | None = None,
     group: Callable[[Any], Hashable] | None = None,
     retry_failed: bool = False,
@@ -140,7 +143,8 @@ def solve_points(
     {'small': '55.7 nN', 'large': '112.2 nN'}
     """
     named = dict(points) if isinstance(points, Mapping) else dict(enumerate(points))
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+    # the annotation says so, callers need not follow it
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):  # type: ignore[redundant-expr]
         raise ValueError(f"workers = {shown(workers)} must be a whole number > 0: that many processes solve points.")
     anew, retry_failed = switch("anew", anew), switch("retry_failed", retry_failed)
     place = _place(store)
@@ -164,23 +168,22 @@ def solve_points(
     return Solved(keys, place, len(missing))
 
 
-def _place(store: Any) -> Store:
+def _place(store: str | Path | Store | None) -> Store:
     """Where outcomes are kept."""
     if store is None:
         return Memory()
-    if not isinstance(store, type) and all(hasattr(store, name) for name in ("states", "read", "write")):
-        place: Store = store
-        return place
-    return Folder(as_path("store", store))
+    if isinstance(store, (str, Path)) or not all(hasattr(store, name) for name in ("states", "read", "write")):
+        return Folder(as_path("store", store))
+    return store
 
 
-def point_keys(function: Function, points: Mapping[Any, Any], version: Any = None) -> dict[Any, str]:
+def point_keys(function: Function, points: Mapping[Any, object], version: object = None) -> dict[Name, str]:
     """Return the keys under which `solve_points` keeps its outcomes, by the names of the points."""
     salt = content_key(function_name(function), __version__, version)
     return {name: content_key(salt, point) for name, point in points.items()}
 
 
-def function_name(function: Any) -> Any:
+def function_name(function: Any) -> list[object]:
     """What names a function in the keys: module and name, with the arguments of a partial."""
     if hasattr(function, "func") and hasattr(function, "keywords"):
         return [function_name(function.func), list(function.args), dict(function.keywords)]
@@ -194,7 +197,7 @@ def function_name(function: Any) -> Any:
 
 
 def _solver(
-    function: Function, items: list[Item], workers: int, scheduler: Any, tries: int
+    function: Function, items: list[Item], workers: int, scheduler: str | Client | None, tries: int
 ) -> Iterator[list[tuple[Item, Outcome]]]:
     if not items:
         return iter(())

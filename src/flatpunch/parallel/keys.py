@@ -10,12 +10,11 @@ import dataclasses
 import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import PurePath
-from typing import Any
 
 import numpy as np
 
 
-def content_key(*things: Any) -> str:
+def content_key(*things: object) -> str:
     """Return the same text for the same content, in every process and on every machine.
 
     Parameters
@@ -40,7 +39,7 @@ def content_key(*things: Any) -> str:
     return digest.hexdigest()[:32]
 
 
-def _pieces(thing: Any) -> Iterator[bytes]:
+def _pieces(thing: object) -> Iterator[bytes]:
     if thing is None or isinstance(thing, (bool, int, str, bytes, PurePath)):
         yield type(thing).__name__.encode() if not isinstance(thing, PurePath) else b"path"
         yield thing if isinstance(thing, bytes) else str(thing).encode()

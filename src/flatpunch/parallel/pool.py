@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from flatpunch._support.threads import allowed_threads
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
@@ -31,34 +31,29 @@ MOST = 3
 
 _PROCESS = os.getpid()
 
+Common = TypeVar("Common")
+Given = TypeVar("Given")
+Found = TypeVar("Found")
+
 
 def shared_out(
-    function: Callable[[Any, Any], Any],
-    common: Any,
-    items: Sequence[Any],
+    function: Callable[[Common, Given], Found],
+    common: Common,
+    items: Sequence[Given],
     *,
-    done: Callable[[Any], None] = lambda outcome: None,
+    done: Callable[[Found], None] = lambda outcome: None,
     helped: bool = True,
-) -> list[Any]:
+) -> list[Found]:
     """Return function(common, item) of every item, in order, called here and in worker processes.
 
-    Parameters
-    ----------
-    function : callable
-        Of a module; what it returns depends on its arguments only.
-    common : object
-        First argument of all calls; each worker unpickles it once.
-    items : sequence
-        Second argument, one for each call. Workers begin with the last: put those that take long at the end.
-    done : callable, optional
-        Called here with each outcome.
-    helped : bool
-        Whether workers may take part, each of which needs as much memory as this process.
+    The function is of a module, and what it returns depends on its arguments only; each worker unpickles `common` once. Workers
+    begin with the last item: put those that take long at the end. `done` is called here with each outcome. `helped` says whether
+    workers may take part, each of which needs as much memory as this process.
     """
-    futures: dict[int, Future[Any]] = {}
-    waiting, found = deque(range(len(items))), dict[int, Any]()
+    futures: dict[int, Future[Found]] = {}
+    waiting, found = deque(range(len(items))), dict[int, Found]()
 
-    def settle(index: int, outcome: Any) -> None:
+    def settle(index: int, outcome: Found) -> None:
         found[index] = outcome
         done(outcome)
 
@@ -95,7 +90,7 @@ def _may_start() -> bool:
     return own and not getattr(sys, "frozen", False) and allowed_threads() > 1
 
 
-def _packed(function: Callable[[Any, Any], Any], common: Any) -> bytes | None:
+def _packed(function: Callable[[Common, Given], Found], common: Common) -> bytes | None:
     """Function and first argument for another process; None where it could not load them."""
     try:
         packed = pickle.dumps((function, common))
@@ -105,7 +100,7 @@ def _packed(function: Callable[[Any, Any], Any], common: Any) -> bytes | None:
     return None if b"__main__" in packed else packed
 
 
-def _share(work: bytes, items: Sequence[Any], waiting: deque[int], futures: dict[int, Future[Any]]) -> None:
+def _share(work: bytes, items: Sequence[object], waiting: deque[int], futures: dict[int, Future[Found]]) -> None:
     """Give each worker the last call that waits, and the next one whenever it has finished one."""
     from loky import get_reusable_executor
 
@@ -113,7 +108,7 @@ def _share(work: bytes, items: Sequence[Any], waiting: deque[int], futures: dict
     # seconds after which an idle worker process ends; then the next round has to start it again
     executor = get_reusable_executor(max_workers=workers, timeout=120, initializer=left_to_parent)
 
-    def give(_: Future[Any] | None = None) -> None:
+    def give(_: Future[Found] | None = None) -> None:
         index = _popped(waiting.pop)
         if index is None:
             return
@@ -137,7 +132,7 @@ def _popped(pop: Callable[[], int]) -> int | None:
     return None
 
 
-def _outcome(future: Future[Any], function: Callable[[Any, Any], Any], common: Any, item: Any) -> Any:
+def _outcome(future: Future[Found], function: Callable[[Common, Given], Found], common: Common, item: Given) -> Found:
     """Outcome of a worker, or of a call here if it has none."""
     try:
         return future.result()
@@ -150,7 +145,7 @@ def _loaded(work: bytes) -> Any:
     return pickle.loads(work)
 
 
-def _call(work: bytes, item: Any) -> Any:
+def _call(work: bytes, item: object) -> Any:
     """Call in a worker; what warns fails here, and is called again where the caller sees the warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -15,14 +15,14 @@ import zipfile
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, content
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
-from flatpunch._support.whole_file import remove_left, unwritable, write_whole
+from flatpunch._support.whole_file import BrokenSeal, remove_left, sealed, unsealed, unwritable, write_whole
 from flatpunch.parallel.work import Outcome
 
 
@@ -155,13 +155,7 @@ DAMAGED = ".damaged"
 
 
 def _outcome(path: Path) -> Outcome:
-    """Outcome in a file.
-
-    Raises
-    ------
-    ValueError
-        If it is not what was written.
-    """
+    """Outcome in a file; a ValueError if it is not what was written."""
     try:
         body, has_seal = unsealed(content(path, LARGEST))
         if not has_seal:
@@ -170,7 +164,7 @@ def _outcome(path: Path) -> Outcome:
             record = json.loads(body)
             return Outcome(None, str(record["reason"]), float(record["seconds"]))
         with np.load(io.BytesIO(body), allow_pickle=False) as data:
-            numbers: dict[str, Any] = {name: data[name][()] for name in data.files}
+            numbers: Plain = {name: data[name][()] for name in data.files}
         return Outcome(numbers, "", float(numbers.pop(_SECONDS)))
     except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
         reason = str(error) if isinstance(error, (BrokenSeal, Unreadable)) else type(error).__name__

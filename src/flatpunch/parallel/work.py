@@ -20,7 +20,10 @@ import numpy as np
 from flatpunch._support.readable import readable
 from flatpunch.parallel.threads import one_thread
 
-Function = Callable[[Any], Mapping[str, Any]]
+Numbers = Mapping[str, Any]
+"""Numbers, texts and arrays by name."""
+
+Function = Callable[[Any], Numbers]
 
 _BUDGET = 0.1
 """Seconds of work handed to a worker at once; half as many make it wait more often."""
@@ -56,7 +59,7 @@ class Outcome:
     0.25 ZeroDivisionError: float division by zero
     """
 
-    numbers: Mapping[str, Any] | None
+    numbers: Numbers | None
     reason: str = ""
     seconds: float = 0.0
 
@@ -71,12 +74,12 @@ class Item:
     """A point on its way: its key, group and cost."""
 
     key: str
-    point: Any
+    point: object
     group: Hashable = None
     cost: float = 1.0
 
 
-def solve_one(function: Function, point: Any) -> Outcome:
+def solve_one(function: Function, point: object) -> Outcome:
     """Call the function; an exception is the outcome of this point and of no other."""
     start = time.perf_counter()
     try:
@@ -86,7 +89,7 @@ def solve_one(function: Function, point: Any) -> Outcome:
     return Outcome(numbers, "", time.perf_counter() - start)
 
 
-def _plain(name: str, value: Any) -> Any:
+def _plain(name: str, value: object) -> Any:
     """Return an array or NumPy scalar, as it will be read back from a file."""
     array = np.asarray(value)
     if array.dtype.hasobject:
@@ -96,12 +99,12 @@ def _plain(name: str, value: Any) -> Any:
     return array[()]
 
 
-def call_packed(function: Function, packed: bytes) -> Mapping[str, Any]:
+def call_packed(function: Function, packed: bytes) -> Numbers:
     """Unpack a point where it is solved: one that cannot be unpacked is then a record like any other that fails."""
     return function(pickle.loads(packed))
 
 
-def solve_chunk(function: Function, points: Sequence[Any]) -> list[Outcome]:
+def solve_chunk(function: Function, points: Sequence[object]) -> list[Outcome]:
     """Solve points until the time for a chunk is over, at least one; the outcomes of those solved, in order.
 
     One chunk at a time in a process: warnings and the threads of numerical libraries are settings of the whole process.
@@ -116,16 +119,9 @@ def solve_chunk(function: Function, points: Sequence[Any]) -> list[Outcome]:
 
 
 class Waiting:
-    """Items that wait for a worker.
+    """Items that wait for so many workers: no chunk takes more than the share of one worker in what is left of its group.
 
-    Parameters
-    ----------
-    items : iterable of Item
-        All of them.
-    workers : int
-        How many work at them: no chunk takes more than the share of one of them in what is left of its group.
-    tries : int
-        How often an item may lose its worker before it is given up.
+    An item may lose its worker `tries` times before it is given up.
     """
 
     def __init__(self, items: Iterable[Item], workers: int, tries: int) -> None:

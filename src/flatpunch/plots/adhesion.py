@@ -7,7 +7,6 @@ for radii), up to the largest value in it.
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,15 +14,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.contact import adhesion_loop
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
+from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.outline import plot_outline
 from flatpunch.plots.pressure import plot_pressure
-from flatpunch.plots.style import BLUE, GREY, ORANGE, Style, panels, plain, scale_of, scaled
+from flatpunch.plots.style import BLUE, GREY, ORANGE, SHADE, THIN, Style, panels, plain, scale_of, scaled
 
 _APPROACH, _WITHDRAWAL, _EQUILIBRIA = BLUE, ORANGE, GREY
 
 
-def loop_of(result: xr.Dataset, medium: Any, indenter: Any) -> xr.Dataset | None:
+def loop_of(result: xr.Dataset, medium: Body, indenter: Indenter) -> xr.Dataset | None:
     """Return the loop that belongs to a curve of `indent` with adhesion; None if it nowhere presses.
 
     Parameters
@@ -60,17 +63,17 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     back = cycle["branch"].values == 1
     if equilibria is not None:
         shown = equilibria["depth"].values * by_depth, equilibria["force"].values * by_force
-        axes.plot(*shown, ":", color=_EQUILIBRIA, linewidth=1.2, label="all equilibria")
+        axes.plot(*shown, ":", color=_EQUILIBRIA, label="all equilibria")
     # from the jump-in on, and after the loss at the last depth back to the first touch
     held = cycle["radius"].values > 0
     within = np.append(depth[held], [depth[-1], 0.0]), np.append(force[held], [0.0, 0.0])
-    axes.fill(within[0] * by_depth, within[1] * by_force, color=_WITHDRAWAL, alpha=0.12, linewidth=0)
+    axes.fill(within[0] * by_depth, within[1] * by_force, color=_WITHDRAWAL, alpha=SHADE, linewidth=0)
     # the tip leaves: down to no force at the same depth, and away
-    left = np.append(depth[back], [depth[-1], 1.2 * min(depth.min(), 0.0)]), np.append(force[back], [0.0, 0.0])
-    axes.axhline(0, color="black", linewidth=0.6)
+    left = np.append(depth[back], [depth[-1], ROOM * min(depth.min(), 0.0)]), np.append(force[back], [0.0, 0.0])
+    axes.axhline(0, color="black", linewidth=THIN)
     # both lines are unbroken; the wide one shows on both sides where they coincide
-    axes.plot(left[0] * by_depth, left[1] * by_force, color=_WITHDRAWAL, linewidth=3.2, label="withdrawal")
-    axes.plot(depth[~back] * by_depth, force[~back] * by_force, color=_APPROACH, linewidth=1.3, label="approach")
+    axes.plot(left[0] * by_depth, left[1] * by_force, color=_WITHDRAWAL, linewidth=4 * THIN, label="withdrawal")
+    axes.plot(depth[~back] * by_depth, force[~back] * by_force, color=_APPROACH, label="approach")
     for jump in json.loads(cycle.attrs["jumps"]):
         _mark(jump, axes, (by_depth, depth_unit), (by_force, force_unit))
     low, high = float(force.min()) * by_force, float(force.max()) * by_force
@@ -87,7 +90,7 @@ _NAMES = {"jump_in": "jump-in", "pull_off": "pull-off", "outwards": "jump outwar
 _MARKS = {"jump_in": "o", "pull_off": "s", "outwards": "^", "inwards": "v"}
 
 
-def _mark(jump: dict[str, Any], axes: Axes, of_depth: tuple[float, str], of_force: tuple[float, str]) -> None:
+def _mark(jump: Plain, axes: Axes, of_depth: tuple[float, str], of_force: tuple[float, str]) -> None:
     """Draw a point at one jump; the legend names it with its values, where no label can cross a line."""
     colour = _APPROACH if jump["kind"] in ("jump_in", "outwards") else _WITHDRAWAL
     at = [jump[name] * by for name, (by, _) in (("depth", of_depth), ("force", of_force))]
@@ -99,13 +102,12 @@ def _mark(jump: dict[str, Any], axes: Axes, of_depth: tuple[float, str], of_forc
         _MARKS[jump["kind"]],
         color=colour,
         markeredgecolor="black",
-        markersize=6,
         label=f"{_NAMES[jump['kind']]}: {force} at {depth}",
         zorder=4,
     )
 
 
-def figure(result: xr.Dataset, medium: Any, indenter: Any, style: Style, *, title: str = "") -> Figure:
+def figure(result: xr.Dataset, medium: Body, indenter: Indenter, style: Style, *, title: str = "") -> Figure:
     """Return loop, outline and (of round tips) pressure map side by side; the last two at the largest contact.
 
     Parameters

@@ -11,16 +11,21 @@ from flatpunch._support.checks import Array, Flags
 from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
 from flatpunch.plots import adhesion, history
-from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, scale_of, scaled
+from flatpunch.plots.style import BLUE, GREY, HEADROOM, ORANGE, SHADE, axes_or_new, check_result, next_colour, scale_on
 
-_BETWEEN = 12
+_BETWEEN = 10
 """Points that are drawn between two steps."""
+
+_STIFFNESS = "stiffness d$F$/d$d$"
+"""Label of the axis on the right."""
 
 _MARKED = 4
 """Steps below which each is marked."""
 
 
-def plot_curve(result: xr.Dataset, axes: Axes | None = None, *, stiffness: bool = True) -> Axes:
+def plot_curve(
+    result: xr.Dataset, axes: Axes | None = None, *, stiffness: bool = True, label: str | None = None
+) -> Axes:
     """Draw the force over the depth, and the stiffness on a second axis.
 
     Between its steps the curve follows their forces and stiffnesses; below the first step it follows the power law that
@@ -32,9 +37,11 @@ def plot_curve(result: xr.Dataset, axes: Axes | None = None, *, stiffness: bool 
     result : xarray.Dataset
         What `indent` or `adhesion_loop` returned.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
+        Where to draw; by default a new figure. Axes that hold a curve keep their units, and the new one has a colour of its own.
     stiffness : bool
         Whether the stiffness is drawn, on an axis on the right.
+    label : str, optional
+        Name of the curve in the legend.
 
     Returns
     -------
@@ -54,58 +61,74 @@ def plot_curve(result: xr.Dataset, axes: Axes | None = None, *, stiffness: bool 
     >>> axes.get_ylabel()
     'normal force $F$ (nN)'
     """
+    check_result(result, "depth", "force")
     axes = axes_or_new(axes)
     if "branch" in result:
         return adhesion.loop(result, axes)
     if "relaxation" in result.attrs:
         return history.force_over_depth(result, axes)
-    _force(result, axes)
+    colour = next_colour(axes)
+    _force(result, axes, colour, label)
     if stiffness and "work_of_adhesion" not in result.attrs:
-        _stiffness(result, axes)
+        _stiffness(result, axes, ORANGE if colour == BLUE else colour)
+    if label is not None:
+        axes.legend(frameon=False, fontsize="small")
     return axes
 
 
-def _force(result: xr.Dataset, axes: Axes) -> None:
+def _force(result: xr.Dataset, axes: Axes, colour: str, label: str | None) -> None:
+    first = not axes.has_data()
     (by_depth, depth_unit), (by_force, force_unit) = (
-        scale_of(result[name].values, unit) for name, unit in (("depth", "m"), ("force", "N"))
+        scale_on(axis, result[name].values, unit)
+        for axis, name, unit in ((axes.xaxis, "depth", "m"), (axes.yaxis, "force", "N"))
     )
     depth, force = result["depth"].values * by_depth, result["force"].values * by_force
     rate = result["stiffness"].values * by_force / by_depth
     valid = result["valid"].values.astype(bool)
     rising = _rising(depth, force) and bool(np.isfinite(rate).all())
     x, y, sound = _smooth(depth, force, rate, valid) if rising else (depth, force, valid)
-    axes.plot(x, np.where(sound, y, np.nan), color=BLUE, label="force")
+    axes.plot(x, np.where(sound, y, np.nan), color=colour, label=label or "force")
     if not valid.all():
         axes.plot(x, np.where(sound, np.nan, y), color=GREY, label="force, theory does not hold")
     if depth.size < _MARKED:
-        for chosen, colour in ((valid, BLUE), (~valid, GREY)):
-            axes.plot(depth[chosen], force[chosen], "o", color=colour, markersize=4)
-    _error_band(result, axes, depth, force)
-    if (force >= 0).all():
-        axes.set_xlim(left=0)
-        axes.set_ylim(0, 1.08 * float(np.nanmax(force[np.isfinite(force)], initial=0.0)) or None)
+        for chosen, marked in ((valid, colour), (~valid, GREY)):
+            axes.plot(depth[chosen], force[chosen], "o", color=marked, markersize=4)
+    _error_band(result, axes, depth, force, colour)
+    if (force >= 0).all() and (first or axes.get_ylim()[0] == 0):
+        top = HEADROOM * float(np.nanmax(force[np.isfinite(force)], initial=0.0))
+        # room for the curves that are there
+        right, above = (0.0, 0.0) if first else (axes.get_xlim()[1], axes.get_ylim()[1])
+        axes.set_xlim(0, None if first else max(right, HEADROOM * float(np.nanmax(depth))))
+        axes.set_ylim(0, max(top, above) or None)
     axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
     axes.set_ylabel(f"normal force $F$ ({force_unit})")
-    axes.set_title(_title(result, valid))
+    if first:
+        axes.set_title(_title(result, valid))
 
 
-def _stiffness(result: xr.Dataset, axes: Axes) -> None:
-    depth, _ = scaled(result["depth"].values, "m")
-    stiffness, unit = scaled(result["stiffness"].values, "N/m")
+def _stiffness(result: xr.Dataset, axes: Axes, colour: str) -> None:
+    depth = result["depth"].values * scale_on(axes.xaxis, result["depth"].values, "m")[0]
+    drawn = axes.get_figure()
+    assert drawn is not None
+    beside = (each for each in drawn.axes if each.get_ylabel().startswith(_STIFFNESS))
+    right = next((each for each in beside if axes.get_shared_x_axes().joined(axes, each)), None) or axes.twinx()
+    factor, unit = scale_on(right.yaxis, result["stiffness"].values, "N/m")
+    stiffness = result["stiffness"].values * factor
     valid = result["valid"].values.astype(bool)
-    right = axes.twinx()
     x, y, sound = depth, stiffness, valid
     if _rising(depth, result["force"].values) and np.isfinite(stiffness).all():
         x, y, sound = _stiffness_between(depth, stiffness, result, valid)
-    right.plot(x, np.where(sound, y, np.nan), "--", color=ORANGE, label="stiffness")
+    right.plot(x, np.where(sound, y, np.nan), "--", color=colour, label="stiffness")
     if not valid.all():
         right.plot(x, np.where(sound, np.nan, y), "--", color=GREY)
     if depth.size < _MARKED:
-        right.plot(depth, stiffness, "s", color=ORANGE, markersize=4, markerfacecolor="white")
-    largest = float(np.nanmax(np.where(np.isfinite(stiffness), stiffness, np.nan), initial=0.0))
-    right.set_ylim(0, 1.08 * largest if largest > 0 else None)
-    axes.yaxis.label.set_color(BLUE)
-    right.set_ylabel(f"stiffness d$F$/d$d$ ({unit})", color=ORANGE)
+        right.plot(depth, stiffness, "s", color=colour, markersize=4, markerfacecolor="white")
+    shown = [np.asarray(line.get_ydata(), dtype=float) for line in right.get_lines()]
+    largest = max(float(np.nanmax(np.where(np.isfinite(each), each, np.nan), initial=0.0)) for each in shown)
+    right.set_ylim(0, HEADROOM * largest if largest > 0 else None)
+    alone = colour == ORANGE
+    axes.yaxis.label.set_color(BLUE if alone else "black")
+    right.set_ylabel(f"{_STIFFNESS} ({unit})", color=ORANGE if alone else "black")
 
 
 def _rising(depth: Array, force: Array) -> bool:
@@ -164,10 +187,12 @@ def _title(result: xr.Dataset, valid: Flags) -> str:
     return words[0].upper() + words[1:] + ("" if valid.all() else "; grey where the theory fails")
 
 
-def _error_band(result: xr.Dataset, axes: Axes, depth: Array, force: Array) -> None:
+def _error_band(result: xr.Dataset, axes: Axes, depth: Array, force: Array, colour: str) -> None:
     """Draw the estimated error of the force as a band."""
     if "force_error" not in result:
         return
     known = np.isfinite(result["force_error"].values)
     error = np.where(known, result["force_error"].values, 0.0)
-    axes.fill_between(depth, force * (1 - error), force * (1 + error), where=known, color=BLUE, alpha=0.25, linewidth=0)
+    axes.fill_between(
+        depth, force * (1 - error), force * (1 + error), where=known, color=colour, alpha=SHADE, linewidth=0
+    )

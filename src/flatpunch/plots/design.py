@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from flatpunch._support.checks import Array
+from flatpunch._support.kinds import instance
+from flatpunch._support.prefixes import readable
 from flatpunch.design import Design
 from flatpunch.design.targets import UNITS
-from flatpunch.files.units import readable
 from flatpunch.plots.style import BLUE, GREY, StyleName, axes_or_new, styled
 
 
@@ -43,7 +43,8 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     >>> print(axes.get_ylabel())
     stiffness (kN/m)
     """
-    axes = axes_or_new(axes, (5.2, 4.0))
+    instance("result", result, (Design,), "a Design, as `design` returns it")
+    axes = axes_or_new(axes)
     if not result.control:
         loads = np.array([result.before[0], result.achieved[0]])
         endless = np.isinf(loads)
@@ -63,7 +64,7 @@ def plot_design(result: Design, axes: Axes | None = None) -> Axes:
     axes.plot(x, result.wanted[order] * up, "o", color="black", markerfacecolor="none", label="prescribed")
     axes.set_xlabel(f"{result.control} ({along_unit})")
     axes.set_ylabel(f"{result.quantity} ({unit})")
-    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.legend(frameon=False)
     return axes
 
@@ -72,9 +73,8 @@ def figure(result: Design, *, title: str = "", style: StyleName | str = "screen"
     """The prescribed quantity, and each number between its bounds."""
     with styled(style) as chosen:
         one = chosen.across == 1
-        width = chosen.width or 9.6
-        height = max(0.4 * width, 0.04 * chosen.font * len(result.values)) * (2 if one else 1)
-        drawn = Figure(figsize=(width, height + (0.6 if one else 0.0)), layout="constrained")
+        width = chosen.width or 10
+        drawn = Figure(figsize=(width, width if one else width / 2), layout="constrained")
         first, second = drawn.subplots(*((2, 1) if one else (1, 2)))
         plot_design(result, first)
         _bounds(result, second)
@@ -86,7 +86,7 @@ def figure(result: Design, *, title: str = "", style: StyleName | str = "screen"
 def _bounds(result: Design, axes: Axes) -> None:
     """Start and found value of each number, from its lower bound to its upper one, in logarithms where they are positive."""
     for row, each in enumerate(result.values):
-        numbers: Any = np.array([each.low, each.start, each.found, each.high])
+        numbers: Array = np.array([each.low, each.start, each.found, each.high])
         if each.low > 0:
             numbers = np.log(numbers)
         place = (numbers - numbers[0]) / (numbers[3] - numbers[0])

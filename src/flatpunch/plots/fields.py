@@ -12,12 +12,25 @@ from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array, BadValue, shown
+from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import readable
 from flatpunch.compliance.depth import interfaces
 from flatpunch.fields import Strength, fields
-from flatpunch.files.units import readable
-from flatpunch.media import HalfSpace, Medium, RigidBase, underlying
-from flatpunch.plots.style import BLUE, GREY, ORANGE, StyleName, axes_or_new, legend_below, panels, styled
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
+from flatpunch.plots.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    SAMPLES,
+    THIN,
+    StyleName,
+    axes_or_new,
+    legend_below,
+    panels,
+    styled,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +43,9 @@ _NAMES = {
     "principal": "largest principal stress",
 }
 _SYMBOLS = {name: rf"$\sigma_{{{name}}}$" for name in ("xx", "yy", "zz", "yz", "xz", "xy")}
-_LINE: dict[str, Any] = {"color": "black", "linewidth": 0.9}
+_NUMBER = 0.1
+"""Share of the width of a picture that the number of a level line takes."""
+_LINE: Plain = {"color": "black", "linewidth": THIN}
 
 
 def plot_fields(
@@ -38,7 +53,7 @@ def plot_fields(
     axes: Axes | None = None,
     *,
     quantity: str = "von_mises",
-    medium: Any = None,
+    medium: Body | None = None,
     strengths: Sequence[Strength | None] | None = None,
 ) -> Axes:
     """Draw a plane of a result of `fields` as a map with level lines; interfaces are drawn if the medium is given.
@@ -77,19 +92,17 @@ def plot_fields(
     >>> found = fp.fields(fp.HalfSpace(70e9, 0.3), fp.Sphere(1e-5), x, 0.0, z, depth=50e-9)
     >>> axes = fp.plot_fields(found)
     """
-    axes = axes_or_new(axes, (6.4, 4.0))
+    axes = axes_or_new(axes)
     across, down, names = _plane(result)
     values, label, unit = _quantity(result, quantity, strengths)
     length = float(max(np.abs(across).max(), np.abs(down).max()))
     factor, length_unit = readable(length, "m")
     signed = bool(np.nanmin(values) < 0 < np.nanmax(values))
     top = float(np.nanmax(np.abs(values[np.isfinite(values)])))
-    colours: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
+    colours: Plain = {"cmap": "RdBu_r", "vmin": -top, "vmax": top} if signed else {"cmap": "viridis"}
     mesh = axes.pcolormesh(across * factor, down * factor, values, shading="nearest", rasterized=True, **colours)
-    if quantity == "utilisation":
-        levels = np.asarray(MaxNLocator(5).tick_values(0.0, min(top, 1.0)))
-    else:
-        levels = np.asarray(MaxNLocator(8).tick_values(float(np.nanmin(values)), float(np.nanmax(values))))
+    ends = (0.0, min(top, 1.0)) if quantity == "utilisation" else (float(np.nanmin(values)), float(np.nanmax(values)))
+    levels = np.asarray(MaxNLocator().tick_values(*ends))
     if names[1] == "z":
         if not axes.yaxis_inverted():
             axes.invert_yaxis()
@@ -100,7 +113,9 @@ def plot_fields(
     for i in np.unique(result["layer"].values):
         part = np.where(result["layer"].values == i, values, np.nan)
         if np.isfinite(part).any(axis=0).sum() > 1 and np.isfinite(part).any(axis=1).sum() > 1:
-            lines = axes.contour(across * factor, down * factor, part, levels=levels, colors="black", linewidths=0.5)
+            lines = axes.contour(
+                across * factor, down * factor, part, levels=levels, colors="black", linewidths=THIN / 2
+            )
             box = np.stack([plane.min(axis=(1, 2)), plane.max(axis=(1, 2))])
             inside = plane[:, result["layer"].values == i]
             places = _label_places(lines, box, np.stack([inside.min(axis=1), inside.max(axis=1)]))
@@ -114,10 +129,7 @@ def plot_fields(
 
 
 def _label_places(lines: QuadContourSet, picture: Array, layer: Array) -> list[tuple[float, float]]:
-    """Where level lines are numbered: the longest of each level, far from the edges of its layer and from other numbers.
-
-    Picture and layer are boxes, ((left, top), (right, bottom)).
-    """
+    """Where level lines are numbered in boxes ((left, top), (right, bottom)): far from edges and other numbers."""
     width = picture[1] - picture[0]
     places: list[tuple[float, float]] = []
     for segments in lines.allsegs:
@@ -127,12 +139,11 @@ def _label_places(lines: QuadContourSet, picture: Array, layer: Array) -> list[t
         longest = max(drawn, key=lambda points: float((np.ptp(points, axis=0) / width).sum()))
         room = (np.minimum(longest - layer[0], layer[1] - longest) / width).min(axis=1)
         for other in places:
-            # share of the picture that a number takes, across and down
-            apart = np.abs(longest - np.array(other)) / width / np.array([0.1, 0.06])
-            room = np.where(apart.max(axis=1) > 1, room, 0.0)
+            apart = np.abs(longest - np.array(other)) / width
+            room = np.where(apart.max(axis=1) > _NUMBER, room, 0.0)
         best = int(np.argmax(room))
-        # share of the picture: beside edges, and on lines no longer than a number, there is no room for one
-        if room[best] > 0.04 and (np.ptp(longest, axis=0) / width).max() > 0.08:
+        # beside edges, and on lines no longer than a number, there is no room for one
+        if room[best] > _NUMBER / 2 and (np.ptp(longest, axis=0) / width).max() > _NUMBER:
             places.append((float(longest[best, 0]), float(longest[best, 1])))
     return places
 
@@ -170,18 +181,18 @@ def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | 
         values, name = result[quantity].values, _NAMES[quantity]
     else:
         known = ", ".join([*_NAMES, *_SYMBOLS])
-        raise ValueError(f"quantity = {shown(quantity)} is unknown; choose one of {known}.")
+        raise BadValue("quantity", shown(quantity), f"is unknown; choose one of {known}.")
     factor, unit = readable(float(np.abs(values[np.isfinite(values)]).max(initial=0.0)), "Pa")
     return values * factor, name, unit
 
 
-def _faces(medium: Any) -> Array:
+def _faces(medium: Body | None) -> Array:
     body = underlying(medium) if medium is not None else None
     return interfaces(body) if isinstance(body, (Medium, HalfSpace)) else np.zeros(0)
 
 
 def axis_stresses(
-    medium: Any, indenter: Any, axes: Axes, *, deepest: float, scale: float | None = None, **contact: Any
+    medium: Body, indenter: Indenter, axes: Axes, *, deepest: float, scale: float | None = None, **contact: Any
 ) -> Axes:
     """Draw s_xx and s_zz along the axis, layer by layer, so that jumps at interfaces show.
 
@@ -206,7 +217,7 @@ def axis_stresses(
     depth, drawn = [], []
     for start, end in pairwise(ends):
         # just inside the layer on either end
-        z = start + (end - start) * np.linspace(1e-9, 1 - 1e-9, 80)
+        z = start + (end - start) * np.linspace(1e-9, 1 - 1e-9, SAMPLES)
         found = fields(medium, indenter, 0.0, 0.0, z, **contact)
         depth.append(z)
         drawn.append(found["stress"].sel(component=["xx", "zz"]).values)
@@ -219,7 +230,7 @@ def axis_stresses(
             axes.plot(values[row] * factor, z * length_factor, color=colour, label=label)
     for face in faces[faces < deepest]:
         axes.axhline(face * length_factor, **_LINE)
-    axes.axvline(0, color=GREY, linewidth=0.6)
+    axes.axvline(0, color=GREY, linewidth=THIN)
     axes.set_ylim(deepest * length_factor, 0)
     axes.set_xlabel(f"stress on the axis ({unit})")
     axes.set_ylabel(f"$z$ ({length_unit})")
@@ -228,7 +239,7 @@ def axis_stresses(
 
 
 def interface_tractions(
-    medium: Any, indenter: Any, axes: Axes, *, reach: float, scale: float | None = None, **contact: Any
+    medium: Body, indenter: Indenter, axes: Axes, *, reach: float, scale: float | None = None, **contact: Any
 ) -> Axes:
     """Draw normal and shear traction at every interface along x.
 
@@ -243,7 +254,7 @@ def interface_tractions(
     """
     contact = {key: value for key, value in contact.items() if key != "side"}
     alike = getattr(indenter, "round", False) and not contact.get("friction")
-    x = reach * np.linspace(0.0 if alike else -1.0, 1.0, 201)
+    x = reach * np.linspace(0.0 if alike else -1.0, 1.0, SAMPLES + 1)
     faces = _faces(medium)
     if not faces.size:
         axes.text(0.5, 0.5, "no interfaces", ha="center", va="center", transform=axes.transAxes)
@@ -262,7 +273,7 @@ def interface_tractions(
                 color=colour,
                 label=f"{_SYMBOLS[name]}, interface {i + 1}",
             )
-    axes.axhline(0, color=GREY, linewidth=0.6)
+    axes.axhline(0, color=GREY, linewidth=THIN)
     axes.set_xlabel(f"$x$ ({length_unit})")
     axes.set_ylabel(f"traction ({unit})")
     legend_below(axes, ncols=2, frameon=False)
@@ -271,9 +282,9 @@ def interface_tractions(
 
 def figure(
     result: xr.Dataset,
-    medium: Any,
-    indenter: Any,
-    contact: dict[str, Any],
+    medium: Body,
+    indenter: Indenter,
+    contact: Plain,
     *,
     strengths: Sequence[Strength | None] = (),
     title: str = "",
@@ -288,9 +299,9 @@ def figure(
 
 def _draw(
     result: xr.Dataset,
-    medium: Any,
-    indenter: Any,
-    contact: dict[str, Any],
+    medium: Body,
+    indenter: Indenter,
+    contact: Plain,
     strengths: Sequence[Strength | None],
     axes: tuple[Axes, Axes, Axes],
 ) -> None:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
+from flatpunch.indenters.profile import Indenter
 from flatpunch.plots.outline import plot_outline
-from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, Style, panels, scaled
+from flatpunch.plots.style import BLUE, GREEN, GREY, HEADROOM, ORANGE, THIN, Style, panels, scaled
 
 _FORCE, _DEPTH, _RADIUS, _INVALID = BLUE, ORANGE, GREEN, GREY
 
@@ -39,7 +38,7 @@ def over_time(result: xr.Dataset, axes: Axes) -> Axes:
     # an infinite force begins a sudden step of a body without an instantaneous modulus
     for target, values in ((axes, force), (right, depth)):
         finite = values[np.isfinite(values)]
-        target.set_ylim(min(0.0, 1.05 * finite.min()), 1.08 * finite.max())
+        target.set_ylim(min(0.0, HEADROOM * finite.min()), HEADROOM * finite.max())
     axes.set_title("Force (solid) and depth (dashed)")
     return axes
 
@@ -51,7 +50,7 @@ def force_over_depth(result: xr.Dataset, axes: Axes) -> Axes:
     _line(axes, depth, force, _FORCE, "-", result)
     for after in (False, True):
         _arrow(axes, depth, force, after=after)
-    axes.axhline(0, color="black", linewidth=0.6)
+    axes.axhline(0, color="black", linewidth=THIN)
     axes.set_xlabel(depth_label)
     axes.set_ylabel(force_label)
     axes.set_title("Force over depth, arrows in the sense of time")
@@ -70,7 +69,7 @@ def radius_over_time(result: xr.Dataset, axes: Axes) -> Axes:
     return axes
 
 
-def figure(result: xr.Dataset, indenter: Any, style: Style, *, title: str = "") -> Figure:
+def figure(result: xr.Dataset, indenter: Indenter, style: Style, *, title: str = "") -> Figure:
     """Return the three pictures side by side; of tips that are not round the largest outline instead of the radius.
 
     Parameters
@@ -117,8 +116,11 @@ def _arrow(axes: Axes, x: Array, y: Array, *, after: bool) -> None:
     way = range(top + 1, y.size - 1) if after else range(1, top)
     if not len(way) or not finite[top] > 0:
         return
-    share = 0.25 if after else 0.5
+    share = 1 / 4 if after else 1 / 2
     at = min(way, key=lambda i: abs(float(finite[i]) - share * float(finite[top])))
     axes.annotate(
-        "", (x[at + 1], y[at + 1]), (x[at - 1], y[at - 1]), arrowprops={"arrowstyle": "-|>", "color": _FORCE, "lw": 1.4}
+        "",
+        (x[at + 1], y[at + 1]),
+        (x[at - 1], y[at - 1]),
+        arrowprops={"arrowstyle": "-|>", "color": _FORCE, "lw": 2 * THIN},
     )

@@ -6,22 +6,37 @@ the surface is drawn at its own scale, which the title states.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
-from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, positive, shown
-from flatpunch._support.prefixes import text
-from flatpunch.files.units import readable
+from flatpunch._support.checks import Array, positive
+from flatpunch._support.kinds import instance, one_of
+from flatpunch._support.prefixes import readable, text
 from flatpunch.indenters.profile import Indenter, split_angles
-from flatpunch.plots.style import BLUE, ORANGE, StyleName, axes_or_new, panels, styled
+from flatpunch.numerics.extents import ROOM
+from flatpunch.plots.outline import framed
+from flatpunch.plots.style import (
+    HEADROOM,
+    SAMPLES,
+    THIN,
+    StyleName,
+    axes_or_new,
+    next_colour,
+    panels,
+    round_step,
+    scale_on,
+    styled,
+)
 
-_SURFACE, _LINES, _FIRST, _SECOND = "#c3d2df", "#2b3a4a", BLUE, ORANGE
+_SURFACE, _LINES = "#c3d2df", "#2b3a4a"
+
+_BELOW = -20
+"""Elevation from which a tip is seen and lit [degrees]: from below, as the body that is pressed sees it."""
 
 
 def plot_tip(
@@ -30,6 +45,7 @@ def plot_tip(
     *,
     extent: float | None = None,
     view: Literal["sections", "levels", "surface"] = "sections",
+    label: str | None = None,
 ) -> Axes:
     """Draw a tip: its steepest and flattest section, its level lines, or its surface.
 
@@ -38,12 +54,15 @@ def plot_tip(
     indenter : Indenter
         Any indenter.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure. The surface needs three-dimensional axes.
+        Where to draw; by default a new figure. The surface needs three-dimensional axes. Axes that hold a tip keep their units,
+        and the new one has its own colours.
     extent : float, optional
         Half the width of the picture [m]. Without it the reach of the indenter, or a few of its own lengths, or 1 where the
         shape has none.
     view : "sections", "levels" or "surface"
         What is drawn.
+    label : str, optional
+        Name of the tip in the legend.
 
     Returns
     -------
@@ -64,17 +83,12 @@ def plot_tip(
     >>> axes.get_ylabel()
     'height $f$ (nm)'
     """
-    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
-        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
-    half = _half(indenter, extent)
-    if view == "surface":
-        # a surface has a box of its own
-        solid: Axes = surface(indenter, axes_or_new(axes, (5.0, 4.4), projection="3d"), half)
-        return solid
-    if view not in ("sections", "levels"):
-        raise ValueError(f"view = {shown(view)} is unknown; choose 'sections', 'levels' or 'surface'.")
-    drawn = axes_or_new(axes, (5.0, 3.6) if view == "sections" else (4.4, 4.4))
-    return sections(indenter, drawn, half) if view == "sections" else level_lines(indenter, drawn, half)
+    instance("indenter", indenter, (Indenter,), "an indenter such as Paraboloid(radius=...)")
+    one_of("view", view, _VIEWS)
+    # a surface has a box of its own
+    drawn = axes_or_new(axes, projection="3d" if view == "surface" else None)
+    _VIEWS[view](indenter, drawn, _half(indenter, extent), label)
+    return drawn
 
 
 def indenter_figure(
@@ -103,9 +117,9 @@ def indenter_figure(
         drawn, (first, second, third) = panels(chosen, 3, title=title or _name(indenter))
         place = first.get_subplotspec()
         first.remove()
-        surface(indenter, drawn.add_subplot(place, projection="3d"), half)
-        level_lines(indenter, second, half)
-        sections(indenter, third, half)
+        _surface(indenter, drawn.add_subplot(place, projection="3d"), half)
+        _level_lines(indenter, second, half)
+        _sections(indenter, third, half)
     return drawn
 
 
@@ -115,122 +129,114 @@ def _half(indenter: Indenter, extent: float | None) -> float:
     return positive("extent", extent, "It is half the width of the picture.", unit="m")
 
 
-def surface(indenter: Any, axes: Any, extent: float) -> Any:
-    """Draw the surface into three-dimensional axes, apex down, cut where it reaches the lowest height on the border.
-
-    Parameters
-    ----------
-    indenter : Indenter
-    axes : mpl_toolkits.mplot3d.axes3d.Axes3D
-    extent : float
-        Half the width [m].
-    """
+def _surface(indenter: Indenter, axes: Any, extent: float, label: str | None = None) -> None:
+    """Draw the surface into three-dimensional axes, apex down, cut where it reaches the lowest height on the border."""
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, 181), split_angles(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)]))
     limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
-    share = np.linspace(0, 1, 72)
+    share = np.linspace(0, 1, SAMPLES // 2)
     r = share[:, None] * limit
     height = np.asarray(indenter.height(r, phi))
-    scale, unit = readable(extent, "m")
-    rise, height_unit = readable(top, "m")
+    first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
+    rise, height_unit = scale_on(axes.zaxis, [top], "m")
+    colour = _SURFACE if first else next_colour(axes)
     x, y, z = r * np.cos(phi) * scale, r * np.sin(phi) * scale, np.minimum(height, top) * rise
-    light = LightSource(azdeg=225, altdeg=-25)
-    axes.plot_surface(
-        x, y, z, color=_SURFACE, rstride=1, cstride=1, linewidth=0, antialiased=False, shade=True, lightsource=light
-    )
+    light = LightSource(altdeg=_BELOW)
+    axes.plot_surface(x, y, z, color=colour, rstride=1, cstride=1, linewidth=0, antialiased=False, lightsource=light)
     for level in _levels(top, rise)[1:]:
         radius = _level_radius(indenter, level, phi, indenter.reach)
         axes.plot(
-            radius * np.cos(phi) * scale, radius * np.sin(phi) * scale, level * rise, color=_LINES, lw=0.5, alpha=0.7
+            radius * np.cos(phi) * scale,
+            radius * np.sin(phi) * scale,
+            level * rise,
+            color=_LINES if first else colour,
+            lw=THIN / 2,
         )
     axes.set_xlabel(f"$x$ ({unit})", labelpad=-4)
     axes.set_ylabel(f"$y$ ({unit})", labelpad=-4)
     axes.zaxis.set_rotate_label(False)
-    axes.set_zlabel(f"$f$ ({height_unit})", labelpad=-3, rotation=90)
-    axes.tick_params(pad=-2, labelsize=min(rcParams["font.size"] - 1, 7))
+    axes.set_zlabel(f"$f$ ({height_unit})", labelpad=-3, rotation="vertical")
+    axes.tick_params(pad=-2, labelsize="x-small")
     axes.locator_params(nbins=3)
-    widest = float(limit.max())
-    axes.set_box_aspect((1, 1, float(np.clip(top / (2 * widest), 0.35, 1.0))), zoom=0.8)
+    widest = float(limit.max()) if first else max(float(limit.max()), axes.get_xlim()[1] / scale)
+    tallest = top if first else max(top, axes.get_zlim()[1] / rise)
+    aspect = float(np.clip(tallest / (2 * widest), 1 / 3, 1.0))
+    axes.set_box_aspect((1, 1, aspect), zoom=1 / ROOM)
     axes.set_xlim(-widest * scale, widest * scale)
     axes.set_ylim(-widest * scale, widest * scale)
-    # seen from slightly below, as the body that is pressed sees it
-    axes.view_init(elev=-16, azim=-62)
-    stretch = float(np.clip(top / (2 * widest), 0.35, 1.0)) / (top / (2 * widest))
-    axes.set_title("surface" if 0.99 < stretch < 1.01 else f"surface, heights times {stretch:.3g}")
-    return axes
+    axes.view_init(elev=_BELOW)
+    stretch = aspect / (tallest / (2 * widest))
+    axes.set_title("surface" if np.isclose(stretch, 1) else f"surface, heights times {stretch:.3g}")
+    _named(axes, colour, label)
 
 
-def level_lines(indenter: Any, axes: Axes, extent: float) -> Axes:
-    """Draw contour lines of the height, at equal steps up to the lowest height on the border.
-
-    Parameters
-    ----------
-    indenter : Indenter
-    axes : matplotlib.axes.Axes
-    extent : float
-        Half the width [m].
-    """
+def _level_lines(indenter: Indenter, axes: Axes, extent: float, label: str | None = None) -> None:
+    """Draw contour lines of the height, at equal steps up to the lowest height on the border."""
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([2 * np.pi * np.arange(720) / 720, split_angles(indenter)]))
-    scale, unit = readable(extent, "m")
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)]))
+    first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
+    colour = _LINES if first else next_colour(axes)
     rise, height_unit = readable(top, "m")
     levels = _levels(top, rise)
     for i, level in enumerate(levels):
         radius = _level_radius(indenter, float(level), phi, indenter.reach)
         x, y = radius * np.cos(phi) * scale, radius * np.sin(phi) * scale
         if level == 0 and radius.max() < 1e-6 * extent:
-            axes.plot(0, 0, "+", color=_LINES, ms=5)
+            axes.plot(0, 0, "+", color=colour)
             continue
-        axes.fill(x, y, fill=False, edgecolor=_LINES, lw=1.4 if i == 0 else 0.9, ls="--" if i == 0 else "-")
+        axes.fill(x, y, fill=False, edgecolor=colour, lw=THIN if i else 2 * THIN, ls="--" if i == 0 else "-")
     step = float(levels[1] * rise)
     flat = _level_radius(indenter, 0.0, phi, indenter.reach).max() > 1e-6 * extent
-    axes.set_title(f"level lines every {step:.3g} {height_unit}" + (", flat dashed" if flat else ""))
-    axes.set_aspect("equal")
-    axes.set_xlim(-extent * scale, extent * scale)
-    axes.set_ylim(-extent * scale, extent * scale)
-    axes.set_xlabel(f"$x$ ({unit})")
-    axes.set_ylabel(f"$y$ ({unit})")
-    return axes
+    words = f"level lines every {step:.3g} {height_unit}" + (", flat dashed" if flat else "")
+    axes.set_title(words if first or axes.get_title() == words else "level lines, of each tip at steps of its own")
+    framed(axes, extent * scale if first else max(extent * scale, axes.get_xlim()[1]), unit)
+    _named(axes, colour, label)
 
 
-def sections(indenter: Any, axes: Axes, extent: float) -> Axes:
-    """Draw the sections with the steepest and the flattest rise, through the apex.
-
-    Parameters
-    ----------
-    indenter : Indenter
-    axes : matplotlib.axes.Axes
-    extent : float
-        Half the width [m].
-    """
+def _sections(indenter: Indenter, axes: Axes, extent: float, label: str | None = None) -> None:
+    """Draw the sections with the steepest and the flattest rise, through the apex."""
     usable = min(extent, indenter.reach)
-    around = np.pi * np.arange(360) / 360
+    around = np.pi * np.arange(SAMPLES) / SAMPLES
     rim = np.asarray(indenter.height(np.array(usable), around)) + np.asarray(
         indenter.height(np.array(usable), around + np.pi)
     )
-    directions = [(float(around[np.argmax(rim)]), _FIRST, "-")]
-    if not indenter.round:
-        directions.append((float(around[np.argmin(rim)]), _SECOND, "--"))
-    t = np.linspace(-usable, usable, 801)
-    curves = [
-        np.asarray(indenter.height(np.abs(t), np.where(t < 0, angle + np.pi, angle))) for angle, _, _ in directions
-    ]
-    scale, unit = readable(extent, "m")
-    rise, height_unit = readable(max(float(curve.max()) for curve in curves), "m")
-    for (angle, colour, line), curve in zip(directions, curves, strict=True):
-        axes.plot(t * scale, curve * rise, line, color=colour, lw=1.5, label=f"along {np.degrees(angle):.3g}°")
-    axes.set_xlim(-extent * scale, extent * scale)
-    axes.set_ylim(bottom=0)
+    directions = [float(around[find(rim)]) for find in ((np.argmax,) if indenter.round else (np.argmax, np.argmin))]
+    t = np.linspace(-usable, usable, 4 * SAMPLES + 1)
+    curves = [np.asarray(indenter.height(np.abs(t), np.where(t < 0, angle + np.pi, angle))) for angle in directions]
+    first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
+    rise, height_unit = scale_on(axes.yaxis, [float(curve.max()) for curve in curves], "m")
+    for angle, line, curve in zip(directions, ("-", "--"), curves, strict=False):
+        along = f"along {np.degrees(angle):.3g}°"
+        name = along if label is None else label if indenter.round else f"{label}, {along}"
+        axes.plot(t * scale, curve * rise, line, color=next_colour(axes), label=name)
+    half = extent * scale if first else max(extent * scale, axes.get_xlim()[1])
+    axes.set_xlim(-half, half)
+    tallest = rise * max(float(curve.max()) for curve in curves)
+    axes.set_ylim(0, HEADROOM * tallest if first else max(HEADROOM * tallest, axes.get_ylim()[1]))
     axes.set_xlabel(f"distance from the apex ({unit})")
     axes.set_ylabel(f"height $f$ ({height_unit})")
     axes.set_title("sections")
-    if not indenter.round:
+    if not (first and indenter.round and label is None):
         axes.legend(frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
-    return axes
 
 
-def _extent(indenter: Any) -> float:
+_VIEWS: dict[str, Callable[[Indenter, Axes, float, str | None], None]] = {
+    "sections": _sections,
+    "levels": _level_lines,
+    "surface": _surface,
+}
+"""How each view is drawn."""
+
+
+def _named(axes: Axes, colour: str, label: str | None) -> None:
+    """Name in the legend, and a mark from which the next tip knows that this colour is taken."""
+    axes.plot([], [], color=colour, label=label)
+    if label is not None:
+        axes.legend(frameon=False)
+
+
+def _extent(indenter: Indenter) -> float:
     if np.isfinite(indenter.reach):
         return float(indenter.reach)
     lengths = [*indenter.rings, *(scale for scale in getattr(indenter, "scales", ())[:2])]
@@ -238,21 +244,20 @@ def _extent(indenter: Any) -> float:
     return 3.0 * max(lengths) if lengths else 1.0
 
 
-def _name(indenter: Any) -> str:
+def _name(indenter: object) -> str:
     tip = getattr(indenter, "tip", None)
     return type(indenter).__name__ + (f" {_name(tip)}" if tip is not None else "")
 
 
 def _levels(top: float, rise: float) -> Array:
     """Heights of level lines [m] from zero up to `top`, a round number apart in the printed unit."""
-    most = 12  # lines, about
-    step = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, top * rise))[0]) / rise
+    step = round_step(top * rise) / rise
     return np.asarray(step * np.arange(int(top / step * (1 + 1e-9)) + 1))
 
 
-def _rim(indenter: Any, extent: float) -> float:
+def _rim(indenter: Indenter, extent: float) -> float:
     """Lowest height on the circle of radius `extent`: up to there every level line is inside the picture."""
-    phi = np.concatenate([np.linspace(0, 2 * np.pi, 721), split_angles(indenter)])
+    phi = np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)])
     height = np.asarray(indenter.height(np.array(min(extent, indenter.reach)), phi))
     lowest = float(height.min())
     if not (np.isfinite(lowest) and lowest > 0):
@@ -262,7 +267,7 @@ def _rim(indenter: Any, extent: float) -> float:
     return lowest
 
 
-def _level_radius(indenter: Any, level: float, phi: Array, limit: float) -> Array:
+def _level_radius(indenter: Indenter, level: float, phi: Array, limit: float) -> Array:
     """Radius at which the height along each ray exceeds a level, by bisection."""
     low, high = np.zeros_like(phi), np.full_like(phi, limit if np.isfinite(limit) else 1.0)
     if not np.isfinite(limit):

@@ -6,16 +6,26 @@ Figures are made without pyplot, as in `plots`. Depth runs downwards; of two bod
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array, non_negative
+from flatpunch._support.prefixes import readable
 from flatpunch.compliance import compliance
-from flatpunch.files.units import readable
-from flatpunch.media import Body, GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
-from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below, logarithmic
+from flatpunch.media import (
+    Body,
+    ElasticBase,
+    FreeLayer,
+    GradedLayer,
+    Medium,
+    PowerLawHalfSpace,
+    RigidBase,
+    TwoBodies,
+    underlying,
+)
+from flatpunch.numerics.extents import ROOM
+from flatpunch.plots.style import BLUE, GREY, HEADROOM, ORANGE, SAMPLES, THIN, axes_or_new, legend_below, logarithmic
 
 _MODULUS, _FACE, _CONTACT = BLUE, GREY, ORANGE
 
@@ -42,7 +52,7 @@ class Profile:
     rigid: bool
 
 
-def is_graded(medium: Any) -> bool:
+def is_graded(medium: Body) -> bool:
     """Whether the modulus varies with depth other than by jumps."""
     medium = underlying(medium)
     if isinstance(medium, TwoBodies):
@@ -52,14 +62,13 @@ def is_graded(medium: Any) -> bool:
     return isinstance(medium, PowerLawHalfSpace)
 
 
-def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: float) -> Profile:
+def profile(body: ElasticBase | Medium | PowerLawHalfSpace | RigidBase, reach: float) -> Profile:
     """Modulus over depth of one body, down to `reach` [m] at least and past all its layers."""
     layers = body.layers if isinstance(body, Medium) else ()
     base = body.base if isinstance(body, Medium) else body
     top, pieces, faces = 0.0, [], []
-    samples = 201  # depths in each graded body
     for layer in layers:
-        z = np.linspace(0.0, layer.thickness, samples if isinstance(layer, GradedLayer) else 2)
+        z = np.linspace(0.0, layer.thickness, SAMPLES if isinstance(layer, GradedLayer) else 2)
         if isinstance(layer, GradedLayer):
             z = np.unique(np.concatenate([z, layer.breaks]))
             young = layer.young_at(z)
@@ -67,24 +76,23 @@ def profile(body: HalfSpace | Medium | PowerLawHalfSpace | RigidBase, reach: flo
             young = np.full_like(z, layer.young)
         pieces.append((top + z, young))
         top += layer.thickness
-        faces.append((top, layer.bonded))
-    # of the base a third of the thickness of all layers is drawn
-    end = max(1.3 * top, reach)
-    if isinstance(base, HalfSpace):
+        faces.append((top, bool(layer.bonded)))
+    end = max(ROOM * top, reach)
+    if isinstance(base, ElasticBase):
         pieces.append((np.array([top, end]), np.full(2, base.young)))
     elif isinstance(base, PowerLawHalfSpace):
         # the modulus of a power law is zero or infinite at the surface itself
-        z = np.linspace(0.0, end, samples + 1)[1:]
+        z = np.linspace(0.0, end, SAMPLES + 1)[1:]
         pieces.append((z, base.modulus * (z / base.depth) ** base.exponent))
     return Profile(tuple(pieces), tuple(faces), end, isinstance(base, RigidBase))
 
 
-def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
-    """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide.
+def plot_medium(medium: Body | FreeLayer, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
+    """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide or lift off.
 
     Parameters
     ----------
-    medium : Medium, HalfSpace, PowerLawHalfSpace or TwoBodies
+    medium : Medium, HalfSpace, PowerLawHalfSpace, TwoBodies or FreeLayer
         The body, or two of them: the upper one is then above zero.
     axes : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
@@ -106,31 +114,30 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     >>> axes.get_xlabel(), axes.get_ylabel()
     ("Young's modulus $E$ (GPa)", 'depth $z$ (µm)')
     """
-    axes = axes_or_new(axes, (3.6, 4.0))
-    compliance(medium)  # refuses what is no medium
-    body = underlying(medium)
+    axes = axes_or_new(axes)
+    body = medium.held_down if isinstance(medium, FreeLayer) else underlying(medium)
+    compliance(body)  # refuses what is no medium
     pair = isinstance(body, TwoBodies)
     bodies = [(body.upper, -1.0), (body.lower, 1.0)] if isinstance(body, TwoBodies) else [(body, 1.0)]
     contact_radius = non_negative("contact_radius", contact_radius, unit="m")
-    reach = 1.5 * contact_radius or _own_length(body)
+    reach = ROOM * contact_radius or _own_length(body)
     profiles = [(profile(body, reach), sign) for body, sign in bodies]
     moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])
-    # over larger ratios of moduli their axis is logarithmic
-    wide = moduli.max() > 20 * moduli.min()
+    wide = moduli.max() > 10 * moduli.min()
     young_factor, young_unit = readable(float(np.sqrt(moduli.max() * moduli.min()) if wide else moduli.max()), "Pa")
     factor, unit = readable(max(found.end for found, _ in profiles), "m")
     for found, sign in profiles:
         for z, young in found.pieces:
-            axes.plot(young * young_factor, sign * z * factor, color=_MODULUS, linewidth=1.8)
+            axes.plot(young * young_factor, sign * z * factor, color=_MODULUS)
         _faces(found, sign * factor, axes)
     if wide:
         logarithmic(axes, "x")
     else:
-        axes.set_xlim(0, 1.08 * float(moduli.max()) * young_factor)
+        axes.set_xlim(0, HEADROOM * float(moduli.max()) * young_factor)
     low = -profiles[0][0].end * factor if pair else 0.0
     axes.set_ylim(profiles[-1][0].end * factor, low)
     if pair:
-        axes.axhline(0, color="black", linewidth=0.9)
+        axes.axhline(0, color="black", linewidth=THIN)
     _mark_contact(contact_radius * factor, pair, axes)
     axes.set_xlabel(f"Young's modulus $E$ ({young_unit})")
     axes.set_ylabel(f"depth $z$ ({unit})" + (", upper body above 0" if pair else ""))
@@ -138,21 +145,19 @@ def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float
     return axes
 
 
-def _own_length(medium: Any) -> float:
+def _own_length(medium: Body) -> float:
     length = float(medium.length)
-    return 1.5 * length if np.isfinite(length) else 1.0
+    return ROOM * length if np.isfinite(length) else 1.0
 
 
 def _faces(found: Profile, scale: float, axes: Axes) -> None:
     for depth, bonded in found.faces:
-        axes.axhline(scale * depth, color=_FACE, linewidth=0.8, linestyle="-" if bonded else (0, (6, 4)))
+        axes.axhline(scale * depth, color=_FACE, linewidth=THIN, linestyle="-" if bonded else "--")
     if found.rigid:
         top = found.faces[-1][0] if found.faces else 0.0
-        axes.axhspan(
-            scale * top, scale * found.end, facecolor="none", edgecolor=_FACE, hatch="///", linewidth=0, alpha=0.6
-        )
+        axes.axhspan(scale * top, scale * found.end, facecolor="none", edgecolor=_FACE, hatch="///", linewidth=0)
         middle = scale * (top + found.end) / 2
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+        box = {"facecolor": "white", "edgecolor": "none"}
         axes.text(0.5, middle, "rigid", transform=axes.get_yaxis_transform(), ha="center", va="center", bbox=box)
 
 

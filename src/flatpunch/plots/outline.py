@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from flatpunch._support.checks import Array, Flags, whole
+from flatpunch._support.kinds import instance
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
-from flatpunch.plots.style import BLUE, PALE, axes_or_new, legend_below, plain, scale_of, scaled
+from flatpunch.contact.dataset import outlines
+from flatpunch.indenters.profile import Indenter, has_parts, reach_along
+from flatpunch.numerics.extents import ROOM
+from flatpunch.plots.style import (
+    PALE,
+    SAMPLES,
+    THIN,
+    axes_or_new,
+    check_result,
+    legend_below,
+    next_colour,
+    plain,
+    round_step,
+    scale_of,
+    scale_on,
+    scaled,
+)
 
 
 def plot_outline(
-    result: xr.Dataset, axes: Axes | None = None, *, indenter: Any = None, step: int | None = None
+    result: xr.Dataset,
+    axes: Axes | None = None,
+    *,
+    indenter: Indenter | None = None,
+    step: int | None = None,
+    label: str | None = None,
 ) -> Axes:
     """Draw contact outlines, over level lines of the indenter if it is given.
 
@@ -25,12 +45,14 @@ def plot_outline(
     result : xarray.Dataset
         What `indent` returned.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
+        Where to draw; by default a new figure. Axes that hold an outline keep their units, and the new one has its own colour.
     indenter : Indenter, optional
         The indenter it was solved for, whose level lines are drawn.
     step : int, optional
         Which step; by default the last at which the theory holds and the contact has an outline, with up to three earlier ones
         as thin lines.
+    label : str, optional
+        Name of the outline in the legend.
 
     Returns
     -------
@@ -54,25 +76,30 @@ def plot_outline(
     >>> axes.get_xlabel()
     '$x$ (nm)'
     """
-    axes = axes_or_new(axes, (4.4, 4.4))
+    check_result(result, "phi", "radius")
+    if indenter is not None:
+        instance("indenter", indenter, (Indenter,), "an indenter such as Paraboloid(radius=...)")
+    axes = axes_or_new(axes, (4.0, 4.0))
+    first, colour = not axes.has_data(), next_colour(axes)
     last = chosen_step(result, step)
-    phi, contour = result["phi"].values, result["contour"].values
+    phi, contour = result["phi"].values, outlines(result)
     half = half_width(result, indenter, last)
-    factor, unit = scale_of([half], "m")
-    handles = []
+    factor, unit = scale_on(axes.xaxis, [half], "m")
+    handles = [] if first else list(axes.get_legend_handles_labels()[0])
     if indenter is not None:
         handles += _level_lines(indenter, half, factor, axes)
-    for i in earlier(result, last) if step is None else []:
-        (thin,) = axes.plot(*closed(contour[i], phi, factor), "--", color=BLUE, linewidth=0.8)
+    for i in earlier(result, last) if step is None and first else []:
+        (thin,) = axes.plot(*closed(contour[i], phi, factor), "--", color=colour, linewidth=THIN)
         thin.set_label("earlier")
         handles = [*[h for h in handles if h.get_label() != "earlier"], thin]
-    (thick,) = axes.plot(*closed(contour[last], phi, factor), color=BLUE, linewidth=2.0, label="contact")
-    framed(axes, half * factor, unit)
+    (thick,) = axes.plot(*closed(contour[last], phi, factor), color=colour, label=label or "contact")
+    framed(axes, half * factor if first else max(half * factor, axes.get_xlim()[1]), unit)
     depth = plain(float(result["depth"].values[last]), "m")
     what = "Outline" if outlined(result)[last] else "Several parts, no outline"
-    axes.set_title(f"{what} at $d$ = {depth}{_doubt(result, last)}")
+    if first:
+        axes.set_title(f"{what} at $d$ = {depth}{_doubt(result, last)}")
     # below the picture, where nothing is drawn
-    legend_below(axes, handles=[thick, *handles], ncols=3, handlelength=1.6, columnspacing=1.2)
+    legend_below(axes, handles=[thick, *handles], ncols=3, handlelength=1, columnspacing=1)
     return axes
 
 
@@ -110,20 +137,23 @@ def last_valid(result: xr.Dataset) -> int:
 
 def outlined(result: xr.Dataset) -> Flags:
     """Whether contacts have an outline, shape (steps,)."""
-    return np.asarray(np.isfinite(result["contour"].values).all(axis=1))
+    return np.asarray(np.isfinite(outlines(result)).all(axis=1))
 
 
-def half_width(result: xr.Dataset, indenter: Any, step: int) -> float:
+def half_width(result: xr.Dataset, indenter: Indenter | None, step: int) -> float:
     """Half of the width that a picture of one contact shows [m]; of one without an outline where the indenter would overlap."""
     if outlined(result)[step] or indenter is None:
-        return 1.25 * float(np.nanmax(np.append(result["contour"].values[step], result["radius"].values[step])))
-    return max(overlap_half_widths(indenter, float(result["depth"].values[step])))
+        return ROOM * float(np.nanmax(np.append(outlines(result)[step], result["radius"].values[step])))
+    depth = float(result["depth"].values[step])
+    if has_parts(indenter):
+        return max(float(abs(centre) + width) for width, centre in zip(*indenter.box(depth), strict=True))
+    return max(overlap_half_widths(indenter, depth))
 
 
 def earlier(result: xr.Dataset, last: int) -> list[int]:
     """Up to three steps before the last, at about a quarter, a half and three quarters of its radius."""
     radius = result["radius"].values
-    wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in (0.25, 0.5, 0.75)]
+    wanted = [int(np.argmin(np.abs(radius[: last + 1] - share * radius[last]))) for share in np.arange(1, 4) / 4]
     drawn = result["valid"].values.astype(bool) & outlined(result) & (radius > 0)
     return [i for i in sorted(set(wanted)) if i != last and drawn[i]]
 
@@ -134,24 +164,24 @@ def closed(contour: Array, phi: Array, factor: float) -> tuple[Array, Array]:
     return contour * np.cos(phi), contour * np.sin(phi)
 
 
-def _level_lines(indenter: Any, half: float, factor: float, axes: Axes) -> list[Line2D]:
+def _level_lines(indenter: Indenter, half: float, factor: float, axes: Axes) -> list[Line2D]:
     """Draw level lines at round heights; their spacing is named in the legend, where no label can cross a line."""
-    from matplotlib.ticker import MaxNLocator
-
-    x = np.linspace(-half, half, 321)
+    x = np.linspace(-half, half, SAMPLES)
     r, phi = np.hypot(x[None, :], x[:, None]), np.arctan2(x[:, None], x[None, :])
-    inside = r <= indenter.reach
-    height = np.where(inside, indenter.height(np.minimum(r, indenter.reach), phi), np.nan)
+    reach = reach_along(indenter, phi)
+    height = np.where(r <= reach, indenter.height(np.minimum(r, reach), phi), np.nan)
+    height[np.isinf(height)] = np.nan
     if not np.nanmax(height) > 0:  # the flat end of a cylinder has no level lines
         return []
     values, unit = scaled(height, "m")
-    around = np.asarray(indenter.height(np.full(180, min(half, indenter.reach)), np.arange(180) * np.pi / 90))
+    phi = np.linspace(0, 2 * np.pi, SAMPLES)
+    around = np.asarray(indenter.height(np.minimum(half, reach_along(indenter, phi)), phi))
+    around = np.where(np.isfinite(around), around, np.nanmax(height))
     top, usual = float(np.nanmax(values)), float(np.median(around)) * scale_of(height, "m")[0]
-    most = 7  # level lines, about
-    spacing = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, usual if usual > 0 else top))[0])
+    spacing = round_step(usual if usual > 0 else top)
     levels = np.arange(1, int(top / spacing) + 1) * spacing
-    axes.contour(x * factor, x * factor, values, levels=levels, colors=PALE, linewidths=0.8)
-    return [Line2D([], [], color=PALE, linewidth=0.8, label=f"tip, every {spacing:g} {unit}")]
+    axes.contour(x * factor, x * factor, values, levels=levels, colors=PALE, linewidths=THIN)
+    return [Line2D([], [], color=PALE, linewidth=THIN, label=f"tip, every {spacing:g} {unit}")]
 
 
 def framed(axes: Axes, half: float, unit: str) -> None:
@@ -161,4 +191,4 @@ def framed(axes: Axes, half: float, unit: str) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel(f"$x$ ({unit})")
     axes.set_ylabel(f"$y$ ({unit})")
-    axes.locator_params(nbins=5)
+    axes.locator_params(nbins=4)

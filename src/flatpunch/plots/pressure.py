@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -13,13 +11,26 @@ from matplotlib.colors import Normalize
 from flatpunch._support.checks import Array
 from flatpunch.contact import pressure
 from flatpunch.contact.curve import percent
-from flatpunch.indenters.profile import split_angles
+from flatpunch.contact.dataset import outlines
+from flatpunch.indenters.profile import Indenter, check_indenter, split_angles
+from flatpunch.media import Body
+from flatpunch.numerics.extents import covered
 from flatpunch.plots.outline import chosen_step, closed, framed, half_width
-from flatpunch.plots.style import axes_or_new, plain, printed, scale_of
+from flatpunch.plots.style import (
+    SAMPLES,
+    THIN,
+    Extend,
+    axes_or_new,
+    check_result,
+    colour_bar,
+    plain,
+    printed,
+    scale_of,
+)
 
 
 def plot_pressure(
-    result: xr.Dataset, medium: Any, indenter: Any, axes: Axes | None = None, *, step: int | None = None
+    result: xr.Dataset, medium: Body, indenter: Indenter, axes: Axes | None = None, *, step: int | None = None
 ) -> Axes:
     """Draw the contact pressure of one step as a map, with a colour bar.
 
@@ -55,14 +66,16 @@ def plot_pressure(
     >>> axes.get_title()
     'Pressure at $F$ = 627 pN'
     """
-    axes = axes_or_new(axes, (5.2, 4.4))
+    check_result(result, "phi", "radius", "valid")
+    check_indenter(indenter)
+    axes = axes_or_new(axes)
     last = chosen_step(result, step)
     half = half_width(result, indenter, last)
     factor, unit = scale_of([half], "m")
-    contour, phi = result["contour"].values[last], result["phi"].values
+    contour, phi = outlines(result)[last], result["phi"].values
     x, y = _mesh(contour, phi, indenter) if np.isfinite(contour).all() else _square(half)
     # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
-    control: dict[str, Any] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    control: dict[str, float] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
     work = result.attrs.get("work_of_adhesion")
     field, error = pressure(
         medium,
@@ -75,42 +88,34 @@ def plot_pressure(
         **control,
     )
     _draw(axes, x * factor, y * factor, field, tension=work is not None)
-    axes.plot(*closed(contour, phi, factor), color="black", linewidth=0.8)
+    axes.plot(*closed(contour, phi, factor), color="black", linewidth=THIN)
     framed(axes, half * factor, unit)
     force = plain(float(result["force"].values[last]), "N")
     axes.set_title(f"Pressure at $F$ = {force}{_doubt(field, error)}")
     return axes
 
 
-def _mesh(contour: Array, phi: Array, indenter: Any) -> tuple[Array, Array]:
+def _mesh(contour: Array, phi: Array, indenter: Indenter) -> tuple[Array, Array]:
     """Points on rays from the apex to the outline, shape (along, rays): rays along the edges of a tip are among them."""
     angles = np.unique(
-        np.concatenate([np.linspace(0, 2 * np.pi, 241), split_angles(indenter), phi[:: 1 + phi.size // 360]])
+        np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter), phi[:: 1 + phi.size // SAMPLES]])
     )
     edge = np.interp(angles, phi, contour, period=2 * np.pi)
     # the pressure may be infinite at either end: it is taken just inside
-    share = np.clip((1 - np.cos(np.linspace(0, np.pi, 72))) / 2, 1e-4, 1 - 1e-4)
+    share = np.clip((1 - np.cos(np.linspace(0, np.pi, SAMPLES // 2))) / 2, 1e-4, 1 - 1e-4)
     r = share[:, None] * edge
     return r * np.cos(angles), r * np.sin(angles)
 
 
 def _square(half: float) -> tuple[Array, Array]:
-    x, y = np.meshgrid(*2 * [np.linspace(-half, half, 161)])
+    x, y = np.meshgrid(*2 * [np.linspace(-half, half, SAMPLES)])
     return x, y
 
 
 def _draw(axes: Axes, x: Array, y: Array, field: Array, *, tension: bool) -> QuadMesh:
-    """Coloured mesh and its bar: pressure in one hue from dark to light; with adhesion tension red, pressure blue, none white.
-
-    Where the pressure is infinite, at the edge of a flat end or of an adhesive contact and at a sharp apex, colours must not
-    depend on how near a point comes to it: the largest colour is then that of a quantile.
-    """
+    """Coloured mesh and its bar; with adhesion tension is red, pressure blue. Infinite pressures are cut."""
     inside = field[np.isfinite(field) & (field != 0)]
-    size = np.abs(inside) if inside.size else np.ones(1)
-    most = float(inside.max(initial=0.0)) or 1.0
-    usual = float(np.quantile(size, 0.95 if tension else 0.985))
-    singular = not most < 1.3 * usual or not np.isfinite(field).all()
-    top = usual if singular else most
+    top, singular = covered(np.abs(field[field != 0]))
     factor, unit = scale_of([top], "Pa")
     norm = (
         Normalize(-top * factor, top * factor)
@@ -121,10 +126,8 @@ def _draw(axes: Axes, x: Array, y: Array, field: Array, *, tension: bool) -> Qua
     mesh = axes.pcolormesh(
         x, y, shown, cmap="RdBu" if tension else "viridis", norm=norm, shading="gouraud", rasterized=True
     )
-    drawn = axes.get_figure()
-    assert drawn is not None
-    extend = "min" if tension else "max" if singular else "neither"
-    drawn.colorbar(mesh, ax=axes, label=f"pressure $p$ ({printed(unit)})", shrink=0.85, extend=extend)
+    extend: Extend = "min" if tension else "max" if singular else "neither"
+    colour_bar(axes, mesh, f"pressure $p$ ({printed(unit)})", extend)
     return mesh
 
 

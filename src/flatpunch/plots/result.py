@@ -7,13 +7,14 @@ a display or on a global state. Units get the prefix that keeps numbers readable
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flatpunch.files.results import whole_file
+from flatpunch._support.whole_file import whole_file
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.plots import adhesion, history
 from flatpunch.plots.curve import plot_curve
 from flatpunch.plots.medium import is_graded, plot_medium
@@ -23,7 +24,7 @@ from flatpunch.plots.style import StyleName, panels, styled
 
 
 def figure(
-    result: xr.Dataset, medium: Any, indenter: Any, *, title: str = "", style: StyleName | str = "screen"
+    result: xr.Dataset, medium: Body, indenter: Indenter, *, title: str = "", style: StyleName | str = "screen"
 ) -> Figure:
     """Return force-depth curve, outline and pressure map, and the modulus over depth of graded bodies.
 
@@ -60,7 +61,7 @@ def figure(
     return drawn
 
 
-def _pressure_or_reason(result: xr.Dataset, medium: Any, indenter: Any, axes: Axes) -> None:
+def _pressure_or_reason(result: xr.Dataset, medium: Body, indenter: Indenter, axes: Axes) -> None:
     """Some steps have a force and an outline, but a history that gives no pressure."""
     try:
         plot_pressure(result, medium, indenter, axes)

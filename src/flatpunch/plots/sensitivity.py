@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array
-from flatpunch.plots.style import BLUE, GREY, ORANGE, axes_or_new, legend_below, scale_of
+from flatpunch._support.paths import Plain
+from flatpunch.numerics.extents import ROOM, covered
+from flatpunch.plots.style import (
+    GREY,
+    HEADROOM,
+    ORANGE,
+    SHADE,
+    THIN,
+    axes_or_new,
+    colour_bar,
+    legend_below,
+    next_colour,
+    scale_of,
+    scale_on,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +33,7 @@ if TYPE_CHECKING:
 _PLACE = re.compile(r"(?P<side>upper\.|lower\.)?(?:layers\[(?P<layer>\d+)\]|base)\.")
 
 
-def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
+def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None, *, label: str | None = None) -> Axes:
     """Draw the depth sensitivity of one contact beside its layers, or that of a curve as a map over depth and indentation depth.
 
     Parameters
@@ -27,7 +41,9 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
     result : xarray.Dataset
         What `sensitivity` returned.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
+        Where to draw; by default a new figure. Axes that hold a sensitivity keep their units, and the new one has its own colour.
+    label : str, optional
+        Name of the curve in the legend.
 
     Returns
     -------
@@ -51,22 +67,23 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None) -> Axes:
     """
     if "depth_sensitivity" not in result:
         raise ValueError("result has no depth_sensitivity: that of a power-law half-space is not computed.")
-    axes = axes_or_new(axes, (5.2, 4.0))
+    axes = axes_or_new(axes)
     if "step" in result["depth_sensitivity"].dims:
         _map(result, axes)
     else:
-        _profile(result, axes)
+        _profile(result, axes, label)
     if not axes.yaxis_inverted():
         axes.invert_yaxis()
     return axes
 
 
-def _profile(result: xr.Dataset, axes: Axes) -> None:
+def _profile(result: xr.Dataset, axes: Axes, label: str | None) -> None:
     z, layer, values = (result[name].values for name in ("z", "layer", "depth_sensitivity"))
     radius = float(result["contact_radius"])
     # the base goes on without end; what is below a few radii hardly counts
-    shown = np.abs(z) <= max(4 * radius, 1.25 * float(np.abs(_faces(z, layer)).max(initial=0.0)))
-    factor, unit = scale_of(z[shown], "m")
+    shown = np.abs(z) <= max(4 * radius, ROOM * float(np.abs(_faces(z, layer)).max(initial=0.0)))
+    first, colour = not axes.has_data(), next_colour(axes)
+    factor, unit = scale_on(axes.yaxis, z[shown], "m")
     for start, end in _pieces(z, layer):
         part = np.arange(start, end)[shown[start:end]]
         if not part.size:
@@ -75,21 +92,30 @@ def _profile(result: xr.Dataset, axes: Axes) -> None:
         depth = np.concatenate([[top], z[part]]) if top != z[start] else z[part]
         drawn = np.concatenate([values[part][:1], values[part]]) if top != z[start] else values[part]
         depth, drawn = _between(depth, drawn)
-        axes.plot(drawn / factor, depth * factor, color=BLUE)
-        axes.fill_betweenx(depth * factor, 0, drawn / factor, color=BLUE, alpha=0.15, linewidth=0)
-    for (start, end), share in zip(_pieces(z, layer), layer_shares(result), strict=True):
+        axes.plot(drawn / factor, depth * factor, color=colour, label=label)
+        axes.fill_betweenx(depth * factor, 0, drawn / factor, color=colour, alpha=SHADE, linewidth=0)
+        # one name for all layers
+        label = None
+    # the shares of a second curve would lie on those of the first
+    for (start, end), share in zip(_pieces(z, layer), layer_shares(result), strict=True) if first else ():
         seen = z[start:end][shown[start:end]]
         if seen.size and np.isfinite(share):
-            middle = (seen[0] + seen[-1]) / 2 * factor
-            place = (0.98, middle)
+            place = (1 / HEADROOM, (seen[0] + seen[-1]) / 2 * factor)
             axes.annotate(f"{100 * share:.1f} %", place, xycoords=("axes fraction", "data"), ha="right", va="center")
     for face in _faces(z, layer):
-        axes.axhline(face * factor, color=GREY, linewidth=0.9)
-    axes.axhline(radius * factor, color=ORANGE, linewidth=0.9, linestyle="--", label="contact radius")
-    axes.set_ylim(top=max(float(z[shown].max()), 0.0) * factor, bottom=min(float(z[shown].min()), 0.0) * factor)
+        axes.axhline(face * factor, color=GREY, linewidth=THIN)
+    dashed = ("contact radius", ORANGE) if first else (None, colour)
+    axes.axhline(radius * factor, color=dashed[1], linewidth=THIN, linestyle="--", label=dashed[0])
     # the shares of the layers are written beside the curve
-    low, high = float(values[shown].min()) / factor, float(values[shown].max()) / factor
-    axes.set_xlim(min(0.0, 1.05 * low), max(1.3 * high, 0.0))
+    along = [
+        min(0.0, HEADROOM * float(values[shown].min()) / factor),
+        max(ROOM * float(values[shown].max()) / factor, 0.0),
+    ]
+    down = [min(float(z[shown].min()), 0.0) * factor, max(float(z[shown].max()), 0.0) * factor]
+    if not first:
+        along, down = [*along, *axes.get_xlim()], [*down, *axes.get_ylim()]
+    axes.set_xlim(min(along), max(along))
+    axes.set_ylim(min(down), max(down))
     axes.set_xlabel(rf"$\partial \ln F/\partial \ln E(z)$ (1/{unit})")
     axes.set_ylabel(f"depth $z$ ({unit})")
     legend_below(axes)
@@ -107,7 +133,7 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     z, values = result["z"].values, result["depth_sensitivity"].values
     depth, radius = result["contact_depth"].values, result["contact_radius"].values
     shown = np.abs(z) <= max(
-        2.5 * float(radius.max()), 1.25 * float(np.abs(_faces(z, result["layer"].values)).max(initial=0.0))
+        4 * float(radius.max()), ROOM * float(np.abs(_faces(z, result["layer"].values)).max(initial=0.0))
     )
     down, down_unit = scale_of(z[shown], "m")
     along, along_unit = scale_of(depth, "m")
@@ -115,15 +141,15 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     places = z[shown] + 1e-9 * np.abs(z[shown]).max() * np.arange(shown.sum())
     drawn = values[:, shown].T / down
     # small contacts at the surface would take all colours
-    top = float(np.percentile(drawn, 98))
-    options: Any = {"shading": "gouraud", "cmap": "viridis", "vmax": top, "rasterized": True}
+    top, cut = covered(drawn)
+    options: Plain = {"shading": "gouraud", "cmap": "viridis", "vmax": top, "rasterized": True}
     mesh = axes.pcolormesh(depth * along, places * down, drawn, **options)
     for face in _faces(z, result["layer"].values):
-        axes.axhline(face * down, color="white", linewidth=0.9)
-    axes.plot(depth * along, radius * down, color="white", linestyle="--", linewidth=0.9, label="contact radius")
+        axes.axhline(face * down, color="white", linewidth=THIN)
+    axes.plot(depth * along, radius * down, color="white", linestyle="--", linewidth=THIN, label="contact radius")
     axes.set_ylim(top=max(float(z[shown].max()), 0.0) * down, bottom=min(float(z[shown].min()), 0.0) * down)
-    figure: Any = axes.get_figure()
-    figure.colorbar(mesh, ax=axes, extend="max", label=rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})")
+    label = rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})"
+    colour_bar(axes, mesh, label, "max" if cut else "neither")
     axes.set_xlabel(f"indentation depth $d$ ({along_unit})")
     axes.set_ylabel(f"depth $z$ ({down_unit})")
     # white on the pale paper below the axes cannot be read
@@ -145,13 +171,13 @@ def layer_shares(result: xr.Dataset) -> list[float]:
     return [found.get((float(np.sign(z[a])), int(layer[a])), float("nan")) for a, _ in _pieces(z, layer)]
 
 
-def _pieces(z: Array, layer: Any) -> list[tuple[int, int]]:
+def _pieces(z: Array, layer: Array) -> list[tuple[int, int]]:
     """First and last depth of each layer; of two bodies each has its own layers."""
     jumps = np.flatnonzero((np.diff(layer) != 0) | (np.diff(np.sign(z)) != 0)) + 1
     ends = [0, *jumps.tolist(), z.size]
     return list(pairwise(ends))
 
 
-def _faces(z: Array, layer: Any) -> Array:
+def _faces(z: Array, layer: Array) -> Array:
     """Depths at which layers meet, 0 between two bodies."""
     return np.array([0.0 if z[b - 1] < 0 < z[b] else z[b] for _, b in _pieces(z, layer)[:-1]])

@@ -6,6 +6,7 @@ dashes, so that pictures can be read in grey and by colour-blind readers.
 
 from __future__ import annotations
 
+import re
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -17,16 +18,39 @@ import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from flatpunch._support.checks import Array, shown
-from flatpunch._support.prefixes import readable
+from flatpunch._support.checks import Array, BadValue, shown
+from flatpunch._support.prefixes import PREFIXES, readable
+from flatpunch.numerics.extents import ROOM
 
 BLUE, ORANGE, GREEN = "#0b4f86", "#c8590a", "#1b7f5c"
 GREY, PALE = "#8c8c8c", "#a9b4bd"
+COLOURS = (BLUE, ORANGE, GREEN, "#7b3294", "#b2182b", "#4d4d4d")
+"""Colours of curves drawn one after the other on the same axes."""
 
+THIN = 0.8
+"""Width of axes, level lines and other thin lines [pt]; main lines are twice as wide."""
+
+SHADE = 0.2
+"""Opacity of coloured areas; at half of it they are lost in print, at twice they hide lines."""
+
+HEADROOM = 1.05
+"""Upper end of an axis over the largest value on it."""
+
+SAMPLES = 200
+"""Points along a drawn line and cells along a map; half of them show corners in print, twice doubles time and size."""
+
+_ROUND = (1, 2, 5)
+"""First digits of round numbers."""
+
+_POINTS = 72
+"""Points in an inch."""
+
+Extend = Literal["neither", "both", "min", "max"]
 StyleName = Literal["screen", "one-column", "two-columns"]
 
 
@@ -44,15 +68,12 @@ class Style:
         Panels in a row.
     font : float
         Size of labels [pt]; titles are as large.
-    line : float
-        Width of the main lines [pt].
     """
 
     width: float | None
     panel: tuple[float, float]
     across: int
     font: float
-    line: float
 
     @property
     def settings(self) -> Any:
@@ -65,8 +86,8 @@ class Style:
             "xtick.labelsize": self.font - 1,
             "ytick.labelsize": self.font - 1,
             "figure.titlesize": self.font + 2,
-            "lines.linewidth": self.line,
-            "axes.linewidth": 0.8,
+            "lines.linewidth": 2 * THIN,
+            "axes.linewidth": THIN,
             "axes.grid": False,
             "legend.frameon": False,
             "axes.unicode_minus": True,
@@ -76,13 +97,13 @@ class Style:
 
     def heading(self, title: str, width: float) -> list[str]:
         """Lines of a title that fit into a figure of some width [in]; a letter is about half as wide as high."""
-        return textwrap.wrap(title, max(int(72 * width / (0.55 * (self.font + 2))), 12))
+        return textwrap.wrap(title, int(_POINTS * width / ((self.font + 2) / 2)))
 
 
 STYLES: dict[StyleName, Style] = {
-    "screen": Style(None, (4.4, 4.0), 4, 10, 1.6),
-    "one-column": Style(3.5, (3.5, 2.9), 1, 8, 1.2),
-    "two-columns": Style(7.2, (2.4, 2.4), 3, 7, 1.1),
+    "screen": Style(None, (4.4, 4.0), 4, 10),
+    "one-column": Style(3.5, (3.5, 3.0), 1, 8),
+    "two-columns": Style(7.2, (2.4, 2.4), 3, 8),
 }
 """The screen, and one and two columns of common journals (89 and 183 mm)."""
 
@@ -98,7 +119,7 @@ def style_of(name: str) -> Style:
     for known, style in STYLES.items():
         if name == known:
             return style
-    raise ValueError(f"style = {shown(name)} is unknown; choose one of {', '.join(map(repr, STYLES))}.")
+    raise BadValue("style", shown(name), f"is unknown; choose one of {', '.join(map(repr, STYLES))}.")
 
 
 @contextmanager
@@ -115,10 +136,10 @@ def panels(style: Style, count: int, *, title: str = "") -> tuple[Figure, list[A
     across = -(-count // rows)
     width = style.width if style.width is not None else style.panel[0] * across
     # panels of a page with fewer of them in a row grow, but not to the width of the page
-    height = style.panel[1] * rows * (min(style.across / across, 1.5) if style.width is not None else 1)
+    height = style.panel[1] * rows * (min(style.across / across, 4 / 3) if style.width is not None else 1)
     heading = style.heading(title, width)
     drawn = Figure(
-        figsize=(width, height + 0.15 * bool(title) + 0.15 * len(heading)),
+        figsize=(width, height + (bool(title) + len(heading)) * style.font / _POINTS),
         layout="compressed" if across == 1 else "constrained",
     )
     grid = drawn.subplots(rows, across, squeeze=False)
@@ -145,14 +166,51 @@ def axes_or_new(axes: Axes | None, size: tuple[float, float] = (5.0, 4.0), **how
     return made
 
 
+def check_result(result: Any, *names: str) -> None:
+    """Refuse what is no result with these variables."""
+    if not hasattr(result, "data_vars") or any(name not in result for name in names):
+        raise TypeError(
+            f"result = {shown(result)} must be a dataset with {' and '.join(names)}, as the function that solves this contact "
+            "returns it."
+        )
+
+
+def scale_on(axis: Axis, values: Array | Sequence[float], unit: str) -> tuple[float, str]:
+    """Factor and printed unit for an axis: those of its label where it shows this unit already, else as `scale_of`."""
+    shown_unit = re.search(r"\(([^()]*)\)$", axis.get_label_text())
+    if shown_unit is not None and axis.axes.has_data():
+        for exponent, prefix in PREFIXES.items():
+            if shown_unit[1] == printed(prefix + unit):
+                return 10.0 ** (-exponent * (2 if unit == "m^2" else 1)), shown_unit[1]
+    return scale_of(values, unit)
+
+
+def next_colour(axes: Axes) -> str:
+    """Colour of the next curve on axes: one that no curve of `plot_...` on them has."""
+    drawn = {line.get_color() for line in axes.get_lines()}
+    return next((colour for colour in COLOURS if colour not in drawn), COLOURS[len(drawn) % len(COLOURS)])
+
+
 def legend_below(axes: Axes, **how: Any) -> None:
     """Legend below the label of the horizontal axis, at a distance that goes with the font and not with the axes."""
     drawn = axes.get_figure()
     assert drawn is not None
-    down = ScaledTranslation(0, -3.4 * rcParams["font.size"] / 72, drawn.dpi_scale_trans)
+    down = ScaledTranslation(0, -4 * rcParams["font.size"] / _POINTS, drawn.dpi_scale_trans)
     axes.legend(
         loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=axes.transAxes + down, borderaxespad=0, **how
     )
+
+
+def colour_bar(axes: Axes, drawn: ScalarMappable, label: str, extend: Extend = "neither") -> None:
+    """Bar of the colours of a map beside its axes, as high as they are."""
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=axes, label=label, shrink=1 / ROOM, extend=extend)
+
+
+def round_step(top: float) -> float:
+    """Round distance between about ten level lines from zero to a height."""
+    return float(np.diff(MaxNLocator(10, steps=[*_ROUND, 10]).tick_values(0.0, top))[0])
 
 
 def logarithmic(axes: Axes, which: str) -> None:
@@ -161,7 +219,7 @@ def logarithmic(axes: Axes, which: str) -> None:
     low, high = getattr(axes, f"get_{which}lim")()
     if high <= 1e3 * low:
         axis: Axis = getattr(axes, f"{which}axis")
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_locator(LogLocator(subs=_ROUND))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
 

@@ -18,6 +18,12 @@ from flatpunch._support.checks import Array
 from flatpunch.numerics.beta import beta
 from flatpunch.numerics.gauss import gauss
 
+OUTWARDS = np.sin(np.linspace(0, np.pi / 2, 100))
+"""Radii of the unit disc, centre and rim included, at which pressures of punches are judged."""
+
+RELATIVE = 16 * np.finfo(float).eps
+"""Rounding of sums over the terms of a punch."""
+
 
 def half_space_diagonal(m: int, terms: int) -> Array:
     """D_n = pi/(2(m + 2n) + 1), shape (terms,)."""
@@ -46,7 +52,9 @@ def regular_part(m: int, terms: int, r: Array) -> Array:
     for n in range(2, terms):
         # three-term recurrence of the Jacobi polynomials (DLMF 18.9.2), stable on -1 <= x <= 1
         c = 2 * n + total
-        above = (c - 1) * (c * (c - 2) * x + m * m - 0.25) * p[n - 1] - 2 * (n + m - 1) * (n - 1.5) * c * p[n - 2]
+        above = (c - 1) * (c * (c - 2) * x + (m - 0.5) * (m + 0.5)) * p[n - 1] - (n + m - 1) * (2 * n - 3) * c * p[
+            n - 2
+        ]
         p[n] = above / (2 * n * (n + total) * (c - 2))
     p *= r**m
     p /= normalisation(terms).reshape(-1, *([1] * r.ndim))
@@ -59,7 +67,7 @@ def power_moments(exponent: float, m: int, terms: int) -> Array:
     b = np.empty(terms)
     b[0] = 0.5 * beta((exponent + m) / 2 + 1, 0.5)
     n = np.arange(terms - 1)
-    b[1:] = b[0] * np.cumprod((n - gamma) / (n + gamma + m + 1.5))
+    b[1:] = b[0] * np.cumprod((n - gamma) / (n + 1 + gamma + m + 0.5))
     return b
 
 
@@ -73,6 +81,11 @@ def quarter_nodes(nodes: int) -> tuple[Array, Array]:
     """Radii r = cos(theta) at Gauss-Legendre nodes of theta on (0, pi/2), and the weights in theta; shape (nodes,)."""
     t, v = gauss(nodes)
     return np.cos(np.pi / 4 * (t + 1)), v * np.pi / 4
+
+
+def node_count(terms: int) -> int:
+    """Nodes on a radius for products of smooth functions with so many terms: exact for polynomials, 1e-12 of other functions."""
+    return 2 * terms + 48
 
 
 @byte_cached
@@ -91,11 +104,8 @@ def inverse_factors(matrices: Array) -> Array:
 
 
 def _inverse_of_lower(factors: Array) -> Array:
-    """Inverse of lower triangular matrices, by halves: [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]].
-
-    NumPy only: LAPACK's own is in `scipy.linalg`, which takes longer to load than a first contact to solve.
-    """
-    size, small = factors.shape[-1], 8
+    """Inverse of lower triangular matrices, by halves: [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]]."""
+    size, small = factors.shape[-1], 10
     if size <= small:
         return np.asarray(np.tril(np.linalg.inv(factors)))
     half = size // 2

@@ -14,7 +14,7 @@ from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.numerics.chebyshev import tail
 from flatpunch.numerics.piecewise import Piece
-from flatpunch.punch.basis import power_edge, power_moments, projection, regular_part
+from flatpunch.punch.basis import OUTWARDS, RELATIVE, node_count, power_edge, power_moments, projection, regular_part
 from flatpunch.punch.matrix import (
     RESOLVED,
     Responses,
@@ -35,9 +35,6 @@ SMALLEST = 1e-16
 _KINKS = 3e-8
 """What truncation leaves of depth and force under cones and sharper tips on graded surfaces: 2e-8 is the largest found, for
 r^(1/2) on a surface 1e4 times stiffer than its base; 1e-9 under cones, 1e-10 under paraboloids."""
-
-_RHO = np.append(np.sin(np.linspace(0, np.pi / 2, 24)[:-1]), 1.0)
-"""Radii of the unit disc at which punch pressures are judged."""
 
 
 class PunchFamily:
@@ -98,11 +95,7 @@ class PunchFamily:
         return values
 
     def _power_law(self, beta: Array) -> Array:
-        """Responses of a power-law half-space in the one term that its punch pressure is, shape (n, 3, 1).
-
-        The term is p_0 = 2 (1 + alpha)(1 - r^2)^alpha with b[1] = 1; its edge strength is the one that Krein's identity
-        K' = 2 pi^2 E* e^2 asks for.
-        """
+        """Responses of a power-law half-space, (n, 3, 1): one term p_0 = 2 (1 + alpha)(1 - r^2)^alpha, and Krein's e."""
         stiffness = power_law_punch(self.kernel).normalized_stiffness(
             np.where(beta > 0, beta, 1.0) * self.kernel.length
         )
@@ -114,9 +107,9 @@ class PunchFamily:
         flat = self.flat(beta)
         if self.kernel.exponent:
             punch = power_law_punch(self.kernel)
-            rho, weight = punch.rule(64)
+            rho, weight = punch.rule(100)
             return rho, flat * (2 * (1 + punch.alpha) * weight)
-        rho, matrix = projection(0, flat.shape[1], 2 * flat.shape[1] + 48)
+        rho, matrix = projection(0, flat.shape[1], node_count(flat.shape[1]))
         return rho, flat @ matrix
 
     def error(self, beta: Array) -> tuple[float, float]:
@@ -193,25 +186,22 @@ class PunchFamily:
         return np.hstack([responses.flat, responses.edge, responses.slope])
 
     def _lowest_at(self, beta: Array) -> float:
-        """The same at ascending radii alone, from the largest to the first that pulls.
-
-        Beyond the resolved lengths it is taken at every fourth: there the pressure at the rim only shrinks towards it.
-        """
+        """Lowest pressure at ascending radii, from the largest to the first that pulls; at every fourth where unresolved."""
         far = np.searchsorted(beta, RESOLVED / effective_beta(self.kernel, 1.0))
         lowest = np.inf
         for group in (*np.split(beta[:far], np.arange(4, far, 4)), beta[::-1][: beta.size - far : 4][::-1])[::-1]:
             if group.size and lowest >= 0:
                 terms = sufficient_terms(self.kernel, float(group[-1]))
                 flat = solve_round(self.kernel, group, terms).flat
-                lowest = min(lowest, float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min()))
+                lowest = min(lowest, float((flat @ regular_part(0, terms, OUTWARDS) / flat[:, :1]).min()))
         return lowest
 
     def _lowest_on(self, panel: Piece) -> float:
         key = (panel.low, panel.high)
         if key not in self._lowest:
             terms = _terms(panel)
-            flat = panel.at(np.linspace(panel.low, panel.high, 16))[:, :terms]
-            self._lowest[key] = float((flat @ regular_part(0, terms, _RHO) / flat[:, :1]).min())
+            flat = panel.at(np.linspace(panel.low, panel.high, panel.nodes))[:, :terms]
+            self._lowest[key] = float((flat @ regular_part(0, terms, OUTWARDS) / flat[:, :1]).min())
         return self._lowest[key]
 
 
@@ -253,7 +243,7 @@ def _judge(series: Array) -> float:
 
 def _rounding(series: Array) -> float:
     """L - 1 is known to eps, and the smallest eigenvalue of A is about 1/Kbar (thin incompressible layers)."""
-    return float(20 * np.finfo(float).eps * np.pi * np.abs(series[0, 0]))
+    return float(RELATIVE * np.pi * np.abs(series[0, 0]))
 
 
 @byte_cached

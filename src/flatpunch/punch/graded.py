@@ -44,16 +44,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
 from flatpunch.punch.basis import half_space_diagonal, inverse_factors
 from flatpunch.punch.krein import excess, round_functionals
-from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, far_edges, panel_edges
+from flatpunch.punch.wavenumbers import above_orders, bessel_table, composite_gauss, far_edges, panel_edges
 
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
@@ -61,7 +62,7 @@ ComplexArray = NDArray[np.complexfloating[Any, Any]]
 def graded_terms(kernel: Kernel, beta: float) -> int:
     """Terms for stiffness and edge strength at 1e-10 (1e-8 where the radius is 1000 times the surface's own length E/E')."""
     assert kernel.series is not None
-    level = np.log10(max(beta * kernel.series.sharpness, 1e-12))
+    level = np.log10(max(beta * kernel.series.sharpness, ROUNDING))
     return int(np.interp(level, [-3, -2, -1, 0, 1, 2, 3, 4], [10, 14, 24, 40, 64, 112, 192, 256]))
 
 
@@ -90,8 +91,8 @@ class Table:
 
 @byte_cached
 def split_point(parity: int, terms: int) -> float:
-    """X: a panel edge 1.5 times above the highest order, where the Hankel functions have left their turning point."""
-    return float(panel_edges(0, 1.5 * (parity + 2 * terms) + 20.0)[-1])
+    """X: a panel edge above the highest order, where the Hankel functions have left their turning point."""
+    return float(panel_edges(0, above_orders(parity, terms))[-1])
 
 
 @byte_cached
@@ -167,45 +168,28 @@ def _combined(weights: Array, shapes: Array, functions: Array, weighted: Callabl
     return np.asarray(np.tensordot(weights, products, axes=1))
 
 
-def _derivatives(series: SmoothResponse, kappa: NDArray[Any], order: int) -> NDArray[Any]:
+def _derivatives(series: SmoothResponse, kappa: Array | ComplexArray, order: int) -> NDArray[Any]:
     """L - 1 and derivatives by ln kappa at kappa, shape (nb, n) -> (order + 1, nb, n)."""
     return np.asarray(series.derivatives(kappa.ravel(), order).reshape(order + 1, *kappa.shape))
 
 
 def _independent(values: Array) -> tuple[Array, Array]:
-    """The few shapes, (k, n), that values (orders, nb, n) are made of to rounding, and weights, (orders * nb, k).
-
-    L - 1 and its derivatives at all radii of a panel are about 25 independent functions of x: so many products of matrices
-    instead of three for each radius. Rounding is relative to the largest value at each x.
-    """
+    """The few shapes, (k, n), of which values (orders, nb, n) consist to rounding, and weights, (orders * nb, k)."""
     count = np.maximum(np.abs(values).max(axis=(0, 1)), np.finfo(float).tiny)
     # series of 24 terms lose two digits with each derivative
     trust = np.array([1.0, 1e-2, 1e-4])[: values.shape[0], None, None]
     left, strength, shapes = np.linalg.svd((values * trust / count).reshape(-1, count.size), full_matrices=False)
     # smaller singular values are rounding: those of the functions themselves end at 25 of them
-    kept = max(1, int(np.count_nonzero(strength > 1e-14 * strength[0])))
+    kept = max(1, int(np.count_nonzero(strength > 100 * np.finfo(float).eps * strength[0])))
     return left[:, :kept] * strength[:kept] / np.repeat(trust.ravel(), values.shape[1])[:, None], shapes[:kept] * count
 
 
 def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[dict[int, Array], dict[int, Array]]:
-    """Edge functionals of harmonics m > 0 and the growth of their edges with the radius.
+    """Edge functionals of harmonics m > 0 at punch radii beta, shape (nb,), and the growth of their edges with the radius.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of a medium with a graded surface.
-    beta : ndarray, shape (nb,)
-        Punch radii in units of its length, > 0.
-    orders : list of int
-        Harmonics m > 0.
-
-    Returns
-    -------
-    vectors : dict
-        m -> v with S[A_m^-1 b] = S0[b] + b.v, shape (nb, terms); high orders, above 128 at most, are left to the half-space.
-    sums : dict
-        m -> pi (s.v_m - s.v_1), shape (nb,), for all m up to the largest: minus the sum of d ln S_j/d ln beta over
-        j = 1 ... m - 1, where S_j is the edge strength for the displacement r^j cos(j phi).
+    The first maps m to v with S[A_m^-1 b] = S0[b] + b.v, shape (nb, terms); high orders, above 128 at most, are left to the
+    half-space. The second maps all m up to the largest to pi (s.v_m - s.v_1), shape (nb,): minus the sum of d ln S_j/d ln beta
+    over j = 1 ... m - 1, where S_j is the edge strength for the displacement r^j cos(j phi).
     """
     assert kernel.series is not None
     terms = graded_terms(kernel, float(beta.max()))
@@ -232,7 +216,7 @@ def fade(terms: int) -> Array:
     smoothly, 1e-8 is left there and 1e-10 where the surface is no stiffer.
     """
     x = np.clip(2 * (np.arange(terms) + 0.5) / terms - 1, 0, 1)
-    return np.asarray(1 - x**4 * (35 - 84 * x + 70 * x**2 - 20 * x**3))
+    return np.asarray(scipy.special.betainc(4, 4, 1 - x))
 
 
 class _All:

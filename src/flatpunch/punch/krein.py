@@ -18,17 +18,10 @@ from flatpunch.punch.basis import edge_signs
 
 
 def round_functionals(c: Array, first: Array, second: Array) -> tuple[Array, Array]:
-    """Edge functional v and slope functional u of harmonic 0.
+    """Edge functional v and slope functional u of harmonic 0, shape (nb, terms) each.
 
-    Parameters
-    ----------
-    c, first, second : ndarray, shape (nb, terms)
-        Flat punch c* on the unit disc at nb radii, and its derivatives by ln beta.
-
-    Returns
-    -------
-    edge, slope : ndarray, shape (nb, terms)
-        S[A_0^-1 b] = S0[b] + b.edge, and -a dS[f]/da = t0[f] + b.slope up to a multiple of S, which d'(a) does not feel.
+    From the flat punch c* on the unit disc at nb radii and its derivatives by ln beta. S[A_0^-1 b] = S0[b] + b.v, and
+    -a dS[f]/da = t0[f] + b.u up to a multiple of S, which d'(a) does not feel.
     """
     s = edge_signs(c.shape[1])
     width = 4.0 * np.arange(c.shape[1]) + 1

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
-from flatpunch.punch.basis import (
-    half_space_diagonal,
-)
+from flatpunch.punch.basis import RELATIVE, half_space_diagonal
 from flatpunch.punch.graded import graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
@@ -48,7 +46,7 @@ def sufficient_terms(kernel: Kernel, beta: float) -> int:
     """Number of terms for edge and pressure at 1e-10 (theory page 3, measured over stacks of modulus ratio 1e-4 .. 1e4)."""
     if kernel.graded:
         return graded_terms(kernel, beta)
-    level = np.log10(max(effective_beta(kernel, beta), 1e-12))
+    level = np.log10(max(effective_beta(kernel, beta), ROUNDING))
     # terms at `RESOLVED` and beyond, where stiffness and moments keep 1e-6 while the pressure at the rim is not resolved
     return int(np.ceil(np.interp(level, [-4, -2, -1, 0, 1, 1.5, 2, 2.5], [4, 5, 7, 13, 44, 76, 134, 300])))
 
@@ -112,11 +110,7 @@ class RemainderRule:
 
 
 def _fill(matrix: Array, j: Array, weights: Array) -> None:
-    """Sum of weights times j_p j_q over the first nodes.
-
-    Matrices times their own transpose cost half, so the nodes are sorted by the sign of their weight; and at small x the
-    functions of high order have not begun.
-    """
+    """Sum of weights times j_p j_q over the first nodes, by products of matrices with their own transpose."""
     if len(j) <= 64:
         np.matmul(j[:, : weights.size] * weights, j[:, : weights.size].T, out=matrix)
         return
@@ -159,7 +153,7 @@ def remainder_rule(kernel: Kernel, beta: Array, terms: int, parity: int) -> Rema
 def _table(parity: int, terms: int, first: int, needed: float) -> BesselTable:
     """Quadrature over x up to `needed`; its end is on few levels so that tables are shared between radii."""
     window_end = window_start(parity, terms) + WINDOW
-    if needed > 1.5 * window_end:
+    if needed > 2 * window_end:
         return split_table(parity, terms, first, int(np.ceil(np.log2(needed / window_end))))
     return bessel_table(parity, terms, first, 4.0 * 2.0 ** max(0, int(np.ceil(np.log2(max(needed, 4.0) / 4.0)))))
 
@@ -193,7 +187,7 @@ def solve_round(kernel: Kernel, beta: Array, terms: int) -> Responses:
 
 
 def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> list[Responses]:
-    """The same with all terms, and with smaller numbers of them: leading blocks of the same matrix."""
+    """Responses of harmonic 0 with all terms, and with smaller numbers of them: leading blocks of the same matrix."""
     if kernel.graded:
         found = [graded_round(kernel, beta, n) for n in (terms, *fewer)]
         return [Responses(flat, edge, slope, _rounding(flat, np.pi)) for flat, edge, slope in found]
@@ -214,7 +208,7 @@ def solve_with_fewer(kernel: Kernel, beta: Array, terms: int, *fewer: int) -> li
 
 
 def _rounding(flat: Array, size: float | Array) -> Array:
-    return np.asarray(16 * np.finfo(float).eps * np.maximum(1.0, flat[:, 0] * size))
+    return np.asarray(RELATIVE * np.maximum(1.0, flat[:, 0] * size))
 
 
 def edge_strength(responses: Responses) -> Array:

@@ -21,13 +21,15 @@ TOLERANCE = 1e-10
 """Tail above which a panel is halved; a tenth of it is below rounding, ten times as much shows in slopes."""
 
 
-_UNIT = np.log(10) / 8
-"""Unit of the widths in ln beta: an eighth of a decade."""
-
 _WIDTHS = np.array([8, 4, 2, 1, 4])
 """Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
-_NODES = {8: NODES, 4: NODES, 2: 16, 1: 12}
+_DECADE = int(_WIDTHS[0])
+
+_UNIT = np.log(10) / _DECADE
+"""Unit of the widths in ln beta."""
+
+_NODES = {_DECADE: NODES, 4: NODES, 2: 16, 1: 12}
 """Nodes by width: 16 and 12 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge responses."""
 
 
@@ -41,23 +43,17 @@ def panels(
     judge: Callable[[Array], float] = tail,
     floor: Callable[[Array], float] = lambda series: 0.0,
 ) -> PiecewiseChebyshev:
-    """A function of x = log(beta) for one medium.
+    """A function of x = log(beta) for one medium, whose shortest length decides where panels may be wide.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        The medium: its shortest length decides where panels may be wide.
-    sample : callable
-        Radii beta at the nodes of one panel, shape (n,) -> values, shape (n, outputs).
-    judge : callable
-        Chebyshev coefficients, shape (nodes, outputs) -> relative size of their tail, which decides on halving.
-    floor : callable
-        The same -> tail that is rounding, which no halving removes.
+    `sample` maps the radii at the nodes of one panel, shape (n,), to values, shape (n, outputs); `judge` maps Chebyshev
+    coefficients, shape (nodes, outputs), to the relative size of their tail, which decides on halving, and `floor` to the tail
+    that is rounding, which no halving removes.
     """
     bounds = _bounds(kernel)
 
     def edges(x: Array) -> Array:
-        unit = np.arange(8 * np.floor(x.min() / (8 * _UNIT)), 8 * np.floor(x.max() / (8 * _UNIT)) + 8)
+        first, last = (np.floor(end / (_DECADE * _UNIT)) for end in (x.min(), x.max()))
+        unit = np.arange(_DECADE * first, _DECADE * (last + 1))
         width = _WIDTHS[np.searchsorted(bounds, unit // 4, side="right")]
         return np.asarray(np.append(np.unique(unit // width * width), unit[-1] + 1) * _UNIT)
 

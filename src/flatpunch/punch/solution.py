@@ -8,16 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, values
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive, refused_overflow, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliance.interpolant import TOLERANCE
 from flatpunch.media import Body
 from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
-from flatpunch.punch.basis import power_moments, regular_part
+from flatpunch.punch.basis import OUTWARDS, RELATIVE, power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import RESOLVED, Responses, effective_beta, fewer_terms, solve_with_fewer, sufficient_terms
 
@@ -89,8 +89,7 @@ class FlatPunch:
     @cached_property
     def lowest_pressure(self) -> float:
         """Smallest value of pbar (1 - rho^2)^(-alpha) [-]; negative where the punch would have to pull."""
-        r = np.append(np.sin(np.linspace(0, np.pi / 2, 200)[:-1]), 1.0)
-        return float(np.min(np.pi * self._regular(r)))
+        return float(np.min(np.pi * self._regular(OUTWARDS)))
 
     def pressure(self, r: float | Array) -> Array:
         """Pressure per unit depth, p(r)/d.
@@ -176,9 +175,8 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
         return FlatPunch(radius, kernel.modulus, 0.0, np.array([1 / np.pi]), 0.0, np.zeros(1))
     if kernel.exponent:
         responses = punch_family(kernel).at(values("beta", beta))
-        rounding = 16 * float(np.finfo(float).eps)
         alpha = (kernel.exponent - 1) / 2
-        return FlatPunch(radius, kernel.modulus, beta, responses.flat[0], rounding, responses.edge[0], alpha, rounding)
+        return FlatPunch(radius, kernel.modulus, beta, responses.flat[0], RELATIVE, responses.edge[0], alpha, RELATIVE)
     known = kernel.solution
     if known is not None and known.covers(values("beta", beta)):
         flat, edge, _ = known.round(values("beta", beta))
@@ -206,16 +204,13 @@ def _checked(punch: FlatPunch) -> FlatPunch:
 
 
 def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Responses, Responses]:
-    """Responses at one radius, with all terms and with fewer.
-
-    Where the rim is not resolved, its strength is that of Krein's identity: (pi e)^2 = d(beta Kbar)/d beta takes from the
-    stiffness what the alternating sum over all terms cannot give there.
-    """
+    """Responses with all terms and with fewer; an unresolved rim follows from (pi e)^2 = d(beta Kbar)/d beta (Krein)."""
     if kernel.graded or effective_beta(kernel, beta) <= RESOLVED:
         many, few = solve_with_fewer(kernel, values("beta", beta), terms, fewer)
         return many, few
-    # half the interval of ln(radius) over which stiffness is differentiated where the rim is not resolved
-    radii = nodes(np.log(beta) - 0.05, np.log(beta) + 0.05, 7)
+    # over this interval of ln(radius) stiffness is differentiated where the rim is not resolved
+    half = 0.05
+    radii = nodes(np.log(beta) - half, np.log(beta) + half, 7)
     derivative = log_derivative(radii)
     many, few = (_with_rim(around, derivative) for around in solve_with_fewer(kernel, radii, terms, fewer))
     return many, few
@@ -238,10 +233,8 @@ def _errors(kernel: Kernel, beta: float, responses: Responses, fewer: Responses)
     )
     stiffness = max(stiffness, abs(first / second - 1))
     edge = abs((1 + np.pi * fewer.edge[0, 0]) / (1 + np.pi * responses.edge[0, 0]) - 1)
-    # largest error of the quadrature over wavenumbers, over random stacks with modulus ratios up to 1e4 (tests measure it)
-    floor = float(responses.rounding[0]) + 2e-12
+    floor = float(responses.rounding[0]) + TOLERANCE
     if not kernel.graded and effective_beta(kernel, beta) > RESOLVED:
-        # the strength of the rim follows from the stiffness, and is no better
-        # error of the edge coefficient from seven nodes on that interval; five leave 4e-9 (tests, 300 stacks)
+        # no better than the stiffness it follows from, and 1e-9 from seven nodes; five leave 4e-9 (tests, 300 stacks)
         edge = max(edge, stiffness) + 1e-9
     return float(stiffness) + floor, float(edge) + floor

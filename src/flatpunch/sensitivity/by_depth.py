@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import interfaces
-from flatpunch.fields.bodies import Located, located
-from flatpunch.media import HalfSpace, Medium, RigidBase, TwoBodies
+from flatpunch.compliance.depth import attenuation, interfaces
+from flatpunch.fields.bodies import Layered, Located, located
+from flatpunch.media import Body, Medium, RigidBase, TwoBodies
 from flatpunch.sensitivity.gradient import Gradient
 from flatpunch.sensitivity.spectrum import energy_shares
 
@@ -33,7 +32,7 @@ class DepthSensitivity:
     values: Array
 
 
-def depth_sensitivity(medium: Any, found: list[Gradient], wanted: Array | None) -> DepthSensitivity:
+def depth_sensitivity(medium: Body, found: list[Gradient], wanted: Array | None) -> DepthSensitivity:
     """Depth sensitivity of contacts at given depths, z < 0 being in the upper of two bodies, or at some in each layer."""
     widest = max(each.contact.radius for each in found)
     if wanted is None:
@@ -50,15 +49,16 @@ def depth_sensitivity(medium: Any, found: list[Gradient], wanted: Array | None) 
 
 def _of_contact(gradient: Gradient, at: Located) -> Array:
     assert gradient.spectrum is not None
-    assert isinstance(at.body, (HalfSpace, Medium))
+    assert isinstance(at.body, Layered)
     found = np.empty(at.depth.size)
     order = np.argsort(at.depth)
     while order.size:
         nearest = at.depth[order[0]]
+        reached = float(attenuation(at.body, at.depth[order[:1]])[0])
         # ratio of depths that share their wavenumbers
         group = order[at.depth[order] <= 3.0 * nearest]
         # wavenumber times the depth at which the energy of a wave has fallen to exp(-36)
-        spectrum = gradient.spectrum(18.0 * gradient.contact.radius / float(nearest))
+        spectrum = gradient.spectrum(18.0 * gradient.contact.radius / reached)
         found[group] = energy_shares(at.body, spectrum, at.depth[group], at.layer[group]) / gradient.contact.force
         order = order[group.size :]
     return found
@@ -75,13 +75,13 @@ def _check_shallow(z: Array, radius: float) -> None:
         )
 
 
-def _chosen(medium: Any, narrowest: float, widest: float) -> Iterator[Located]:
+def _chosen(medium: Body, narrowest: float, widest: float) -> Iterator[Located]:
     """Depths in each layer, both faces included, of each body."""
     bodies = [(medium.upper, True), (medium.lower, False)] if isinstance(medium, TwoBodies) else [(medium, False)]
     for body, upper in bodies:
         if isinstance(body, RigidBase):
             continue
-        assert isinstance(body, (HalfSpace, Medium))
+        assert isinstance(body, Layered)
         faces = interfaces(body)
         ends = [float(face) for face in faces]
         if not (isinstance(body, Medium) and isinstance(body.base, RigidBase)):

@@ -16,13 +16,17 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.paths import Plain
+from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.solution import reaches_end
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control
 from flatpunch.contact.methods import BoundaryElements
 from flatpunch.indenters.geometry.flat_end import beside_flat_end
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, is_rising
+from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
-from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.parameters import Parameter, difference
 from flatpunch.sensitivity.spectrum import Spectrum
 
 
@@ -127,18 +131,26 @@ def force_by_tip(
     """Derivatives of the force at fixed depth by numbers of the tip: minus the work of p* on the change of the shape.
 
     What p* misses at the edge acts there. Its work on the shape f itself is known, K d - F; that on a change of the shape is
-    taken in proportion to the change along the rim. Beside a flat end the contact ends where the shape has an edge, at a place
-    that cells do not know: derivatives are differences of forces.
+    taken in proportion to the change along the rim. Beside a flat end, along a straight one, and where the tip itself ends, most
+    of the rim is near an edge, at a place that cells do not know: derivatives are differences of forces.
     """
     solution = contact.solution
     found = np.empty(len(wanted))
-    if beside_flat_end(indenter, np.array([solution.radius]))[0]:
+    ended = reaches_end(IndenterHeight(indenter)(solution.grid), np.asarray(solution.contact))
+    if ended or not is_rising(indenter) or beside_flat_end(indenter, np.array([solution.radius]))[0]:
         for column, parameter in enumerate(wanted):
-            less, more = (
-                _solved(kernel, with_values(None, indenter, {parameter.name: value})[1], method, depths=solution.depth)
-                for value in parameter.value * np.exp([-_STEP, _STEP])
-            )
-            found[column] = solution.force * np.log(more.force / less.force) / (2 * _STEP * parameter.value)
+            steps, forces = [0.0], [solution.force]
+            for step in (-_STEP, _STEP):
+                try:
+                    other = with_values(None, indenter, {parameter.name: parameter.value * np.exp(step)})[1]
+                except ValueError:
+                    # the end of the range of the number
+                    continue
+                steps.append(step)
+                forces.append(_solved(kernel, other, method, depths=solution.depth).force)
+            first = len(steps) // 3
+            growth = np.log(forces[-1] / forces[first]) / (steps[-1] - steps[first])
+            found[column] = solution.force * growth / parameter.value
         return found
     r, phi = (values[solution.contact] for values in solution.grid.polar)
     weight = contact.punch[solution.contact] * solution.grid.cell_area
@@ -160,6 +172,6 @@ def _solved(kernel: Kernel, indenter: Indenter, method: BoundaryElements, **targ
     return solution
 
 
-def _accuracy(method: BoundaryElements) -> dict[str, Any]:
+def _accuracy(method: BoundaryElements) -> Plain:
     """Derivatives take the pressure itself, not only the force, so that gap errors are small."""
     return {"tolerance": 1e-8 if method.tolerance is None else method.tolerance, "limit": method.limit}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.indent import indent
@@ -19,10 +19,11 @@ from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
-from flatpunch.media import PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.media import Body, PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.media.paths import with_values
 from flatpunch.sensitivity import cells
 from flatpunch.sensitivity import round as discs
-from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.parameters import Parameter, difference
 from flatpunch.sensitivity.series import SeriesContacts, series_contacts
 from flatpunch.sensitivity.spectrum import Spectrum, by_medium
 
@@ -81,7 +82,7 @@ class Gradient:
 
 
 def gradients(
-    medium: Any, indenter: Indenter, control: Control, method: Method, wanted: list[Parameter]
+    medium: Body, indenter: Indenter, control: Control, method: Method, wanted: list[Parameter]
 ) -> list[Gradient]:
     """Derivatives at each prescribed depth, force or radius, all > 0."""
     medium = underlying(medium)
@@ -93,7 +94,7 @@ def gradients(
         ]
     if isinstance(method, (SecondOrder, FourthOrder)) and not indenter.round:
         return _of_series(series_contacts(medium, indenter, control, method, wanted))
-    given: dict[str, Any] = {control.name: control.values}
+    given: Plain = {control.name: control.values}
     curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
     notes = curve.attrs["notes"]
     tip = indenter if indenter.round else _mean_tip(indenter)
@@ -112,7 +113,7 @@ def _of_series(found: SeriesContacts) -> list[Gradient]:
 
 
 def _of_disc(
-    medium: Any,
+    medium: Body,
     kernel: Kernel,
     tip: Indenter,
     contact: discs.Contact,
@@ -140,7 +141,7 @@ def _of_disc(
 
 
 def _on_cells(
-    medium: Any,
+    medium: Body,
     kernel: Kernel,
     indenter: Indenter,
     control: Control,
@@ -168,13 +169,15 @@ def _on_cells(
     return Gradient(contact, force, unknown, unknown, spectrum, "\n".join(solution.notes), solution.converged)
 
 
-def has_power_law(medium: Any) -> bool:
+def has_power_law(medium: Body) -> bool:
     """Whether a body is a power-law half-space, which the wave solution does not divide by depth."""
     bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
     return any(isinstance(body, PowerLawHalfSpace) for body in bodies)
 
 
-def _by_power_law(medium: Any, kernel: Kernel, tip: Indenter, contact: discs.Contact, wanted: list[Parameter]) -> Array:
+def _by_power_law(
+    medium: Body, kernel: Kernel, tip: Indenter, contact: discs.Contact, wanted: list[Parameter]
+) -> Array:
     """Derivatives of F at fixed depth, K and d at fixed radius, of closed forms."""
     found = np.empty((3, len(wanted)))
     for column, parameter in enumerate(wanted):

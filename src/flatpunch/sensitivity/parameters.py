@@ -7,8 +7,8 @@ Names are attribute paths: "layers[0].young", "base.poisson", "layers[1].young.e
 from __future__ import annotations
 
 import dataclasses
-import re
-from collections.abc import Callable, Iterable, Mapping
+import inspect
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,21 +17,26 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.indenters import RadialProfile
 from flatpunch.media import (
+    Body,
     Constant,
     DepthTable,
+    ElasticBase,
     GradedLayer,
-    HalfSpace,
-    Layer,
+    Interface,
     Medium,
     PowerLawHalfSpace,
     RigidBase,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
     TwoBodies,
 )
 from flatpunch.media.laws import Law
+from flatpunch.media.transverse import CONSTANTS
 
 UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom"), "Pa"),
+    **dict.fromkeys(("young", "modulus", "top", "bottom", "young_in_plane", "young_axial", "shear"), "Pa"),
     **dict.fromkeys(("thickness", "depth", "radius", "height_removed", "f"), "m"),
+    **dict.fromkeys(("length", "crown", "end_radius", "corner_radius"), "m"),
     **dict.fromkeys(("half_x", "half_y", "half_z", "half_width", "half_height", "height_at_axes"), "m"),
     **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y"), "rad"),
     **dict.fromkeys(("A", "B"), "1/m"),
@@ -82,7 +87,8 @@ class Parameter:
     part : int
         Layer from the surface down; the base comes last.
     kind : str
-        "young", "poisson" or "thickness" of a layer or base; of others the name of the attribute.
+        "young", "poisson" or "thickness" of a layer or base (all five constants of a transversely isotropic one); of others the
+        name of the attribute.
     law : callable or None
         Of a number in a law of depth: the law with another value.
     step : float
@@ -99,7 +105,7 @@ class Parameter:
     step: float = 0.0
 
 
-def parameters(medium: Any, indenter: Any) -> list[Parameter]:
+def parameters(medium: Body, indenter: object) -> list[Parameter]:
     """All numbers of a medium and a tip that can be varied."""
     found = medium_parameters(medium)
     if dataclasses.is_dataclass(indenter) and not isinstance(indenter, type):
@@ -107,7 +113,7 @@ def parameters(medium: Any, indenter: Any) -> list[Parameter]:
     return found
 
 
-def medium_parameters(medium: Any) -> list[Parameter]:
+def medium_parameters(medium: Body) -> list[Parameter]:
     """All numbers of a medium that can be varied."""
     found = []
     if isinstance(medium, TwoBodies):
@@ -119,22 +125,6 @@ def medium_parameters(medium: Any) -> list[Parameter]:
                 elastic += 1
         return found
     return _body_parameters(medium, "", 0)
-
-
-def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
-    """Medium and tip with some numbers replaced; those of one table or list are replaced together."""
-    both = {"medium": medium, "indenter": indenter}
-    tree: dict[Any, Any] = {}
-    for name, value in values.items():
-        path = [int(step) if step.isdigit() else step for step in re.findall(r"[^.\[\]]+", name)]
-        side = "indenter" if path[0] == "indenter" else "medium"
-        branch = tree.setdefault(side, {})
-        *way, last = path[1:] if side == "indenter" else path
-        for step in way:
-            branch = branch.setdefault(step, {})
-        branch[last] = float(value)
-    both |= {side: _replaced(both[side], changes) for side, changes in tree.items()}
-    return both["medium"], both["indenter"]
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
@@ -182,18 +172,24 @@ def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
     layers = body.layers if isinstance(body, Medium) else ()
     for i, layer in enumerate(layers):
         name = f"{prefix}layers[{i}]"
-        if isinstance(layer, Layer):
+        if isinstance(layer, GradedLayer):
+            found += _law_parameters(layer, name, index, i)
+        else:
             found += [
                 Parameter(f"{name}.{kind}", getattr(layer, kind), UNITS.get(kind, ""), index, i, kind)
-                for kind in ("young", "poisson", "thickness")
+                for kind in (*_constants(layer), "thickness")
             ]
-        else:
-            found += _law_parameters(layer, name, index, i)
+        if isinstance(layer.bonded, Interface):
+            found += [
+                Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
+                for kind in ("normal", "shear")
+                if (value := getattr(layer.bonded, kind))
+            ]
     base = body.base if isinstance(body, Medium) else body
-    if isinstance(base, HalfSpace):
+    if isinstance(base, ElasticBase):
         found += [
             Parameter(f"{prefix}base.{kind}", getattr(base, kind), UNITS.get(kind, ""), index, len(layers), kind)
-            for kind in ("young", "poisson")
+            for kind in _constants(base)
         ]
     if isinstance(base, PowerLawHalfSpace):
         found += [
@@ -209,6 +205,12 @@ def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
             for kind in ("modulus", "depth", "exponent", "poisson")
         ]
     return found
+
+
+def _constants(body: Any) -> tuple[str, ...]:
+    """Names of the elastic constants of a homogeneous layer or base."""
+    anisotropic = isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
+    return CONSTANTS if anisotropic else ("young", "poisson")
 
 
 def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> list[Parameter]:
@@ -257,9 +259,11 @@ def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> lis
 
 def _tip_parameters(tip: Any, name: str) -> list[Parameter]:
     found = []
+    # tips that make their own fields, as from a map, take other arguments
+    taken = inspect.signature(type(tip)).parameters.keys() - _NO_SHAPE
     for field in dataclasses.fields(tip):
         value = getattr(tip, field.name)
-        if not field.init or field.name in _NO_SHAPE:
+        if field.name not in taken:
             continue
         unit = UNITS.get(field.name, "")
         if _is_number(value) and value != 0:
@@ -276,7 +280,7 @@ def _tip_parameters(tip: Any, name: str) -> list[Parameter]:
     return found
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, float)
 
 
@@ -310,19 +314,3 @@ def _law_with(law: Any, field: str) -> Callable[[float], Law]:
         return found
 
     return changed
-
-
-def _replaced(thing: Any, changes: Any) -> Any:
-    """A frozen object with the numbers of nested `changes` in their places."""
-    if not isinstance(changes, dict):
-        return Constant(changes) if isinstance(thing, Constant) else changes
-    if isinstance(thing, tuple):
-        entries = list(thing)
-        for j, change in changes.items():
-            entries[j] = _replaced(entries[j], change)
-        return tuple(entries)
-    if isinstance(thing, (HalfSpace, PowerLawHalfSpace)) and "base" in changes:
-        return _replaced(thing, changes["base"])
-    return dataclasses.replace(
-        thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
-    )

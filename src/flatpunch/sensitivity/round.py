@@ -19,12 +19,13 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media.paths import with_values
 from flatpunch.punch.basis import half_space_diagonal
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import remainder_rule, solve_round, sufficient_terms
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges, spherical_bessel
-from flatpunch.sensitivity.parameters import Parameter, difference, with_values
+from flatpunch.sensitivity.parameters import Parameter, difference
 from flatpunch.sensitivity.spectrum import Spectrum
 
 _WINDOW = 60.0, 15.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, refused_overflow, values
+from flatpunch._support.paths import Plain
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -26,7 +26,7 @@ from flatpunch.contact.methods import (
 )
 from flatpunch.fields.bodies import located
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import underlying
+from flatpunch.media import Body, underlying
 from flatpunch.sensitivity.by_depth import DepthSensitivity, depth_sensitivity
 from flatpunch.sensitivity.gradient import Gradient, gradients, has_power_law
 from flatpunch.sensitivity.parameters import Parameter, parameters
@@ -48,7 +48,7 @@ _QUANTITIES = {
 @one_blas_thread()
 @refused_overflow()
 def sensitivity(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     *,
     depth: float | Array | None = None,
@@ -130,7 +130,7 @@ def sensitivity(
     return _dataset(medium, indenter, control, chosen, wanted, found, shares, scalar=scalar)
 
 
-def _with_spectra(medium: Any, indenter: Indenter, found: list[Gradient]) -> list[Gradient]:
+def _with_spectra(medium: Body, indenter: Indenter, found: list[Gradient]) -> list[Gradient]:
     """Contacts whose pressures are known: themselves, or those of the mean profile on circles of the same radii."""
     if all(each.spectrum is not None for each in found):
         return found
@@ -170,7 +170,7 @@ def _check_positive(control: Control) -> None:
         )
 
 
-def _check_inside(medium: Any, z: Array) -> None:
+def _check_inside(medium: Body, z: Array) -> None:
     """Refuse depths that are not in an elastic body."""
     if has_power_law(medium):
         raise ValueError(
@@ -180,7 +180,7 @@ def _check_inside(medium: Any, z: Array) -> None:
 
 
 def _dataset(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     control: Control,
     method: Method,
@@ -192,7 +192,7 @@ def _dataset(
 ) -> xr.Dataset:
     theta = np.array([each.value for each in wanted])
     columns: dict[str, Column] = {}
-    coordinates: dict[str, Any] = {
+    coordinates: Plain = {
         "parameter": (
             np.array([each.name for each in wanted], dtype=object),
             {"long_name": "number of the medium or the tip"},

@@ -8,17 +8,23 @@ of order six is the error estimate; it is large beside kinks of the tip.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.contact.curve import Control, percent
 from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import FourthOrder, SecondOrder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.sensitivity.parameters import Parameter, difference, difference_and_error, with_values
+from flatpunch.media import Body
+from flatpunch.media.paths import with_values
+from flatpunch.sensitivity.parameters import Parameter, difference, difference_and_error
 from flatpunch.sensitivity.round import Contact
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Series = SecondOrder | FourthOrder
 
@@ -49,14 +55,14 @@ class SeriesContacts:
 
 
 def series_contacts(
-    medium: Any, indenter: Indenter, control: Control, method: Series, wanted: list[Parameter]
+    medium: Body, indenter: Indenter, control: Control, method: Series, wanted: list[Parameter]
 ) -> SeriesContacts:
     """Solve a curve and differentiate it at fixed depths."""
-    given: dict[str, Any] = {control.name: control.values}
+    given: Plain = {control.name: control.values}
     curve = indent(medium, indenter, method=method, angles=8, **given)
     depth = curve["depth"].values
 
-    def at(medium_: Any, indenter_: Any, scale: float = 1.0) -> Array:
+    def at(medium_: Body, indenter_: Indenter, scale: float = 1.0) -> Array:
         found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=8)
         return np.array([found[name].values for name in ("force", "stiffness", "radius")])
 
@@ -80,7 +86,7 @@ def series_contacts(
     )
 
 
-def _notes(curve: Any, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:
+def _notes(curve: xr.Dataset, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:
     """How good the derivatives of the force are."""
     own = percent(float(curve["force_error"].max()))
     notes = [

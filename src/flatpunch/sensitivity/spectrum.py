@@ -21,10 +21,19 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.compliance.depth import constants_at
 from flatpunch.compliance.derivatives import PartDerivatives, compliance_derivatives, energy_density
 from flatpunch.fields.bodies import Layered
-from flatpunch.media import GradedLayer, HalfSpace, Layer, Medium, TwoBodies
+from flatpunch.media import (
+    Body,
+    GradedLayer,
+    HalfSpace,
+    Layer,
+    Medium,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+    TwoBodies,
+)
+from flatpunch.media.transverse import surface_slopes
 from flatpunch.sensitivity.parameters import Parameter, difference
 
 
@@ -47,13 +56,13 @@ class Spectrum:
     totals: Array
 
 
-def elastic_bodies(medium: Any) -> list[Layered]:
+def elastic_bodies(medium: Body) -> list[Layered]:
     """The deformable bodies of a medium, upper first."""
     bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
-    return list(bodies)
+    return [body for body in bodies if isinstance(body, (HalfSpace, Medium))]
 
 
-def by_medium(medium: Any, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:
+def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:
     """Derivatives of the functionals by parameters of a medium, shape (functionals, parameters)."""
     compliance = kernel(spectrum.k)
     rest = spectrum.totals - spectrum.weights @ compliance
@@ -72,8 +81,7 @@ def by_medium(medium: Any, kernel: Kernel, spectrum: Spectrum, wanted: list[Para
 
 def energy_shares(body: Layered, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
     """d(functional)/dln E(z) per length at depths of the given layers of one body, shape (nz,)."""
-    mu, nu = constants_at(body, depth, layer)
-    return np.asarray(-spectrum.weights[functional] @ energy_density(body, spectrum.k, depth, layer, mu, nu))
+    return np.asarray(-spectrum.weights[functional] @ energy_density(body, spectrum.k, depth, layer))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,20 +89,20 @@ class _Weighted:
     """Derivatives of the functionals by the constants of one layer at its depths; (functionals, nz) and (functionals,)."""
 
     depths: Array
-    young: Array
-    poisson: Array
+    constants: dict[str, Array]
     thickness: Array
 
     @classmethod
     def of(cls, part: PartDerivatives, weights: Array) -> _Weighted:
         """Integrate over the wavenumbers."""
-        return cls(part.depths, weights @ part.young.T, weights @ part.poisson.T, weights @ part.thickness)
+        constants = {name: weights @ change.T for name, change in part.constants.items()}
+        return cls(part.depths, constants, weights @ part.thickness)
 
     def derivative(self, parameter: Parameter) -> Array:
         """Derivatives of the functionals by one number of the layer."""
         if parameter.kind == "thickness":
             return self.thickness
-        by_constant = self.young if parameter.kind == "young" else self.poisson
+        by_constant = self.constants[parameter.kind]
         if parameter.law is None:
             return by_constant[:, 0]
         return np.asarray(by_constant @ law_change(parameter, self.depths))
@@ -109,11 +117,13 @@ def law_change(parameter: Parameter, depths: Array) -> Array:
 
 def _surface_change(parameter: Parameter, body: Layered) -> float:
     """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
-    if parameter.kind == "thickness":
+    if parameter.kind == "thickness" or parameter.kind.endswith("spring"):
         return 0.0
     top: Any = body.layers[0] if isinstance(body, Medium) and body.layers else body
     if isinstance(top, Medium):
         top = top.base
+    if isinstance(top, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
+        return surface_slopes(top)[parameter.kind]
     zero = np.zeros(1)
     if isinstance(top, GradedLayer):
         young, nu = float(top.young_at(zero)[0]), float(top.poisson_at(zero)[0])

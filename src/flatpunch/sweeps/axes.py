@@ -14,7 +14,7 @@ import difflib
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -22,13 +22,15 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.ceilings import POINTS
-from flatpunch._support.checks import shown
+from flatpunch._support.checks import BadValue, shown
+from flatpunch._support.paths import FORMS, dotted, entries, spaced
 from flatpunch.files import units
 
-_RANGE = re.compile(r"\s*([^:]+?)\s*:\s*([^:]+?)\s*:\s*([^:]+?)\s*(?::\s*(\w+)\s*)?")
+Entry = Any
+"""A single value of a case file."""
+
 _LISTED = 60
 """Values of a case file that a message lists."""
-_FORMS = "Write start:stop:count, start:stop:count:log, or values with commas between them"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +52,8 @@ class Axis:
     """
 
     path: str
-    values: tuple[Any, ...]
-    written: tuple[Any, ...]
+    values: tuple[Entry, ...]
+    written: tuple[Entry, ...]
     unit: str
     log: bool
 
@@ -70,27 +72,17 @@ class Axis:
         return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
 
 
-def axes_of(data: Mapping[str, Any], vary: Mapping[str, Any]) -> list[Axis]:
-    """Read what is varied; everything is checked against the case file.
-
-    Parameters
-    ----------
-    data : mapping
-        Tables of the case file.
-    vary : mapping
-        Path -> range, values with commas between them, or a sequence.
-
-    Raises
-    ------
-    ValueError
-        Names the path, the value, and what to write instead.
-    """
-    if not isinstance(vary, Mapping) or not vary:
-        raise ValueError(
-            f"vary = {shown(vary)} must say which values to vary, e.g. {{'layers.0.thickness': '0.2um:5um:40:log'}}, here "
-            "or in a table [vary] of the case file."
+def axes_of(data: Mapping[str, object], vary: Mapping[str, object]) -> list[Axis]:
+    """Read what is varied: path -> range, values with commas between them, or a sequence; checked against the case file."""
+    # the annotation says so, callers need not follow it
+    if not isinstance(vary, Mapping) or not vary:  # type: ignore[redundant-expr]
+        raise BadValue(
+            "vary",
+            shown(vary),
+            "must say which values to vary, e.g. {'layers.0.thickness': '0.2um:5um:40:log'}, here or in a table "
+            "[vary] of the case file.",
         )
-    there = dict(scalars(data))
+    there = dict(entries(data))
     axes = [_axis(path, spec, there) for path, spec in vary.items()]
     count = math.prod(len(axis.values) for axis in axes)
     if count > POINTS:
@@ -99,57 +91,39 @@ def axes_of(data: Mapping[str, Any], vary: Mapping[str, Any]) -> list[Axis]:
         )
     for i, axis in enumerate(axes):
         if axis.path in [other.path for other in axes[:i]]:
-            raise ValueError(f"{axis.path} is varied twice; give all its values at once.")
+            raise BadValue(axis.path, "", "is varied twice; give all its values at once.")
     return axes
 
 
-def scalars(thing: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield all single values of nested tables and lists with their paths."""
-    entries = thing.items() if isinstance(thing, Mapping) else enumerate(thing) if isinstance(thing, list) else None
-    if entries is None:
-        yield path, thing
-        return
-    for key, value in entries:
-        yield from scalars(value, f"{path}.{key}" if path else str(key))
-
-
-def put(data: Any, path: str, value: Any) -> None:
-    """Set a value of nested tables and lists."""
-    *way, last = path.split(".")
-    for step in way:
-        data = data[int(step)] if isinstance(data, list) else data[step]
-    data[int(last) if isinstance(data, list) else last] = value
-
-
-def _axis(path: str, spec: Any, there: Mapping[str, Any]) -> Axis:
-    path = re.sub(r"\[(\d+)\]", r".\1", path.strip())
+def _axis(path: str, spec: object, there: Mapping[str, object]) -> Axis:
+    path = dotted(path)
     if path not in there:
-        raise ValueError(_unknown(path, there))
+        raise BadValue(path, "", _unknown(path, there))
     current = there[path]
     dimension = dimension_of(current)
     found, log = _range(path, spec, current, dimension) or (_listed(path, spec, current, dimension), False)
     if len(set(found)) < len(found):
         twice = max(found, key=Counter(found).__getitem__)
-        raise ValueError(f"{path} = {shown(spec)} holds {shown(twice)} twice; give each value once.")
+        raise BadValue(path, shown(spec), f"holds {shown(twice)} twice; give each value once.")
     written = tuple(f"{value!r} {dimension.unit}" for value in found) if dimension else found
     return Axis(path, found, written, dimension.unit if dimension else "", log)
 
 
-def _unknown(path: str, there: Mapping[str, Any]) -> str:
+def _unknown(path: str, there: Mapping[str, object]) -> str:
     below = [name for name in there if name.startswith(path + ".")] if path else []
     if below:
-        return f"vary: {shown(path)} is a table or a list; vary a value in it: {', '.join(below)}."
-    near = difflib.get_close_matches(path, there, n=1, cutoff=0.6)
+        return f"is a table or a list; vary a value in it: {', '.join(below)}."
+    near = difflib.get_close_matches(path, there, n=1)
     advice = f"; did you mean {near[0]!r}?" if near else "."
     listed = [f"{name} = {shown(value)}" for name, value in islice(there.items(), _LISTED) if name != "title"]
     have = ", ".join(listed) + (f" and {len(there) - _LISTED} more" if len(there) > _LISTED else "")
     return (
-        f"vary: {shown(path)} is not in the case file{advice} It holds {have}. A field that the file leaves at its default "
+        f"is not in the case file{advice} It holds {have}. A field that the file leaves at its default "
         "can be varied once it is written there."
     )
 
 
-def dimension_of(current: Any) -> units.Dimension | None:
+def dimension_of(current: object) -> units.Dimension | None:
     """What kind of quantity a text of the file is, if it is one."""
     if not isinstance(current, str):
         return None
@@ -163,46 +137,33 @@ def dimension_of(current: Any) -> units.Dimension | None:
 
 
 def _range(
-    path: str, spec: Any, current: Any, dimension: units.Dimension | None
-) -> tuple[tuple[Any, ...], bool] | None:
+    path: str, spec: object, current: object, dimension: units.Dimension | None
+) -> tuple[tuple[Entry, ...], bool] | None:
     """Values of "start:stop:count:log"; None if it is no range."""
     if not isinstance(spec, str) or ":" not in spec or (isinstance(current, str) and dimension is None):
         return None
-    match = _RANGE.fullmatch(spec)
-    if match is None or isinstance(current, bool):
-        raise ValueError(f"{path} = {shown(spec)} is no range. {_FORMS}.")
-    start, stop = (_value(path, end, current, dimension) for end in match.group(1, 2))
-    count, spacing = match[3], match[4] or "lin"
-    if not re.fullmatch("[0-9]{1,9}", count) or not 2 <= int(count) <= POINTS:
-        raise ValueError(
-            f"{path} = {shown(spec)}: the count {shown(count)} must be a whole number from 2 to {POINTS}. {_FORMS}."
-        )
-    if spacing not in ("lin", "log"):
-        raise ValueError(f"{path} = {shown(spec)}: the spacing {spacing!r} must be 'log' or 'lin'. {_FORMS}.")
-    if start == stop:
-        raise ValueError(f"{path} = {shown(spec)} starts where it stops. {_FORMS}.")
-    if spacing == "log" and not min(start, stop) > 0:
-        raise ValueError(f"{path} = {shown(spec)}: spacing 'log' has no zero and no negative numbers; take 'lin'.")
-    values = (np.geomspace if spacing == "log" else np.linspace)(start, stop, int(count)).tolist()
+    if isinstance(current, bool):
+        raise BadValue(path, shown(spec), f"is no range. {FORMS}.")
+    values, log = spaced(path, spec, lambda end: _value(path, end, current, dimension))
     if isinstance(current, int) and all(float(value).is_integer() for value in values):
         values = [int(value) for value in values]
-    return tuple(values), spacing == "log"
+    return tuple(values), log
 
 
-def _listed(path: str, spec: Any, current: Any, dimension: units.Dimension | None) -> tuple[Any, ...]:
+def _listed(path: str, spec: object, current: object, dimension: units.Dimension | None) -> tuple[Entry, ...]:
     """Values one by one."""
     if isinstance(spec, str):
         spec = [entry.strip() for entry in spec.split(",")]
     if isinstance(spec, (Sequence, np.ndarray)) and len(spec) > POINTS:
-        raise ValueError(f"{path} holds {len(spec)} values; a study has at most {POINTS} points.")
+        raise BadValue(path, "", f"holds {len(spec)} values; a study has at most {POINTS} points.")
     if not isinstance(spec, (Sequence, np.ndarray)) or len(spec) == 0 or "" in list(spec):
-        raise ValueError(f"{path} = {shown(spec)} holds no values. {_FORMS}.")
+        raise BadValue(path, shown(spec), f"holds no values. {FORMS}.")
     return tuple(
         _value(path, entry.item() if isinstance(entry, np.generic) else entry, current, dimension) for entry in spec
     )
 
 
-def _value(path: str, entry: Any, current: Any, dimension: units.Dimension | None) -> Any:
+def _value(path: str, entry: Entry, current: object, dimension: units.Dimension | None) -> Entry:
     """One value, of the kind that the file holds."""
     hint = f"The case file holds {shown(current)}."
     if dimension is not None:
@@ -211,22 +172,22 @@ def _value(path: str, entry: Any, current: Any, dimension: units.Dimension | Non
         try:
             return units.to_si(entry, dimension)
         except ValueError as error:
-            raise ValueError(f"{path} = {shown(entry)} {error} {hint}") from None
+            raise BadValue(path, shown(entry), f"{error} {hint}") from None
     if isinstance(current, bool):
         flags = {"true": True, "false": False}
         if str(entry).lower() not in flags:
-            raise ValueError(f"{path} = {shown(entry)} must be true or false. {hint}")
+            raise BadValue(path, shown(entry), f"must be true or false. {hint}")
         return flags[str(entry).lower()]
     if isinstance(current, str):
         if not isinstance(entry, str):
-            raise ValueError(f"{path} = {shown(entry)} must be a text. {hint}")
+            raise BadValue(path, shown(entry), f"must be a text. {hint}")
         return entry
     if isinstance(entry, bool):
-        raise ValueError(f"{path} = {shown(entry)} must be a plain number. {hint}")
+        raise BadValue(path, shown(entry), f"must be a plain number. {hint}")
     try:
         return int(entry) if isinstance(entry, int) or re.fullmatch(r"[+-]?\d+", str(entry)) else float(entry)
     except (TypeError, ValueError):
-        raise ValueError(f"{path} = {shown(entry)} must be a plain number, without a unit. {hint}") from None
+        raise BadValue(path, shown(entry), f"must be a plain number, without a unit. {hint}") from None
 
 
 def in_words(path: str) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from flatpunch._support.paths import Plain
 from flatpunch.fields import CriticalLoad
 from flatpunch.files.units import readable
 from flatpunch.sweeps.axes import in_words
@@ -20,7 +21,7 @@ KINDS = ("yield", "tensile", "shear", "interface tension", "interface shear")
 _COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#a3b18a", "#f4a261")
 
 
-def critical_variables(found: CriticalLoad | None, steps: int) -> dict[str, Any]:
+def critical_variables(found: CriticalLoad | None, steps: int) -> Plain:
     """Critical load of a case as variables along the steps (all of which are alike); not numbers where it was not found."""
     force, depth, radius, kind, layer = (
         (found.force, found.depth, found.radius, float(KINDS.index(found.kind)), float(found.layer))
@@ -54,24 +55,15 @@ def is_map(result: xr.Dataset, quantity: str | None) -> bool:
 def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
     """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `sweep` returned for a case with strengths.
-    width : float, optional
-        Width of the picture [in].
-    settings : mapping, optional
-        Settings of Matplotlib, as of `picture.figure`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Takes what `sweep` returned for a case with strengths; width [in] and settings are as of `picture.figure`.
     """
     import matplotlib
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    from flatpunch.plots.style import logarithmic
+    from flatpunch.sweeps.picture import geometric
 
     first, second = (str(name) for name in result["status"].dims)
     axes_values, labels = [], []
@@ -88,27 +80,21 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
     number = np.full(kind.shape, np.nan)
     for n, (k, i) in enumerate(places):
         number[(kind == k) & (layer == i)] = n
-    with matplotlib.rc_context({"font.size": 9.5, **(settings or {})}):
-        size = (width, 0.95 * width) if width else (6.4, 5.2)
-        drawn = Figure(figsize=size, layout="constrained")
+    with matplotlib.rc_context(settings or {}):
+        drawn = Figure(figsize=(width, width) if width else None, layout="constrained")
         axes = drawn.subplots()
         colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
         norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
-        for values, scale in zip(axes_values, (axes.set_xscale, axes.set_yscale), strict=True):
-            if (values > 0).all() and values.max() > 5 * values.min():
-                scale("log")
-        for shown in (axes.xaxis, axes.yaxis):
-            if shown.get_scale() == "log":
-                shown.set_major_locator(LogLocator(subs=(1, 2, 5)))
-                shown.set_minor_locator(NullLocator())
-                shown.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        for name, which in ((first, "x"), (second, "y")):
+            if geometric(result, name):
+                logarithmic(axes, which)
         axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
         if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
             factor, unit = readable(float(np.nanmax(force)), "N")
-            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 8)[1:-1]
+            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 10)[1:-1]
             if levels[-1] > 2 * levels[0]:
                 levels = np.array([float(f"{level:.1e}") for level in levels])
-            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=0.8)
+            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=1)
             # numbers in the middle of lines are not cut off by an edge; lines of few points cross a corner only
             middles = [tuple(line[len(line) // 2]) for level in lines.allsegs for line in level if len(line) > 4]
             axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=middles)

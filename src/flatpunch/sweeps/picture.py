@@ -15,19 +15,21 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.kinds import one_of
 from flatpunch.files import units
+from flatpunch.plots.style import logarithmic
 from flatpunch.sweeps.axes import in_words
 
-_LEGEND, _PANELS = 7, 9
-_STYLE: Any = {"axes.grid": True, "grid.alpha": 0.25, "grid.linewidth": 0.6, "font.size": 9, "axes.titlesize": 9}
+_LEGEND, _PANELS = 8, 9
+_STYLE: Any = {"axes.grid": True, "grid.color": "#e0e0e0"}
 _SYMBOLS = {"force": "normal force $F$", "depth": "indentation depth $d$", "radius": "mean contact radius $a_0$"}
 _LINE = "_a value of the second parameter"
+_VIRIDIS = matplotlib.colors.ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0, 0.9, 100)), "viridis")
+"""Without its last tenth, which is too pale for lines on white paper."""
 _FAILED, _ONE = "#c1121f", "#1f4e79"
 
 
@@ -44,30 +46,11 @@ def figure(
     width: float | None = None,
     settings: Any = None,
 ) -> Figure:
-    """Draw a parameter study.
+    """Draw what `sweep` returned, as a figure: one quantity at one step.
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `sweep` returned.
-    quantity : str, optional
-        Variable along `step` to draw; the force, or the depth where forces were prescribed.
-    step : int
-        Which step; the last by default.
-    width : float, optional
-        Width of the picture [in]; by default it goes with the number of panels.
-    settings : mapping, optional
-        Settings of Matplotlib that take the place of the picture's own: sizes of fonts and lines.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Save it with its own `savefig`.
-
-    Raises
-    ------
-    ValueError
-        Where nothing was solved, or more panels would be needed than a picture shows.
+    By default the force, or the depth where forces were prescribed, at the last step, in a width [in] that goes with the number
+    of panels. `settings` of Matplotlib take the place of the picture's own. A ValueError says that nothing was solved, or that
+    more panels would be needed than a picture shows.
     """
     first, *others = parameters(result)
     values = checked(result, quantity, step).isel(step=step)
@@ -78,7 +61,7 @@ def figure(
     rows = math.ceil(len(panels) / columns)
     finite = values.values[np.isfinite(values.values)]
     factor, unit = units.readable(float(np.abs(finite).max(initial=0.0)), str(values.attrs.get("units", "")))
-    size = np.array([1.6 + 3.6 * columns, 0.5 + 3.1 * rows])
+    size = np.array([1 + 4 * columns, 1 + 3 * rows])
     with matplotlib.rc_context({**_STYLE, **(settings or {})}):
         drawn = Figure(figsize=tuple(size * (width / size[0] if width else 1)), layout="constrained")
         grid = drawn.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
@@ -116,7 +99,7 @@ def checked(result: xr.Dataset, quantity: str | None, step: int) -> xr.DataArray
     wanted = one_of("quantity", default if quantity is None else quantity, known, wrong="is not in this study")
     steps = result.sizes["step"]
     if not -steps <= step < steps:
-        raise ValueError(f"step = {step} is not in this study, whose points have {steps} steps: 0 to {steps - 1}.")
+        raise BadValue("step", f"{step}", f"is not in this study, whose points have {steps} steps: 0 to {steps - 1}.")
     return result[wanted]
 
 
@@ -149,12 +132,11 @@ def _panel(axes: Axes, part: xr.Dataset, shown: str, factor: float, first: str, 
     part = part.isel({first: np.argsort(_positions(part, first))})
     x = _positions(part, first)
     lines = [part] if second is None else [part.isel({second: i}) for i in range(part.sizes[second])]
-    marker = "o" if x.size <= 25 else ""
     for line, colour in zip(lines, _colours(part, second), strict=True):
         y, valid = line[shown].values * factor, line["valid"].values.astype(bool)
-        axes.plot(x, y, "-", color=colour, linewidth=1.3, label=_LINE)
-        axes.plot(x, np.where(valid, y, np.nan), marker or "None", color=colour, markersize=3)
-        axes.plot(x, np.where(valid, np.nan, y), "o", color=colour, markersize=3.5, markerfacecolor="white")
+        axes.plot(x, y, "-", color=colour, label=_LINE)
+        axes.plot(x, np.where(valid, y, np.nan), "o", color=colour, markersize=3)
+        axes.plot(x, np.where(valid, np.nan, y), "o", color=colour, markersize=4, markerfacecolor="white")
         bad = line["status"].values == "failed"
         if bad.any():
             axes.plot(
@@ -162,7 +144,7 @@ def _panel(axes: Axes, part: xr.Dataset, shown: str, factor: float, first: str, 
             )
 
 
-def _positions(part: xr.Dataset, name: str) -> Any:
+def _positions(part: xr.Dataset, name: str) -> Array:
     """Numbers in readable units, or places in order for texts and flags."""
     values = part[name].values
     return values * _unit(part, name)[0] if _numeric(part, name) else np.arange(values.size, dtype=float)
@@ -203,7 +185,7 @@ def _label(result: xr.Dataset, name: str) -> str:
     return f"{words} ({unit})" if unit else words
 
 
-def _logarithmic(result: xr.Dataset, name: str) -> bool:
+def geometric(result: xr.Dataset, name: str) -> bool:
     """Whether positive values keep their ratio rather than their distance."""
     if not _numeric(result, name) or result.sizes[name] < 3 or not (result[name].values > 0).all():
         return False
@@ -212,33 +194,24 @@ def _logarithmic(result: xr.Dataset, name: str) -> bool:
     return spread[0] < spread[1]
 
 
-def _scale(axes: Axes, first: str, result: xr.Dataset, finite: Any) -> None:
-    """Logarithmic axes where the values are spaced so, or span more than a decade and a half."""
-    if _logarithmic(result, first):
-        axes.set_xscale("log")
-        _plain_ticks(axes.xaxis, result[first].values)
+def _scale(axes: Axes, first: str, result: xr.Dataset, finite: Array) -> None:
+    """Logarithmic axes where the values are spaced so, or span more than a decade."""
+    if geometric(result, first):
+        logarithmic(axes, "x")
     elif not _numeric(result, first):
         axes.set_xticks(range(result.sizes[first]), [value_text(result[first], i) for i in range(result.sizes[first])])
-    if finite.size and finite.min() > 0 and finite.max() > 30 * finite.min():
-        axes.set_yscale("log")
-        _plain_ticks(axes.yaxis, finite)
+    if finite.size and finite.min() > 0 and finite.max() > 10 * finite.min():
+        logarithmic(axes, "y")
     elif finite.size and 0 <= finite.min() < 0.5 * finite.max():
         axes.set_ylim(bottom=0)
 
 
-def _plain_ticks(axis: Axis, values: Any) -> None:
-    """Numbers as people write them, 0.2 0.5 1 2, on a logarithmic axis; decades alone where there are many."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if values.max() < 300 * values.min() else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _colours(part: xr.Dataset, second: str | None) -> list[Any]:
+def _colours(part: xr.Dataset, second: str | None) -> list[object]:
     if second is None:
         return [_ONE]
     if _barred(part, second):
-        return [matplotlib.colormaps["viridis"](share) for share in 0.92 * _norm(part, second)(part[second].values)]
-    return [matplotlib.colormaps["viridis"](share) for share in np.linspace(0, 0.85, part.sizes[second])]
+        return [_VIRIDIS(share) for share in _norm(part, second)(part[second].values)]
+    return [_VIRIDIS(share) for share in np.linspace(0, 1, part.sizes[second])]
 
 
 def _barred(result: xr.Dataset, name: str) -> bool:
@@ -248,7 +221,7 @@ def _barred(result: xr.Dataset, name: str) -> bool:
 def _norm(result: xr.Dataset, name: str, factor: float = 1.0) -> Normalize:
     """Colours of a coordinate's values, times a factor."""
     values = result[name].values * factor
-    kind = LogNorm if _logarithmic(result, name) else Normalize
+    kind = LogNorm if geometric(result, name) else Normalize
     return kind(float(values.min()), float(values.max()))
 
 
@@ -257,12 +230,9 @@ def _legend(drawn: Figure, grid: Any, result: xr.Dataset, name: str) -> None:
     if _barred(result, name):
         factor, _ = _unit(result, name)
         norm = _norm(result, name, factor)
-        colours = matplotlib.colors.LinearSegmentedColormap.from_list(
-            "viridis", matplotlib.colormaps["viridis"](np.linspace(0, 0.92, 256))
-        )
-        bar = drawn.colorbar(matplotlib.cm.ScalarMappable(norm, colours), ax=grid, label=_label(result, name))
+        bar = drawn.colorbar(matplotlib.cm.ScalarMappable(norm, _VIRIDIS), ax=grid, label=_label(result, name))
         if isinstance(norm, LogNorm):
-            _plain_ticks(bar.ax.yaxis, result[name].values)
+            logarithmic(bar.ax, "y")
         return
     lines = [line for line in grid[0, 0].get_lines() if line.get_label() == _LINE]
     labels = [value_text(result[name], i) for i in range(result.sizes[name])]

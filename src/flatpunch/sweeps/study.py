@@ -11,13 +11,15 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import OUTLINES
 from flatpunch._support.checks import FlatpunchWarning, switch
+from flatpunch._support.paths import Plain, put
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
@@ -25,12 +27,17 @@ from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.files.stresses import first_failure
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
-from flatpunch.sweeps.axes import Axis, axes_of, put
+from flatpunch.sweeps.axes import Axis, axes_of
 from flatpunch.sweeps.failure import critical_variables
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 _SHOWN = 5
 """Problems that a message lists."""
 _SLOW = ("bem", "refined")
+
+Found = NDArray[np.generic]
 
 
 def sweep(
@@ -40,7 +47,7 @@ def sweep(
     contours: bool = False,
     store: str | Path | None = None,
     workers: int | None = None,
-    scheduler: Any = None,
+    scheduler: str | Client | None = None,
     progress: bool | Report | None = None,
     retry_failed: bool = False,
     anew: bool = False,
@@ -136,13 +143,13 @@ def _slow(case: Case) -> bool:
     return case.method is not None and method_of(case.method).name in _SLOW
 
 
-def _source(case: Any) -> tuple[Path, str]:
+def _source(case: object) -> tuple[Path, str]:
     if isinstance(case, Case) or not isinstance(case, (str, Path)):
         raise TypeError(f"case = {type(case).__name__} must be the path of a case file, or what read_case returned.")
     return Path(case), case_text(case)
 
 
-def _cases(data: dict[str, Any], axes: Sequence[Axis], path: Path, *, contours: bool) -> list[Case]:
+def _cases(data: Plain, axes: Sequence[Axis], path: Path, *, contours: bool) -> list[Case]:
     """All combinations, the last parameter running fastest; refused together where some are no cases."""
     cases, problems = [], []
     for at in itertools.product(*(range(len(axis.values)) for axis in axes)):
@@ -178,7 +185,7 @@ def _body(case: Case) -> str:
     return content_key(case.medium)
 
 
-def _solve(case: Case, *, contours: bool) -> dict[str, Any]:
+def _solve(case: Case, *, contours: bool) -> Plain:
     """One point: the arrays of the result, and how they are to be understood."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
@@ -205,8 +212,8 @@ def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
     """Put the points side by side."""
     shape, dims = tuple(len(axis.values) for axis in axes), tuple(axis.path for axis in axes)
     outcomes = list(solved.values())
-    coords: dict[str, Any] = {axis.path: (axis.path, _plain(axis.values), _described(axis)) for axis in axes}
-    data: dict[str, Any] = {}
+    coords: Plain = {axis.path: (axis.path, _plain(axis.values), _described(axis)) for axis in axes}
+    data: Plain = {}
     for name, own, attrs, values in _variables(outcomes, coords):
         filled = np.full((len(outcomes), *next(iter(values.values())).shape), *_empty(values))
         for i, value in values.items():
@@ -223,15 +230,10 @@ def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
     return xr.Dataset(data, coords)
 
 
-def _variables(
-    outcomes: Sequence[Outcome], coords: dict[str, Any]
-) -> Iterator[tuple[str, list[str], dict[str, Any], dict[int, Any]]]:
-    """Name, dimensions, attributes and values by point of all that has the same shape wherever it is there.
-
-    Coordinates that are the same everywhere, the steps and angles, are added to `coords`.
-    """
-    described: dict[str, tuple[list[str], dict[str, Any]]] = {}
-    values: dict[str, dict[int, Any]] = {}
+def _variables(outcomes: Sequence[Outcome], coords: Plain) -> Iterator[tuple[str, list[str], Plain, dict[int, Found]]]:
+    """Name, dimensions, attributes and values by point of what has one shape; what never varies goes to `coords`."""
+    described: dict[str, tuple[list[str], Plain]] = {}
+    values: dict[str, dict[int, Found]] = {}
     for i, outcome in enumerate(outcomes):
         if outcome.numbers is None:
             continue
@@ -246,15 +248,15 @@ def _variables(
             yield name, own, attrs, values[name]
 
 
-def _empty(values: Mapping[int, Any]) -> tuple[Any, Any]:
+def _empty(values: Mapping[int, Found]) -> tuple[float, type]:
     """What stands where there is nothing, and the type."""
     return (False, bool) if all(value.dtype == bool for value in values.values()) else (np.nan, float)
 
 
-def _plain(values: Sequence[Any]) -> Any:
+def _plain(values: Sequence[object]) -> Found:
     return np.array(values, dtype=object if isinstance(values[0], str) else None)
 
 
-def _described(axis: Axis) -> dict[str, Any]:
-    attrs: dict[str, Any] = {"long_name": f"{axis.path} of the case file"}
+def _described(axis: Axis) -> Plain:
+    attrs: Plain = {"long_name": f"{axis.path} of the case file"}
     return {**attrs, "units": axis.unit} if axis.unit else attrs

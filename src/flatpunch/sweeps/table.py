@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from flatpunch.files.results import whole_file
+from flatpunch.sweeps.failure import KINDS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,6 +46,8 @@ def table(study: xr.Dataset) -> pd.DataFrame:
     over = [*study["status"].dims, *(["step"] if "step" in study.dims else [])]
     kept = [name for name, variable in study.data_vars.items() if set(variable.dims) <= set(over) and name != "notes"]
     frame = study[kept].to_dataframe(dim_order=over).reset_index()
+    if "critical_kind" in frame:
+        frame["critical_kind"] = [KINDS[int(kind)] if math.isfinite(kind) else "" for kind in frame["critical_kind"]]
     columns = [*over, *kept]
     return frame[columns].rename(columns={name: _heading(study, str(name)) for name in columns})
 

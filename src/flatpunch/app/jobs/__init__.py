@@ -1,1 +1,6 @@
-"""The jobs of the page, one module each: what it computes, what it draws, what it saves."""
+"""What the worker processes of the page call: one module for each tab.
+
+A job takes the fields of the form and whether it may take longer than about a second (`run`); it returns plain data: "problems"
+with the form, or what the page shows, with "kept", the result itself as bytes. Details take the form, these bytes and a step;
+files take the form, these bytes and a kind, "nc", "csv", "png" or "svg", and are those that the command line writes.
+"""

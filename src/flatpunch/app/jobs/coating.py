@@ -4,23 +4,34 @@ from __future__ import annotations
 
 import math
 import pickle
-import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.messages import message
+from flatpunch._support.checks import Array
+from flatpunch._support.messages import message, problems
+from flatpunch._support.paths import Plain
 from flatpunch.app.form import FormError, case_text
 from flatpunch.app.limits import DRAWN
-from flatpunch.app.plain import CALLED, case_of, explained, plain, short
-from flatpunch.app.saved import netcdf_bytes, picture_bytes
-from flatpunch.fields import CriticalLoad, Strength
-from flatpunch.files import Case
+from flatpunch.app.plain import case_of, plain, short
+from flatpunch.app.problems import CALLED, explained
+from flatpunch.app.saved import file_bytes
+from flatpunch.fields import Strength
+from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import parsed
-from flatpunch.files.stresses import STRESS_COLUMNS, Stresses, first_failure_lines, stress_csv, stress_rows, stresses
+from flatpunch.files.stresses import (
+    STRESS_COLUMNS,
+    Stresses,
+    first_failure_lines,
+    in_words,
+    load_lines,
+    stress_csv,
+    stress_rows,
+    stresses,
+)
+from flatpunch.files.summary import spread
 from flatpunch.files.units import text
 from flatpunch.media import Medium, underlying
 from flatpunch.sweeps import sweep, table
@@ -32,16 +43,8 @@ QUANTITIES = ("von_mises", "principal", "max_shear", "hydrostatic", "xx", "zz", 
 """What the section shows, in the order of the page's list: invariants, components, von Mises stress over yield stress."""
 
 
-def coating(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
-    """Compute the stresses at the last step of a form and its first failure, or the map of first failures.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form; with "map" on, the ranges in `vary` are solved.
-    run : bool
-        Whether to solve maps and tips that are not round, which take more than about a second.
-    """
+def coating(fields: Mapping[str, str], run: bool) -> Plain:
+    """Compute the stresses at the last step of a form and its first failure; with "map" on, the map of first failures."""
     try:
         case = case_of(fields, "coating")
         if fields.get("map") == "on":
@@ -52,18 +55,18 @@ def coating(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
         return {**_shown(case, found), "kept": pickle.dumps((case, found, None))}
     except Exception as error:
         # what `fields` refuses is about its arguments, which are in [stress]
-        return explained(error, fields, re.sub(r"^(?=residual_stress|friction)", "stress.", message(error)))
+        return explained(error, fields, dict.fromkeys(("residual_stress", "friction"), "stress"))
 
 
-def _shown(case: Case, found: Stresses) -> dict[str, Any]:
+def _shown(case: Case, found: Stresses) -> Plain:
     attrs = found.fields.attrs
     return {
         "title": case.title,
         "about": f"At force {text(attrs['force'], 'N')}, depth {text(attrs['depth'], 'm')}, friction {attrs['friction']:g}; "
-        f"estimated error {attrs['stress_error']:.1g} of the largest pressure.",
+        f"estimated error {attrs['stress_error']:.1g} of the size of the pressure.",
         "columns": STRESS_COLUMNS,
-        "rows": stress_rows(found.fields),
-        "first": None if found.first is None else _first(found.first),
+        "rows": stress_rows(found),
+        "first": None if found.first is None else _first(found),
         "section": section(case, found, "von_mises"),
         "axis": _axis(found.fields),
         "judged": any(strength.yield_stress is not None for strength in found.strengths),
@@ -71,38 +74,29 @@ def _shown(case: Case, found: Stresses) -> dict[str, Any]:
     }
 
 
-def _first(first: CriticalLoad) -> dict[str, Any]:
+def _first(found: Stresses) -> Plain:
+    first = found.first
+    assert first is not None
     return {
         "line": first_failure_lines(first)[0],
+        "loads": "".join(load_lines(found.loads) if found.loads is not None else []),
         "force": plain(first.force),
         "margins": [
-            [
-                re.sub(r"layers\[(\d+)\]\.(.*)", lambda found: f"{found[2]}, layer {int(found[1]) + 1}", name),
-                f"{value:.4g}" if math.isfinite(value) else "–",
-            ]
+            [in_words(name), f"{value:.4g}" if math.isfinite(value) else "–"]
             for name, value in sorted(first.margins.items(), key=lambda item: item[1])
         ],
     }
 
 
-def section(case: Case, found: Stresses, quantity: str) -> dict[str, Any] | None:
-    """Return a quantity over the plane y = 0 as rows from the surface down; None where the points are no such plane.
-
-    Parameters
-    ----------
-    case : Case
-        For the interfaces.
-    found : Stresses
-        What `stresses` returned.
-    quantity : str
-        One of `QUANTITIES`.
-    """
+def section(case: Case, found: Stresses, quantity: str) -> Plain | None:
+    """Return one of `QUANTITIES` over the plane y = 0 as rows from the surface down; None where the points are no plane."""
     result = found.fields
-    x, z = _plane(result)
-    if x is None or z is None:
+    plane = _plane(result)
+    if plane is None:
         return None
-    across, down = (_some(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
-    values = np.asarray(_values(found, quantity))[np.ix_(across, down)].T
+    x, z = plane
+    across, down = (spread(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
+    values = _values(found, quantity)[np.ix_(across, down)].T
     body = underlying(case.medium)
     faces = np.cumsum([layer.thickness for layer in body.layers]) if isinstance(body, Medium) else np.zeros(0)
     return {
@@ -115,66 +109,54 @@ def section(case: Case, found: Stresses, quantity: str) -> dict[str, Any] | None
     }
 
 
-def _plane(result: xr.Dataset) -> tuple[Any, Any]:
+def _plane(result: xr.Dataset) -> tuple[Array, Array] | None:
     """Coordinates along x and z of points in a plane y = const; None for other points."""
     if result["von_mises"].ndim != 2 or min(result["von_mises"].shape) < 2:
-        return None, None
+        return None
     x, z = result["x"].values, result["z"].values
     flat = np.ptp(x, axis=1).max() == 0 and np.ptp(z, axis=0).max() == 0 and np.ptp(result["y"].values) == 0
-    return (x[:, 0], z[0]) if flat else (None, None)
+    return (x[:, 0], z[0]) if flat else None
 
 
-def _values(found: Stresses, quantity: str) -> Any:
+def _values(found: Stresses, quantity: str) -> Array:
     result = found.fields
     if quantity == "utilisation":
         limits = [strength.yield_stress or math.nan for strength in found.strengths]
         layer = result["layer"].values
         limits += [math.nan] * max(0, int(layer.max()) + 1 - len(limits))
-        return result["von_mises"].values / np.array(limits)[layer]
+        return np.asarray(result["von_mises"].values / np.array(limits)[layer])
     if quantity == "principal":
-        return result["principal"].values[0]
-    return result[quantity].values if quantity in result else result["stress"].sel(component=quantity).values
+        return np.asarray(result["principal"].values[0])
+    return np.asarray(result[quantity] if quantity in result else result["stress"].sel(component=quantity))
 
 
-def _axis(result: xr.Dataset) -> dict[str, Any] | None:
+def _axis(result: xr.Dataset) -> Plain | None:
     """Stresses along the axis, from the section."""
-    x, z = _plane(result)
-    if x is None:
+    plane = _plane(result)
+    if plane is None:
         return None
+    x, z = plane
     at = int(np.argmin(np.abs(x)))
     stress = result["stress"].values[:, at]
     names = [str(name) for name in result["component"].values]
     return {"z": short(z), **{name: short(stress[names.index(name)]) for name in ("xx", "zz")}}
 
 
-def _some(size: int, most: int) -> Any:
-    return np.unique(np.linspace(0, size - 1, min(most, size)).round().astype(int))
-
-
-def quantity_map(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
-    """Return another quantity of the section.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `coating` kept.
-    step : int
-        Which of `QUANTITIES`.
-    """
+def quantity_map(fields: Mapping[str, str], kept: bytes, step: int) -> Plain:
+    """Return another quantity of the section; `step` is its place in `QUANTITIES`."""
     case, found, _ = pickle.loads(kept)
     return section(case, found, QUANTITIES[min(step, len(QUANTITIES) - 1)]) or {"none": "These points are no section."}
 
 
-def _study(fields: Mapping[str, str], case: Case, run: bool) -> dict[str, Any]:
+def _study(fields: Mapping[str, str], case: Case, run: bool) -> Plain:
     """Load of the first failure over one or two values of the case."""
     source = case_text(fields, "coating")
     data = parsed(source, CALLED)
     varied = data.pop("vary", {})
     if len(varied) not in (1, 2):
         raise FormError(
-            "vary.layers.0.thickness is missing; the map takes one or two ranges such as '0.5 um:20 um:16:log'."
+            "vary.layers.0.thickness is missing; the map takes one or two ranges such as '0.5 um:20 um:16:log'.",
+            "vary.layers.0.thickness",
         )
     if case.stress is None or all(strength == Strength() for strength in case.stress.strengths):
         raise FormError(
@@ -187,13 +169,13 @@ def _study(fields: Mapping[str, str], case: Case, run: bool) -> dict[str, Any]:
         found = sweep(replace(case, source=(CALLED, source)), workers=1)
     except ValueError as error:
         # what is wrong with a range is said of the path, which is the name of its field
-        named = [path for path in varied if path in str(error)]
-        field = f"vary.{min(named, key=str(error).index)}" if named else ""
-        return {"problems": [{"field": field, "text": message(error)}]}
+        (place, _), *_ = problems(error)
+        named = place if place in varied else next(iter(varied)) if isinstance(error, CaseError) else ""
+        return {"problems": [{"field": f"vary.{named}" if named else "", "text": message(error)}]}
     return {"study": _drawn(found), "notes": [], "kept": pickle.dumps((case, None, found))}
 
 
-def _drawn(found: xr.Dataset) -> dict[str, Any]:
+def _drawn(found: xr.Dataset) -> Plain:
     names = [str(name) for name in found["status"].dims]
     first = found.isel(step=0) if "step" in found.dims else found
     if "critical_force" not in found:
@@ -216,28 +198,21 @@ def _drawn(found: xr.Dataset) -> dict[str, Any]:
 
 
 def coating_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return stresses, or the map, as a file: the same that `flatpunch stress` and `flatpunch sweep` write.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `coating` kept.
-    kind : {"nc", "csv", "png", "svg"}
-    """
-    case, found, study = pickle.loads(kept)
-    if kind == "nc":
-        return netcdf_bytes(found.fields if study is None else study)
-    if kind == "csv":
-        written = stress_csv(found.fields) if study is None else table(study).to_csv(index=False, lineterminator="\n")
-        return str(written).encode("utf-8")
-    if study is not None:
-        drawn = map_figure(study) if is_map(study, "critical_force") else figure(study, quantity="critical_force")
-        return picture_bytes(drawn, kind)
+    """Return stresses, or the map, as a file."""
     from flatpunch.plots import fields as pictures
 
-    drawn = pictures.figure(
-        found.fields, case.medium, case.indenter, found.contact, strengths=found.strengths, title=case.title
+    case, found, study = pickle.loads(kept)
+    if study is None:
+        about = {"strengths": found.strengths, "title": case.title}
+        return file_bytes(
+            kind,
+            lambda: found.fields,
+            lambda: stress_csv(found.fields),
+            lambda: pictures.figure(found.fields, case.medium, case.indenter, found.contact, **about),
+        )
+    return file_bytes(
+        kind,
+        lambda: study,
+        lambda: str(table(study).to_csv(index=False, lineterminator="\n")),
+        lambda: map_figure(study) if is_map(study, "critical_force") else figure(study, quantity="critical_force"),
     )
-    return picture_bytes(drawn, kind)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from flatpunch._support.messages import message
+from flatpunch._support.paths import Plain
 from flatpunch.app.jobs.press import is_long
-from flatpunch.app.plain import case_of, explained, short
-from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.app.plain import case_of, short
+from flatpunch.app.problems import explained
+from flatpunch.app.saved import file_bytes
 from flatpunch.files import describe
 from flatpunch.fit.half_space.comparison import (
     compare_case,
@@ -21,16 +22,8 @@ from flatpunch.fit.half_space.comparison import (
 )
 
 
-def compare(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
-    """Compare the formulas at the steps of a form.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    run : bool
-        Whether to solve a case that takes more than about a second; otherwise it is only checked.
-    """
+def compare(fields: Mapping[str, str], run: bool) -> Plain:
+    """Compare the formulas at the steps of a form."""
     try:
         case = case_of(fields, "compare")
         about = list(describe(case))
@@ -38,7 +31,7 @@ def compare(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
             return {"about": about, "long": True}
         found = compare_case(case)
     except Exception as error:
-        return explained(error, fields, message(error))
+        return explained(error, fields)
     forces = found["formula_force"].values
     return {
         "about": about,
@@ -57,21 +50,9 @@ def compare(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
 
 
 def compare_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a comparison as a file, the same that the command line writes.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `compare` kept.
-    kind : {"nc", "csv", "png", "svg"}
-    """
-    found = pickle.loads(kept)
-    if kind == "nc":
-        return netcdf_bytes(found)
-    if kind == "csv":
-        return comparison_csv(found).encode("utf-8")
+    """Return a comparison as a file."""
     from flatpunch.fit.half_space.pictures import comparison_figure
 
-    return picture_bytes(comparison_figure(found, title=fields.get("title", "")), kind)
+    found: xr.Dataset = pickle.loads(kept)
+    title = fields.get("title", "")
+    return file_bytes(kind, lambda: found, lambda: comparison_csv(found), lambda: comparison_figure(found, title=title))

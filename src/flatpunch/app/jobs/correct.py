@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import pickle
-import re
 from collections.abc import Mapping
-from typing import Any
 
-from flatpunch._support.messages import message
+from flatpunch._support.paths import Plain
 from flatpunch.app.form import FormError, case_text
-from flatpunch.app.plain import CALLED, explained, plain
-from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.app.plain import plain
+from flatpunch.app.problems import CALLED, explained
+from flatpunch.app.saved import file_bytes
 from flatpunch.contact import method_of
 from flatpunch.files.cases import parsed
 from flatpunch.fit.case import FitCase, fit_case_from
@@ -22,16 +21,8 @@ from flatpunch.fit.report.quantities import quantity
 COLUMNS = ("formula", "modulus of the layer", "deviation from exact", "remark")
 
 
-def correct_modulus(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
-    """Return the modulus of the layer behind a reported one.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    run : bool
-        Whether to solve a case that takes boundary elements; otherwise it is only checked.
-    """
+def correct_modulus(fields: Mapping[str, str], run: bool) -> Plain:
+    """Return the modulus of the layer behind a reported one."""
     try:
         case = _case(fields)
         if not run and case.settings.method != "auto" and method_of(case.settings.method).name in ("bem", "refined"):
@@ -41,11 +32,10 @@ def correct_modulus(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
         return {**shown(found), "kept": pickle.dumps(found)}
     except Exception as error:
         # what `correct` refuses is about its arguments, which the form has in one table
-        text = re.sub(r"^(?=(?:reported|depth|model|over) = )", "correct.", message(error))
-        return explained(error, fields, text)
+        return explained(error, fields, dict.fromkeys(("reported", "depth", "model", "over"), "correct"))
 
 
-def shown(found: Correction) -> dict[str, Any]:
+def shown(found: Correction) -> Plain:
     """Return what the page shows of a correction."""
     rows = []
     for name, young, remark in found.rows():
@@ -67,28 +57,17 @@ def shown(found: Correction) -> dict[str, Any]:
 
 
 def correct_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a correction as a file, the same that the command line writes.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `correct_modulus` kept.
-    kind : {"nc", "csv", "png", "svg"}
-    """
-    found = pickle.loads(kept)
-    if kind == "nc":
-        return netcdf_bytes(found.dataset())
-    if kind == "csv":
-        return str(found.to_csv()).encode("utf-8")
+    """Return a correction as a file."""
     from flatpunch.fit.half_space.pictures import correction_figure
 
-    return picture_bytes(correction_figure(found, title=_case(fields).title), kind)
+    found: Correction = pickle.loads(kept)
+    return file_bytes(kind, found.dataset, found.to_csv, lambda: correction_figure(found, title=_case(fields).title))
 
 
 def _case(fields: Mapping[str, str]) -> FitCase:
     case = fit_case_from(parsed(case_text(fields, "correct"), CALLED), CALLED)
     if not case.correct:
-        raise FormError("correct.reported is missing; write the modulus that was reported, such as '8 kPa'.")
+        raise FormError(
+            "correct.reported is missing; write the modulus that was reported, such as '8 kPa'.", "correct.reported"
+        )
     return case

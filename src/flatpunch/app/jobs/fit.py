@@ -6,50 +6,51 @@ import pickle
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
+from flatpunch._support.paths import Plain
 from flatpunch._support.progress import reporting
 from flatpunch.app.form import case_data, case_text
 from flatpunch.app.limits import DRAWN
-from flatpunch.app.plain import CALLED, explained, plain, short
-from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.app.plain import plain, short
+from flatpunch.app.problems import CALLED, explained
+from flatpunch.app.saved import file_bytes
 from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
+from flatpunch.files.summary import spread
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows
 from flatpunch.fit.case import DRIFTING, FitCase, drift, fit_case_from
-from flatpunch.fit.case_tables import CurveTable
+from flatpunch.fit.cases.tables import CurveTable
 from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
 from flatpunch.fit.models import forget_models
-from flatpunch.fit.places import listed
+from flatpunch.fit.places import listed, on_grid
+from flatpunch.fit.reading import reading_of
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 _OF_TABLES = ("columns", "units", "spring_constant", "skip_nan", "flip")
 """Settings of reading that `curve_of` takes."""
 
 
-def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
-    """Return what a file holds: its curves and columns, which is taken for what, the first rows, and the curve as it is read.
+NOTHING_TICKED = "nothing is looked for: tick “fit” under at least one value of the sample, such as its modulus."
 
-    Parameters
-    ----------
-    fields : mapping
-        The form, whose part [curve] says how to read.
-    upload : Upload
-        The file.
-    """
-    found: dict[str, Any] = {"name": upload.name, "size": len(upload.content)}
+
+def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
+    """Return what a file holds: its curves and columns, which is taken for what, the first rows, and the curve as it is read."""
+    found: Plain = {"name": upload.name, "size": len(upload.content)}
     try:
         reading = validated(CurveTable, case_data(fields, "fit").get("curve", {}), CALLED).built
         with upload.written() as path:
@@ -64,14 +65,23 @@ def preview(fields: Mapping[str, str], upload: Upload) -> dict[str, Any]:
                 curve = curve_of(tables[0], path.stem, **{name: reading.get(name) for name in _OF_TABLES})
             else:
                 curve = read_curve(path, **reading)
-        return {**found, "curve": _drawn(curve), "read": list(curve.meta.get("read", ()))}
+        return {**found, "curve": _drawn(curve), "read": list(reading_of(curve, _whole_case(fields)).lines)}
     except CurveError as error:
         return {**found, "problems": [{"field": "upload", "text": str(error)}]}
     except Exception as error:
-        return {**found, **explained(error, fields, message(error).replace("case.toml: ", "case.toml: curve."))}
+        return {**found, **explained(error, fields, dict.fromkeys(CurveTable.model_fields, "curve"))}
 
 
-def _columns(tables: tuple[Table, ...], reading: Mapping[str, Any]) -> dict[str, Any]:
+def _whole_case(fields: Mapping[str, str]) -> FitCase | None:
+    """The case of the form; None where it is not complete yet."""
+    try:
+        return _case(fields)
+    # the check of the form, which runs with it, names whatever is wrong or missing beside its field
+    except Exception:
+        return None
+
+
+def _columns(tables: tuple[Table, ...], reading: Plain) -> Plain:
     """Columns of the curve that is read, or of the first one."""
     table = tables[min(reading.get("index", 0), len(tables) - 1)]
     try:
@@ -86,19 +96,11 @@ def _columns(tables: tuple[Table, ...], reading: Mapping[str, Any]) -> dict[str,
     }
 
 
-def fit_curve(fields: Mapping[str, str], run: bool, upload: Upload) -> dict[str, Any]:
-    """Fit the curve of a file, or all its curves if the form says so.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    run : bool
-        Whether to fit; otherwise the form is only checked.
-    upload : Upload
-        The file.
-    """
+def fit_curve(fields: Mapping[str, str], run: bool, upload: Upload) -> Plain:
+    """Fit the curve of a file, or all its curves if the form says so."""
     try:
+        if run and not _looked_for(case_data(fields, "fit")):
+            return {"problems": [{"field": "upload", "text": NOTHING_TICKED}]}
         case = _case(fields)
         about = list(describe_fit(case))
         if not run:
@@ -111,14 +113,23 @@ def fit_curve(fields: Mapping[str, str], run: bool, upload: Upload) -> dict[str,
     except CurveError as error:
         return {"problems": [{"field": "upload", "text": str(error)}]}
     except Exception as error:
-        return explained(error, fields, message(error))
+        return explained(error, fields)
+
+
+def _looked_for(data: object) -> bool:
+    """Whether a value of a case is written { fit = ... }."""
+    if isinstance(data, list):
+        return any(map(_looked_for, data))
+    if not isinstance(data, dict):
+        return False
+    return ("fit" in data and not isinstance(data["fit"], dict)) or any(map(_looked_for, data.values()))
 
 
 def _case(fields: Mapping[str, str]) -> FitCase:
     return fit_case_from(parsed(case_text(fields, "fit"), CALLED), CALLED)
 
 
-def _one(case: FitCase, curve: Curve) -> dict[str, Any]:
+def _one(case: FitCase, curve: Curve) -> Plain:
     result = _fitted(case, curve)
     rows = []
     for name, estimate in result.estimates.items():
@@ -145,11 +156,11 @@ def _fitted(case: FitCase, curve: Curve) -> FitResult:
     return fit(curve, case.medium, case.indenter, case.free, **case.arguments)
 
 
-def _picture(result: FitResult) -> dict[str, Any]:
+def _picture(result: FitResult) -> Plain:
     """Points, fit and residuals over depth, or over time where that is what was fitted."""
     over_time = isinstance(result.objective.model, HistoryModel)
     along = result.curve.time if over_time and result.curve.time is not None else result.depth
-    chosen = _some(along.size)
+    chosen = spread(along.size, DRAWN.points)
     order = chosen[np.argsort(along[chosen], kind="stable")]
     return {
         "along": ["time", "s"] if over_time else ["indentation depth", "m"],
@@ -162,18 +173,16 @@ def _picture(result: FitResult) -> dict[str, Any]:
     }
 
 
-def _all(case: FitCase, path: Path) -> dict[str, Any]:
+def _all(case: FitCase, path: Path) -> Plain:
     """Fit every curve of a file, one after the other, with progress."""
     items = listed([path], case.reading)
-    rows: list[dict[str, Any]] = []
+    rows: list[Plain] = []
     forget_models()
     with reporting("Fitting", None) as report:
-        for done in fit_rows(
-            items, case.sample, case.free, replace(case.settings, engine="normal-equations"), case.reading, 1
-        ):
+        for done in fit_rows(items, case.sample, case.free, replace(case.settings, quick=True), case.reading, 1):
             rows.extend(done)
             report(len(rows), len(items))
-    batch = Batch(tuple(rows))
+    batch = Batch(tuple(on_grid(rows)))
     names = list(case.free)
     shown = [
         [
@@ -196,39 +205,25 @@ def _all(case: FitCase, path: Path) -> dict[str, Any]:
     }
 
 
-def _number(value: Any, name: str) -> str:
+def _number(value: float | None, name: str) -> str:
     return "–" if value is None else quantity(float(value), unit_of(name))
 
 
-def _drawn(curve: Curve) -> dict[str, Any]:
-    chosen = _some(curve.depth.size)
+def _drawn(curve: Curve) -> Plain:
+    chosen = spread(curve.depth.size, DRAWN.points)
     found = {"depth": short(curve.depth[chosen]), "force": short(curve.force[chosen]), "points": curve.depth.size}
     return found if curve.time is None else {**found, "time": short(curve.time[chosen])}
 
 
-def _some(size: int) -> Array:
-    return np.unique(np.linspace(0, size - 1, min(DRAWN.points, size)).round().astype(int))
-
-
-def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
-    """Return the modulus over the largest fitted depth, of the case and of a half-space.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `fit_curve` kept.
-    step : int
-        Not used.
-    """
+def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> Plain:
+    """Return the modulus over the largest fitted depth, of the case and of a half-space."""
     try:
         curve, _ = pickle.loads(kept)
         layered, bulk = drift(curve, _case(fields))
     except Exception as error:
         return {"none": message(error)}
 
-    def series(results: list[FitResult], name: str) -> dict[str, Any]:
+    def series(results: list[FitResult], name: str) -> Plain:
         estimates = [result.estimates[name] for result in results]
         return {
             "depth": [plain(float(result.depth.max())) for result in results],
@@ -241,28 +236,18 @@ def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> dict[
 
 
 def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a fit as a file, the same that the command line writes.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `fit_curve` kept.
-    kind : {"nc", "csv", "png", "svg"}
-    """
+    """Return a fit as a file."""
     curve, batch = pickle.loads(kept)
     case = _case(fields)
     result = None if batch is not None else _fitted(case, curve)
-    if kind == "csv":
-        table = batch if result is None else Batch((result.row(),))
-        return str(table.to_csv()).encode("utf-8")
-    if kind == "nc":
-        return netcdf_bytes((batch if result is None else result).dataset())
-    from flatpunch.fit.batch_pictures import map_figure
-    from flatpunch.fit.pictures import fit_figure
+    table = batch if result is None else Batch((result.row(),))
 
-    if result is None and not case.free:
-        raise ValueError("there is no picture of fits in which nothing of the case is looked for.")
-    drawn = map_figure(batch, next(iter(case.free))) if result is None else fit_figure(result)
-    return picture_bytes(drawn, kind)
+    def figure() -> Figure:
+        from flatpunch.fit.batch_pictures import map_figure
+        from flatpunch.fit.pictures import fit_figure
+
+        if result is None and not case.free:
+            raise ValueError("there is no picture of fits in which nothing of the case is looked for.")
+        return map_figure(batch, next(iter(case.free))) if result is None else fit_figure(result)
+
+    return file_bytes(kind, (batch if result is None else result).dataset, lambda: str(table.to_csv()), figure)

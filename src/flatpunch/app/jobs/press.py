@@ -5,40 +5,28 @@ from __future__ import annotations
 import pickle
 import warnings
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, FlatpunchWarning, Indices
-from flatpunch._support.messages import message
+from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.paths import Plain
 from flatpunch.app.limits import DRAWN, LIMITS
-from flatpunch.app.plain import case_of, explained, plain, short
-from flatpunch.app.saved import netcdf_bytes, picture_bytes
+from flatpunch.app.plain import case_of, plain, short
+from flatpunch.app.problems import explained
+from flatpunch.app.saved import file_bytes
 from flatpunch.app.sketch import sketch
 from flatpunch.contact import default_choice, indent, method_of, pressure
+from flatpunch.contact.dataset import outlines
 from flatpunch.contact.default import EXACT
 from flatpunch.files import Case, describe
 from flatpunch.files.results import to_csv
-from flatpunch.files.summary import curve_table, pull_off_lines
+from flatpunch.files.summary import curve_table, pull_off_lines, spread
+from flatpunch.numerics.extents import ROOM, covered
 
 
-def press(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
-    """Solve the case of a form.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    run : bool
-        Whether to solve a case that takes more than about a second; otherwise it is only checked.
-
-    Returns
-    -------
-    dict
-        "problems" with the form; or "about", what would be solved; and with it, once solved, what the page shows, and the result
-        itself as bytes in "kept".
-    """
+def press(fields: Mapping[str, str], run: bool) -> Plain:
+    """Solve the case of a form; with "about", what would be solved."""
     try:
         case = case_of(fields)
         about = list(describe(case))
@@ -46,7 +34,7 @@ def press(fields: Mapping[str, str], run: bool) -> dict[str, Any]:
             return {"about": about, "long": True}
         return {"about": about, **_solved(case)}
     except Exception as error:
-        return explained(error, fields, message(error))
+        return explained(error, fields)
 
 
 def is_long(case: Case) -> bool:
@@ -64,7 +52,7 @@ def is_long(case: Case) -> bool:
     return case.indenter.exponent is None or (case.method is not None and method_of(case.method).name == "refined")
 
 
-def _solved(case: Case) -> dict[str, Any]:
+def _solved(case: Case) -> Plain:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FlatpunchWarning)
         result = indent(case.medium, case.indenter, **case.arguments)
@@ -78,9 +66,9 @@ def _solved(case: Case) -> dict[str, Any]:
     }
 
 
-def shown(case: Case, result: xr.Dataset) -> dict[str, Any]:
+def shown(case: Case, result: xr.Dataset) -> Plain:
     """Return what the page draws and writes of a result."""
-    chosen = _drawn(result)
+    chosen = spread(result.sizes["step"], DRAWN.steps)
     names = ("time", "depth", "force", "radius", "area", "stiffness", "force_error", "contour_error", "valid")
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
     around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
@@ -95,7 +83,7 @@ def shown(case: Case, result: xr.Dataset) -> dict[str, Any]:
         "reason": str(result.attrs.get("method_reason", "")),
         "round": bool(case.indenter.round),
         "phi": short(result["phi"].values[around]),
-        "contour": short(result["contour"].values[np.ix_(chosen, around)]),
+        "contour": short(outlines(result)[np.ix_(chosen, around)]),
         "table": {"columns": table.columns, "rows": table.rows, "caption": table.caption},
         "sketch": sketch(
             case.medium, case.indenter, float(result["radius"].values[last]), float(result["depth"].values[last])
@@ -103,41 +91,25 @@ def shown(case: Case, result: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _drawn(result: xr.Dataset) -> Indices:
-    """Steps that the page draws."""
-    steps = result.sizes["step"]
-    return np.unique(np.linspace(0, steps - 1, min(DRAWN.steps, steps)).round().astype(int))
-
-
-def pressure_map(fields: Mapping[str, str], kept: bytes, step: int) -> dict[str, Any]:
-    """Return the pressure under a contact as a map, and along x.
-
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `press` kept.
-    step : int
-        Which of the steps that the page draws.
-    """
+def pressure_map(fields: Mapping[str, str], kept: bytes, step: int) -> Plain:
+    """Return the pressure under a contact as a map, and along x; `step` is one of those that the page draws."""
     try:
         case, result = case_of(fields), pickle.loads(kept)
-        chosen = _drawn(result)
+        chosen = spread(result.sizes["step"], DRAWN.steps)
         at = int(chosen[min(max(step, 0), chosen.size - 1)])
         if "relaxation" in result.attrs:
             return {"none": "There is no map of pressure for histories of relaxing bodies."}
-        largest = float(np.nanmax(result["contour"].values[at]))
+        largest = float(np.nanmax(outlines(result)[at]))
         if not largest > 0:
             return {"none": "This step has no contact with an outline."}
-        return _pressure(case, result, at, 1.25 * largest)
+        return _pressure(case, result, at, ROOM * largest)
     except ValueError as error:
         return {"none": str(error)}
 
 
-def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> dict[str, Any]:
+def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> Plain:
     x = np.linspace(-half, half, DRAWN.map)
-    control: dict[str, Any] = {case.control: float(result[case.control].values[at])}
+    control: Plain = {case.control: float(result[case.control].values[at])}
     field, error = pressure(
         case.medium,
         case.indenter,
@@ -152,42 +124,24 @@ def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> dict[str,
     return {
         "half": half,
         "values": short(np.where(field == 0, np.nan, field)),
-        "top": plain(_top(inside)),
+        "top": plain(covered(field[field != 0])[0]),
         "bottom": plain(float(inside.min()) if inside.size else 0.0),
         "mean": plain(float(result["force"].values[at] / result["area"].values[at])),
         "error": plain(float(np.median(np.abs(error[field != 0])))) if inside.size else 0.0,
     }
 
 
-def _top(inside: Array) -> float:
-    """Upper end of the colours: the largest pressure unless it is infinite at an edge or an apex."""
-    if not inside.size:
-        return 1.0
-    largest, quantile = float(inside.max()), float(np.quantile(inside, 0.995))
-    return largest if largest < 1.1 * quantile else quantile
-
-
 def press_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a result as a file, the same that the command line writes.
+    """Return a result as a file."""
+    from flatpunch.plots.result import figure
 
-    Parameters
-    ----------
-    fields : mapping
-        The form.
-    kept : bytes
-        What `press` kept.
-    kind : {"nc", "csv", "png", "svg"}
-    """
-    result = pickle.loads(kept)
-    if kind == "nc":
-        return netcdf_bytes(result)
-    if kind == "csv":
-        return to_csv(result, outlines=False).encode("utf-8")
-    from flatpunch.plots import result as pictures
-
-    case = case_of(fields)
-    drawn = pictures.figure(result, case.medium, case.indenter, title=case.title)
-    return picture_bytes(drawn, kind)
+    case, result = case_of(fields), pickle.loads(kept)
+    return file_bytes(
+        kind,
+        lambda: result,
+        lambda: to_csv(result, outlines=False),
+        lambda: figure(result, case.medium, case.indenter, title=case.title),
+    )
 
 
 def warm_up() -> None:

@@ -37,7 +37,7 @@ function stresses(result, tools) {
   const choose = element("select", { "aria-label": "What is drawn" });
   QUANTITIES.slice(0, result.judged ? undefined : -1).forEach((name, i) => choose.append(element("option", { value: i }, name)));
   const failure = result.first
-    ? [element("p", {}, result.first.line), table(["criterion", "strength over stress"], result.first.margins, "At the load of the first failure.", "words")]
+    ? [element("p", {}, result.first.line), element("p", {}, result.first.loads), table(["criterion", "strength over stress"], result.first.margins, "At the load of the first failure.", "words")]
     : [element("p", { class: "about" }, "Give a strength of a layer or the base, and the load of the first failure is found.")];
   const drawn = result.section ? [element("div", { class: "steps" }, choose), map] : [element("p", { class: "about" }, "The points of this case are no section through the layers.")];
   const grid = element(

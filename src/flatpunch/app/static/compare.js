@@ -47,6 +47,6 @@ function show(box, result, tools) {
   });
 }
 
-const fields = () => [element("p", { class: "about" }, "There are formulas for spheres, cones, flat ends and four-sided pyramids on one layer. Errors above 50 % are not drawn.")];
+const fields = () => [element("p", { class: "about" }, "There are formulas for spheres, cones, flat ends and four-sided pyramids on one layer; of a stack they see the layer at the surface. Errors above 50 % are not drawn.")];
 
 export const COMPARE = { title: "Compare formulas", fields, show };

@@ -62,13 +62,19 @@ function fields(tools) {
   const more = element("details", {}, element("summary", {}, "How to fit"));
   for (const [key_, label, choices] of [
     ["segment", "Segment", ["auto", "approach", "retract", "both"]],
-    ["baseline", "Baseline", ["constant", "linear", "sine", "none"]],
     ["loss", "Loss", ["linear", "soft_l1", "huber", "cauchy"]],
     ["adhesion", "Adhesion dip", ["refuse", "above", "ignore"]],
   ]) more.append(field(`fit.${key_}`, { label, kind: "choice", value: "", choices }));
   for (const [key_, label, example] of [["contact", "Contact point", "free, or 300 nm"], ["depth_to", "Up to the position", "500 nm"], ["force_to", "Up to the force", "2 nN"], ["level", "Confidence level", "0.95"]]) {
     more.append(field(`fit.${key_}`, { label, kind: "text", value: "", example }));
   }
+  // the choice that most often matters is beside the button, outside the form's element
+  const baseline = field("fit.baseline", { label: "Baseline", kind: "choice", value: "", choices: ["auto", "constant", "linear", "sine", "none"] });
+  baseline.dataset.tabs = "fit";
+  const choose = baseline.querySelector("select");
+  choose.setAttribute("form", "form");
+  choose.addEventListener("input", () => choose.form.dispatchEvent(new CustomEvent("form-changed")));
+  document.getElementById("long").before(baseline);
   const all = element("label", { class: "inline" }, element("input", { type: "checkbox", name: "all", value: "on" }), "fit every curve of the file");
   return [
     holder,
@@ -76,8 +82,8 @@ function fields(tools) {
     field("curve.sensitivity", { label: "Sensitivity", kind: "quantity", value: "", example: "70 nm/V" }),
     columns,
     more,
-    all,
     element("p", { class: "about" }, "Tick “fit” under each value of the sample that is looked for; the value is where the search begins."),
+    all,
   ];
 }
 

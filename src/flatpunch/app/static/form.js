@@ -122,11 +122,11 @@ export function defaults() {
 
 /** Show problems beside their fields; return those that belong to none. */
 export function showProblems(problems) {
-  for (const input of form.querySelectorAll("[aria-invalid]")) input.removeAttribute("aria-invalid");
-  for (const place of form.querySelectorAll(".error")) place.textContent = "";
+  for (const input of document.querySelectorAll("[aria-invalid]")) input.removeAttribute("aria-invalid");
+  for (const place of document.querySelectorAll(".error")) place.textContent = "";
   const elsewhere = [];
   for (const { field: name, text } of problems) {
-    const box = name && form.querySelector(`[data-name="${CSS.escape(name)}"]`);
+    const box = name && document.querySelector(`[data-name="${CSS.escape(name)}"]`);
     if (!box || !box.offsetParent) {
       const details = box && box.closest("details");
       if (!details) {

@@ -30,10 +30,13 @@ export function addLayer(tables) {
     tell(list);
   }));
   layer.append(bar);
+  const extra = element("details", {}, element("summary", {}, "Interface with springs, lift-off, moduli along z"));
   for (const spec of tables.layers) {
-    const words = { true: "bonded", false: "sliding" };
-    layer.append(field(`layers.0.${spec.name}`, { ...spec, words, slides: spec.kind === "quantity", fits: FITTED.includes(spec.name) }));
+    const words = spec.name === "bonded" ? { true: "bonded", false: "sliding" } : { "": "no", true: "yes", false: "no" };
+    const slides = spec.kind === "quantity" && spec.value !== "";
+    (spec.value === "" ? extra : layer).append(field(`layers.0.${spec.name}`, { ...spec, words, slides, fits: FITTED.includes(spec.name) }));
   }
+  layer.append(extra);
   layer.append(strengths("layers.0", tables));
   dragging(layer, handle);
   list.append(layer);

@@ -5,6 +5,9 @@ import { legend, lines, quantity, section } from "./charts.js";
 import { element } from "./fields.js";
 import { EARLIER, OUTLINE, plane } from "./maps.js";
 
+const kept = []; // curves to compare with, until the page is closed
+const KEPT = ["var(--three)", "var(--four)", "var(--five)", "var(--grey)"];
+
 function show(box, result, tools) {
   const { curve } = result;
   const steps = curve.depth.length;
@@ -18,7 +21,7 @@ function show(box, result, tools) {
     "div",
     { class: "grid" },
     notes([...result.notes, ...result.leaving]),
-    card(history ? "Force over time" : "Force and stiffness over depth", false, force),
+    card(history ? "Force over time" : "Force and stiffness over depth", false, force, ...(history ? [] : [keeping(result, () => draw())])),
     card("Section, to scale", false, result.sketch ? drawing : element("p", { class: "about" }, "Two bodies are not drawn.")),
     card("Step of the curve", true, element("div", { class: "steps" }, slide), readout),
     card("Contact outline", false, outline),
@@ -41,6 +44,7 @@ function show(box, result, tools) {
     if (history) said.push(["time", quantity(curve.time[i], "s")]);
     said.push(["depth", quantity(curve.depth[i], "m", 6)], ["force", quantity(curve.force[i], "N", 6)], ["radius", quantity(curve.radius[i], "m", 6)]);
     if (!history) said.push(["stiffness", quantity(curve.stiffness[i], "N/m", 6)]);
+    if (!history) said.push(...kept.map((other) => [`force / ${other.label}`, ratio(curve.force[i], forceAt(other, curve.depth[i]))]));
     if (result.exact) said.push(["error", "exact (round tip)"]);
     else if (curve.force_error) said.push(["force error", `${percent(curve.force_error[i])}`], ["outline error", `${percent(curve.contour_error?.[i])}`]);
     if (!curve.valid[i]) said.push(["theory", "does not hold here"]);
@@ -89,6 +93,41 @@ function show(box, result, tools) {
 
 const percent = (value) => (value === null || value === undefined ? "–" : `${Number((100 * value).toPrecision(2))} %`);
 
+const ratio = (force, other) => (force === null || !other ? "–" : String(Number((force / other).toPrecision(4))));
+
+/** The force of a kept curve at a depth, between its steps; null outside of them. */
+function forceAt(curve, depth) {
+  for (let i = 1; i < curve.depth.length; i++) {
+    const [low, high] = [curve.depth[i - 1], curve.depth[i]];
+    if ((depth - low) * (depth - high) > 0 || low === high || curve.force[i - 1] === null || curve.force[i] === null) continue;
+    return curve.force[i - 1] + ((depth - low) / (high - low)) * (curve.force[i] - curve.force[i - 1]);
+  }
+  return null;
+}
+
+/** Buttons that keep the curve beside later ones, and drop those that were kept. */
+function keeping(result, draw) {
+  const keep = element("button", { type: "button", id: "keep", title: "Draw this curve beside those of later forms" }, "Keep this curve");
+  const drop = element("button", { type: "button", id: "drop-kept", hidden: "" }, "Forget kept curves");
+  const update = () => {
+    drop.hidden = !kept.length;
+    keep.disabled = kept.length === KEPT.length || kept.some(({ of }) => of === result);
+  };
+  keep.addEventListener("click", () => {
+    const valid = result.curve.force.map((value, i) => (result.curve.valid[i] ? value : null));
+    kept.push({ of: result, depth: result.curve.depth, force: valid, label: `${kept.length + 1}${result.title ? `: ${result.title}` : ""}` });
+    update();
+    draw();
+  });
+  drop.addEventListener("click", () => {
+    kept.length = 0;
+    update();
+    draw();
+  });
+  update();
+  return element("div", { class: "saves" }, keep, drop);
+}
+
 /** The last step at which the theory holds and there is a contact. */
 function bestStep(curve) {
   for (let i = curve.depth.length - 1; i >= 0; i--) if (curve.valid[i] && curve.radius[i] > 0) return i;
@@ -122,6 +161,7 @@ function curvePicture(box, result, i) {
   if (curve.valid.includes(false)) {
     series.push({ x: curve.depth, y: held(curve.force, false), colour: "var(--grey)", label: "force where the theory does not hold" });
   }
+  kept.forEach(({ depth, force, label }, k) => series.push({ x: depth, y: force, colour: KEPT[k], dash: "2 3", label: `kept ${label}` }));
   lines(box, {
     x: { label: "indentation depth", unit: "m" },
     y: { label: "force", unit: "N", colour: "var(--one)" },

@@ -89,6 +89,11 @@ class Operator:
     xp: Any
     threads: int
 
+    @property
+    def repeats(self) -> bool:
+        """Whether the grid repeats along an axis: it is not padded there."""
+        return any(n == m for n, m in zip(self.grid.shape, self.padded, strict=True))
+
     def apply(self, pressure: Any) -> Any:
         """Displacement [cells] of a pressure [E*], shape (..., ny, nx)."""
         if self.xp is np:
@@ -104,7 +109,7 @@ class Operator:
         return self._periodic(values, self.smoothing)
 
     def single(self) -> Operator:
-        """The same operator in single precision."""
+        """Operator in single precision."""
         xp = self.xp
         names = ("spectrum", "inverse", "smoothing")
         return replace(self, **{name: xp.astype(getattr(self, name), xp.float32) for name in names})

@@ -42,9 +42,9 @@ class State:
     depth, force : float
         Depth [cells], force [E* cells^2].
     gap_error : float
-        Largest |gap| in contact over the depth.
+        Largest |gap| in contact over the depth; see `approach` for surfaces that repeat.
     penetration : float
-        Largest penetration outside contact over the depth.
+        Largest penetration outside contact over the same.
     iterations, convolutions : int
         Inner iterations, and free-space convolutions in all.
     converged : bool
@@ -134,15 +134,22 @@ def solve_contact(
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
-    removal, first_depth = Removal(inner), depth
+    removal, first_depth, slope, last = Removal(inner), depth, 0.0 if aim is None else aim.stiffness, None
     while True:
         if aim is not None:
-            if waited >= PATIENCE:
+            closed = _closed_force(operator, aim, now)
+            # the contact, and with it the stiffness, may have changed since the aim was taken
+            if last is not None:
+                gained, moved = closed - last[1], depth - last[0]
+                slow = abs(aim.force - closed) > abs(aim.force - last[1]) / 2
+                slope = gained / moved if slow and gained * moved > 0 else slope
+            last, foreseen = (depth, closed), depth + (aim.force - closed) / slope
+            if waited >= PATIENCE or foreseen <= 0:
                 # stiff films respond to the rim of the contact, which coarse cells do not resolve
                 aim, depth = None, first_depth
             else:
-                depth += _foreseen(operator, aim, now)
-            now = _judged(xp, height, depth, now.pressure, now.displacement)
+                depth = foreseen
+            now = _judged(operator, height, depth, now.pressure, now.displacement)
         error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(operator, aim, now)
         if iterations >= limit or max(error, missing) <= tolerance:
             break
@@ -155,7 +162,10 @@ def solve_contact(
             if iterations or not touching or touching >= xp.count_nonzero(overlapping):
                 contact = contact | overlapping
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
-        change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        # the gap may be closed already where only the force is missing
+        change, count = removal(
+            contact, gap, max(DROP, 0.3 * tolerance / max(error, 0.3 * tolerance)), limit - iterations
+        )
         now, tried = _advance(operator, height, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
@@ -211,12 +221,12 @@ def _descended(operator: Operator, height: Any, depth: float, now: _Trial, chang
     return _trial(operator, height, depth, _pressing(xp, now.pressure + length * change))
 
 
-def _foreseen(operator: Operator, aim: Aim, now: _Trial) -> float:
-    """Change of depth [cells] after which the force, once the gap is closed, is the one aimed at."""
+def _closed_force(operator: Operator, aim: Aim, now: _Trial) -> float:
+    """Force at this depth once the gap is closed [E* cells^2]."""
     xp = operator.xp
     contact = (now.pressure > 0) | (now.gap < 0)
     adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies
-    return (aim.force - _force(operator, now.pressure) - adds) / aim.stiffness
+    return _force(operator, now.pressure) + adds
 
 
 def _missing(operator: Operator, aim: Aim, now: _Trial) -> float:
@@ -229,16 +239,29 @@ def _force(operator: Operator, pressure: Any) -> float:
 
 
 def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
-    return _judged(operator.xp, height, depth, pressure, operator.apply(pressure))
+    return _judged(operator, height, depth, pressure, operator.apply(pressure))
 
 
-def _judged(xp: Any, height: Any, depth: float, pressure: Any, u: Any) -> _Trial:
+def _judged(operator: Operator, height: Any, depth: float, pressure: Any, u: Any) -> _Trial:
+    xp = operator.xp
     gap = u + (height - depth)
     loaded = pressure > 0
     zero = xp.zeros_like(gap)
-    gap_error = largest(xp, xp.where(loaded, gap, zero)) / depth
-    penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / depth)
+    scale = approach(operator, height, depth, u)
+    gap_error = largest(xp, xp.where(loaded, gap, zero)) / scale
+    penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / scale)
     return _Trial(pressure, u, gap, gap_error, penetration)
+
+
+def approach(operator: Operator, height: Any, depth: float, displacement: Any) -> float:
+    """What errors of the gap are relative to [cells]: the depth, less the mean displacement of surfaces that repeat.
+
+    A mean pressure that repeats moves a surface by C(0), any number on elastic bases; without it, approach is the decrease of
+    the mean gap since first touch.
+    """
+    if not operator.repeats or not height.any():
+        return depth
+    return abs(depth - float(displacement.mean()))
 
 
 def _energy(xp: Any, trial: _Trial) -> float:

@@ -112,7 +112,7 @@ class Levels:
         return folded, folded.asarray(np.ascontiguousarray(folded.kept(heights)))
 
     def folded(self, mirrored: tuple[bool, bool]) -> Levels:
-        """The same levels on the half or quarter of the grid that symmetry leaves; kept, as operators are expensive."""
+        """Levels on the half or quarter of the grid that symmetry leaves; kept, as operators are expensive."""
         if mirrored == (False, False):
             return self
         if mirrored not in self._folded:

@@ -190,24 +190,31 @@ def _newton(
     near; with one the depth may `follow` within the solve, which pays unless the depth is right already.
     """
     spacing, modulus, unit = levels.grid.spacing, levels.kernel.modulus, levels.unit
-    iterations, missing, stiffness, aim = 0, 1.0, 0.0, None
-    if punch is not None:
-        stiffness = punch.stiffness
+    iterations, missing, aim = 0, 1.0, None
+    stiffness = 0.0 if punch is None else punch.stiffness
     if punch is not None and punch.foresees and follow:
         share = levels.asarray(punch.share(levels.grid))
         aim = Aim(force / unit, stiffness / (modulus * spacing), share * (stiffness / (modulus * spacing)))
     # most Newton steps towards a force on one grid; three or four are usual, and half as many would do
     for _ in range(40):
         wanted = max(tolerance, min(1e-2, abs(missing) * 1e-2)) if punch is None else tolerance
+        if stiffness > 0:
+            # a gap adds stiffness times the gap to the force
+            wanted *= min(1.0, force / (stiffness * depth))
         state = _solve(levels, cells, depth, start, wanted, limit - iterations, aim)
         iterations, start = iterations + state.iterations, state.pressure
         if punch is not None and aim is not None and state.depth == depth / spacing:
             punch = replace(punch, foresees=False)
-        depth = state.depth * spacing
+        depth, before = state.depth * spacing, missing
         missing = 1 - state.force * unit / force
         if (abs(missing) <= tolerance and wanted <= tolerance) or iterations >= limit:
             break
-        if punch is None:
+        if not state.contact.any():
+            # no cell is that low: the force grows from the depth of the lowest on
+            state = replace(state, contact=cells == cells.min())
+            depth = float(cells.min()) * spacing
+            stiffness = _punch(levels, state).stiffness
+        elif punch is None or abs(missing) > abs(before) / 2:
             stiffness = _punch(levels, state).stiffness
         aim, depth = None, max(depth + missing * force / stiffness, depth / 4)
     return state, iterations, abs(missing), punch

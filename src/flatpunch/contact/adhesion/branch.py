@@ -32,6 +32,9 @@ STEP = 0.03
 """Step in ln a of the ten-point central differences: their error, about 11! step^10/2772, is then 1e-11 of functions that vary
 over one unit of ln a; the noise of the punch family, 1e-12, is raised to 1e-10."""
 
+AROUND = np.array(range(-5, 6))
+"""Steps at which functions are sampled for their derivatives."""
+
 
 @dataclass(frozen=True, slots=True)
 class AdhesiveContact:
@@ -93,16 +96,9 @@ class Equilibria(Protocol):
 
 @dataclass(frozen=True)
 class Branch:
-    """All equilibria of one medium, one round profile and one work of adhesion.
+    """All equilibria of one medium, one round profile and one work of adhesion [J/m^2].
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    pressed : callable
-        Radii, shape (n,) -> RoundContact without adhesion.
-    work : float
-        Work of adhesion w [J/m^2].
+    `pressed` maps radii, shape (n,), to contacts without adhesion.
     """
 
     kernel: Kernel
@@ -135,7 +131,7 @@ class Branch:
         return radius, np.pi * radius**2
 
     def base_radius(self, mean_radius: Array) -> Array:
-        """The same: discs have one radius."""
+        """The mean radii: discs have one radius."""
         return mean_radius
 
     def error(self, radius: Array) -> Array:
@@ -158,23 +154,24 @@ def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Arra
         # K ~ a^(1 + k) on a power-law half-space
         return (1 + kernel.exponent) * stiffness, np.full_like(a, kernel.exponent)
     family = punch_family(kernel)
-    steps = STEP * np.arange(1, 6)
-    beta = a / kernel.length * np.exp(np.concatenate([-steps[::-1], [0.0], steps]))[:, None]
+    beta = a / kernel.length * np.exp(STEP * AROUND)[:, None]
     responses = family.at(beta.ravel())
     if kernel.tail == 0.0:
         strength = edge_strength(responses).reshape(beta.shape)
         first, _ = central_derivatives(np.log(np.abs(strength)))
-        return 2 * np.pi**2 * kernel.modulus * a * strength[5] ** 2, 2 * first
+        return 2 * np.pi**2 * kernel.modulus * a * strength[AROUND == 0][0] ** 2, 2 * first
     first, second = central_derivatives(np.log(responses.flat[:, 0].reshape(beta.shape)))
     power = 1 + first
     return stiffness * power, first + second / power
 
 
 def central_derivatives(samples: Array) -> tuple[Array, Array]:
-    """First and second derivative in ln a of samples at -5 .. 5 steps, shape (11, n)."""
-    lower, middle, upper = samples[4::-1], samples[5], samples[6:]
-    once = np.array([5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260])
-    twice = np.array([5 / 3, -5 / 21, 5 / 126, -5 / 1008, 1 / 3150])
-    first = once @ (upper - lower) / STEP
-    second = twice @ (upper + lower - 2 * middle) / STEP**2
+    """First and second derivative in ln a of samples at the steps `AROUND`, shape (11, n)."""
+    j = AROUND[AROUND > 0].astype(float)
+    lower, middle, upper = samples[AROUND < 0][::-1], samples[AROUND == 0][0], samples[AROUND > 0]
+    # Lagrange's polynomials in j^2 at zero
+    squares = j[:, None] ** 2 - j**2 + np.diag(j**2)
+    weights = np.prod(np.where(np.eye(j.size, dtype=bool), 1.0, -(j**2) / squares), axis=1)
+    first = weights / (2 * j) @ (upper - lower) / STEP
+    second = weights / j**2 @ (upper + lower - 2 * middle) / STEP**2
     return np.asarray(first), np.asarray(second)

@@ -1,38 +1,19 @@
-"""One medium, one indenter and one work of adhesion: what every adhesive answer starts from."""
+"""One medium, one indenter and one work of adhesion: what every adhesive result starts from."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from flatpunch._support.checks import Array, positive, shown
+from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import Stability, stability, steady_radius
 from flatpunch.contact.round.mean_profile import mean_profile
-from flatpunch.contact.round.profile import Moments, RoundProfile
+from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-
-
-@dataclass(frozen=True, slots=True)
-class FlatFace:
-    """The flat end of a cylinder as a round profile: f = 0."""
-
-    def height(self, r: Array) -> Array:
-        """Zero."""
-        return np.zeros_like(r)
-
-    def slope(self, r: Array) -> Array:
-        """Zero."""
-        return np.zeros_like(r)
-
-    def moments(self, radius: Array, terms: int) -> Moments:
-        """Zero."""
-        return Moments(np.zeros((radius.size, terms)), np.zeros_like(radius), np.zeros_like(radius))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +44,11 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
     largest = 1e60
     for name, value, unit in (("work_of_adhesion", work, "J/m^2"), ("modulus", kernel.modulus, "Pa")):
         if not 1 / largest <= value <= largest:
-            raise ValueError(
-                f"{name} = {value:.6g} {unit} is beyond what adhesion is computed for, {1 / largest:g} to {largest:g} {unit}. "
-                "Check the units; all quantities are in SI."
+            raise BadValue(
+                name,
+                f"{value:.6g} {unit}",
+                f"is beyond what adhesion is computed for, {1 / largest:g} to {largest:g} {unit}. Check the "
+                "units; all quantities are in SI.",
             )
     if not isinstance(indenter, Indenter):
         raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
@@ -83,6 +66,7 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
         found = stability(perturbed, perturbed.profile, indenter.reach, steady=steady)
         return AdhesiveCase(kernel, indenter, perturbed, found)
     pinned = isinstance(indenter, Cylinder)
-    profile: RoundProfile = FlatFace() if pinned else mean_profile(indenter)
+    # a flat face: f = 0
+    profile = PowerProfile(exponent=2.0, factor=0.0) if pinned else mean_profile(indenter)
     branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)
     return AdhesiveCase(kernel, indenter, branch, stability(branch, profile, indenter.reach, pinned=pinned))

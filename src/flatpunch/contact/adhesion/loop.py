@@ -15,20 +15,20 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, positive, whole
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, whole
+from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
-from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
+from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
 from flatpunch.contact.curve import UNITS
@@ -63,14 +63,6 @@ class Jump:
     force: float
     radius_before: float
     radius_after: float
-    energy: float
-
-
-@dataclass(frozen=True, slots=True)
-class _State:
-    radius: float
-    depth: float
-    force: float
     energy: float
 
 
@@ -141,13 +133,15 @@ def adhesion_loop(
     most = positive(quantity, depth if force is None else force, unit=UNITS[quantity])
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
     if quantity == "depth" and most >= deepest(medium):
-        raise ValueError(
-            f"depth = {text(most, 'm')} is more than the {text(deepest(medium), 'm')} of the layers on their rigid "
-            "base: no tip gets there. Ask for less depth."
+        raise BadValue(
+            "depth",
+            text(most, "m"),
+            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
+            "Ask for less depth.",
         )
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
-    attributes: dict[str, Any] = {
+    attributes: Plain = {
         "title": "Adhesive approach and withdrawal computed by flatpunch",
         "control": quantity,
         "work_of_adhesion": case.branch.work,
@@ -201,7 +195,7 @@ def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
 
 def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
     """int rate dln a from zero to each radius: Gauss rules on decades; the part below 1e-10 of the radius is negligible."""
-    t, weights = gauss(24)
+    t, weights = gauss()
     width, decades = np.log(10), 10
     start = np.log(radius)[:, None] - width * np.arange(1, decades + 1)
     x = start[..., None] + width / 2 * (t + 1)
@@ -216,8 +210,8 @@ def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Le
         stretches.append(None)
     ends = [_ends(case, stretch, quantity) for stretch in stretches]
     here = next(i for i, (low, high) in enumerate(ends) if low <= 0 <= high)
-    first = _state(case, stretches[here], quantity, 0.0)
-    jumps = [Jump("jump_in", first.depth, first.force, 0.0, first.radius, -first.energy)]
+    first, energy = _state(case, stretches[here], quantity, 0.0)
+    jumps = [Jump("jump_in", first.depth, first.force, 0.0, first.radius, -energy)]
     approach, at = [], 0.0
     while ends[here][1] < most:
         top = ends[here][1]
@@ -238,8 +232,8 @@ def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Le
         ):
             jumps.append(_jump(case, quantity, "inwards", stretches[here], stretches[inner[0]], low))
         here, at = inner[0], low
-    last = _state(case, stretches[here], quantity, low)
-    jumps.append(Jump("pull_off", last.depth, last.force, last.radius, 0.0, last.energy))
+    last, energy = _state(case, stretches[here], quantity, low)
+    jumps.append(Jump("pull_off", last.depth, last.force, last.radius, 0.0, energy))
     return approach, back, jumps
 
 
@@ -257,25 +251,26 @@ def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, val
     return float(radius_on(case.branch, stretch, quantity, np.array([value]), case.indenter.reach)[0])
 
 
-def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> _State:
-    """State on a stretch at one value of the control."""
+def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> tuple[Instability, float]:
+    """State on a stretch at one value of the control, and its energy [J]."""
     radius = np.array([_radius(case, stretch, quantity, value)])
     contact, mean_radius = case.branch.at(radius), float(case.branch.size(radius)[0][0])
     if stretch is None:
         stiffness = float(contact.plain.stiffness[0])
         depth = value if quantity == "depth" else value / stiffness
         energy = stiffness * depth**2 / 2 - np.pi * radius[0] ** 2 * case.branch.work
-        return _State(mean_radius, depth, stiffness * depth, float(energy))
+        return Instability(stiffness * depth, depth, mean_radius), float(energy)
     depth = value if quantity == "depth" else float(contact.depth[0])
     force = value if quantity == "force" else float(contact.force[0])
-    return _State(mean_radius, depth, force, float(contact_energy(case, radius)[0]))
+    return Instability(force, depth, mean_radius), float(contact_energy(case, radius)[0])
 
 
 def _jump(
     case: AdhesiveCase, quantity: Quantity, kind: str, old: Stretch | None, new: Stretch | None, value: float
 ) -> Jump:
-    before, after = _state(case, old, quantity, value), _state(case, new, quantity, value)
-    lost = before.energy - after.energy
+    before, energy = _state(case, old, quantity, value)
+    after, left = _state(case, new, quantity, value)
+    lost = energy - left
     if quantity == "force":
         lost += value * (after.depth - before.depth)
     return Jump(kind, before.depth, before.force, before.radius, after.radius, lost)
@@ -286,13 +281,9 @@ def _columns(
 ) -> dict[str, Column]:
     """Separated approach, contact, withdrawal, one after the other."""
     legs = [_sample(case, quantity, leg, count) for leg in (*approach, *back)]
-    depth, force, radius, area = (np.concatenate(parts) for parts in zip(*legs, strict=True))
-    outside = np.linspace(1.2 * min(0.0, float(depth.min())), 0.0, count)
-    nothing = np.zeros(count)
-    lead = (outside, nothing, nothing, nothing)
-    depth, force, radius, area = (
-        np.concatenate(parts) for parts in zip(lead, (depth, force, radius, area), strict=True)
-    )
+    outside = np.linspace(1.2 * min(0.0, *(float(leg[0].min()) for leg in legs)), 0.0, count)
+    lead = (outside, *np.zeros((3, count)))
+    depth, force, radius, area = (np.concatenate(parts) for parts in zip(lead, *legs, strict=True))
     columns = {
         "depth": (depth, "m", "indentation depth"),
         "force": (force, "N", "normal force"),

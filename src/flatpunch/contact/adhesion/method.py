@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, values
+from flatpunch._support.checks import ROUNDING, Array, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
@@ -20,7 +20,7 @@ from flatpunch.contact.adhesion.stable_radius import stable_radius
 from flatpunch.contact.curve import UNITS, Control, Curve, Extra, check_reach, first_failure, prescribed
 from flatpunch.contact.perturbation.series_method import LARGEST_SWING
 from flatpunch.contact.round.soundness import soundness
-from flatpunch.contact.round.superposition import punch_pressure, round_history, superpose
+from flatpunch.contact.round.superposition import grown_pressure, punch_pressure
 from flatpunch.indenters.profile import Indenter
 
 
@@ -98,26 +98,29 @@ _UNSTABLE_OUTLINE = (
 _RETRACTION = "distance by which adhesion draws the tip in, against the contact without adhesion of the same radius"
 
 
-def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array, work: float) -> Array:
-    """Pressure at distances r from the axis, shape (n,) [Pa]: minus infinity at the edge, zero outside."""
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, work: float) -> tuple[Array, Array]:
+    """Pressure at distances r from the axis, minus infinity at the edge, zero outside, and its error; shape (n,) each [Pa]."""
     if not indenter.round:
         raise ValueError("The adhesive pressure is available under round indenters only.")
     case = adhesive_case(kernel, indenter, work)
     curve = solve(kernel, indenter, control, np.zeros(1), work)
     a = float(curve.radius[0])
     if not a > 0:
-        return np.zeros_like(r)
-    field = np.zeros_like(r)
+        return np.zeros_like(r), np.zeros_like(r)
+    field, error = np.zeros_like(r), np.zeros_like(r)
     if not case.pinned:
-        field = superpose(kernel, round_history(case.branch.evaluate, a, kernel.exponent), r, phi)
+        field, error = grown_pressure(kernel, case.branch.evaluate, a, r)
     inside = r <= a
     rho = r[inside] / a
     height = np.sqrt((1 - rho) * (1 + rho))
-    smooth = punch_pressure(kernel, np.full_like(rho, a), height)
+    smooth, rough = (punch_pressure(kernel, np.full_like(rho, a), height, fewer=each) for each in (False, True))
     back = float(curve.extra["retraction"][1][0])
     with np.errstate(divide="ignore"):
-        field[inside] -= kernel.modulus * back / (np.pi * a) * smooth / height
-    return field
+        pulled = kernel.modulus * back / (np.pi * a) / height
+        field[inside] -= pulled * smooth
+        # infinite at the edge, and known to be
+        error[inside] += np.where(rho < 1, pulled, 0.0) * np.abs(smooth - rough)
+    return field, error
 
 
 def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array, Array, Extra, Flags]:
@@ -181,8 +184,9 @@ def _answers(
 
 def _within(case: AdhesiveCase, quantity: Quantity, radius: Array) -> Flags:
     """Whether radii lie in a stable stretch, ends included."""
-    slack = 1e-12
-    inside = [(radius >= s.start * (1 - slack)) & (radius <= s.end * (1 + slack)) for s in case.stability.of(quantity)]
+    inside = [
+        (radius >= s.start * (1 - ROUNDING)) & (radius <= s.end * (1 + ROUNDING)) for s in case.stability.of(quantity)
+    ]
     return np.any(inside, axis=0) if inside else np.zeros(radius.shape, dtype=bool)
 
 

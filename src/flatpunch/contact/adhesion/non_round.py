@@ -31,15 +31,23 @@ from functools import cached_property
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Branch, central_derivatives, stiffness_growth
+from flatpunch.contact.adhesion.branch import (
+    AROUND,
+    STEP,
+    AdhesiveContact,
+    Branch,
+    central_derivatives,
+    stiffness_growth,
+)
 from flatpunch.contact.perturbation.asymmetry import Angles, expand
 from flatpunch.contact.perturbation.error import second_order_error
 from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.chebyshev import NODES
 from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import SMALLEST, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
@@ -50,17 +58,7 @@ from flatpunch.punch.power_law import power_law_punch
 
 @dataclass(frozen=True)
 class PerturbedBranch:
-    """Equilibria of one non-round tip over the base radius; the same interface as `Branch`.
-
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    indenter : Indenter
-        A power-law tip.
-    work : float
-        Work of adhesion w [J/m^2].
-    """
+    """Equilibria of one power-law tip over the base radius, with a work of adhesion [J/m^2]; the same interface as `Branch`."""
 
     kernel: Kernel
     indenter: Indenter
@@ -101,12 +99,12 @@ class PerturbedBranch:
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
         """Depth, force and logarithm of the area over ln a: 1e-11 of functions that vary over one unit of it."""
-        width = float(np.log(10) / 6)
+        width = float(np.log(10) / 4)
 
         def edges(x: Array) -> Array:
             return np.asarray(width * np.arange(np.floor(x.min() / width), np.floor(x.max() / width) + 2))
 
-        return PiecewiseChebyshev(lambda x: self._corrected(np.exp(x)).T, edges, lambda low, high: 14)
+        return PiecewiseChebyshev(lambda x: self._corrected(np.exp(x)).T, edges, lambda low, high: NODES)
 
     @cached_property
     def _panels(self) -> PiecewiseChebyshev:
@@ -151,7 +149,7 @@ class PerturbedBranch:
         for _ in range(60):
             step = np.log(mean_radius / self.shape(np.exp(x), np.zeros(1))[1])
             x = x + step
-            if np.abs(step).max() < 1e-12:
+            if np.abs(step).max() < ROUNDING:
                 break
         return np.asarray(np.exp(x))
 
@@ -188,11 +186,11 @@ class PerturbedBranch:
 
     def _corrected(self, radius: Array) -> Array:
         """Depth, force and logarithm of the area, which stays positive beside poles; shape (3, n)."""
-        steps = STEP * np.arange(-5, 6)[:, None]
-        around = self._left((radius * np.exp(steps)).ravel()).reshape(4, 11, radius.size)
+        samples = radius * np.exp(STEP * AROUND)[:, None]
+        around = self._left(samples.ravel()).reshape(4, *samples.shape)
         left_slope, _ = central_derivatives(around[0])
         weak_slope, _ = central_derivatives(around[2])
-        slope_by_depth, stiffened = around[1, 5], around[3, 5]
+        slope_by_depth, stiffened = around[1::2, AROUND == 0][:, 0]
         contact = self.base.at(radius)
         plain, back = contact.plain, contact.retraction
         growth, _ = stiffness_growth(self.kernel, plain)

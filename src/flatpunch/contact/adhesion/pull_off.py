@@ -23,8 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import FlatpunchWarning, positive, shown
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import FlatpunchWarning, positive, refused_overflow, shown
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
@@ -37,7 +36,7 @@ from flatpunch.media import Body
 @readable
 @dataclass(frozen=True, slots=True)
 class Instability:
-    """State of the contact just before it is lost.
+    """State of the contact, such as the one just before it is lost.
 
     Attributes
     ----------
@@ -223,7 +222,7 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
     )
     contact = case.branch.at(case.branch.base_radius(np.array([result.radius])))
     # (T11.4)
-    mu = float(contact.retraction[0]) / (np.sqrt(2 * np.pi) * (9 * np.pi / 8) ** (1 / 6) * z0)
+    mu = float(contact.retraction[0]) / ((3 * np.pi**2) ** (1 / 3) * z0)
     dmt = -case.branch.work / z0 * np.pi * _radius_of_gap(case.indenter, z0) ** 2
     # above 5 the pull-off force of JKR is within a few per cent, below 0.1 that of rigid bodies (Johnson and Greenwood 1997)
     rigid, soft = 0.1, 5.0
@@ -252,5 +251,5 @@ def _radius_of_gap(indenter: Indenter, gap: float) -> float:
     high = np.log(min(indenter.reach, 1e9))
     if rise(high) <= 0:
         return float(np.exp(high))
-    # 1e-14 in ln r is rounding; 300 in ln r below the end is far below any gap
-    return float(np.exp(scipy.optimize.brentq(rise, high - 300, high, xtol=1e-14, rtol=1e-14)))
+    low = np.log(np.finfo(float).tiny)
+    return float(np.exp(scipy.optimize.brentq(rise, low, high)))

@@ -16,14 +16,15 @@ import scipy
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
-from flatpunch.contact.adhesion.branch import STEP, AdhesiveContact, Equilibria
+from flatpunch.contact.adhesion.branch import AROUND, STEP, AdhesiveContact, Equilibria
+from flatpunch.contact.round import radius_search
 from flatpunch.contact.round.profile import RoundProfile
 from flatpunch.punch.matrix import RESOLVED, effective_beta
 
 Quantity = Literal["depth", "force"]
 QUANTITIES: tuple[Quantity, Quantity] = ("depth", "force")
 
-PER_DECADE = 24
+PER_DECADE = 2 * radius_search.PER_DECADE
 """Radii per decade at which the branch is searched for turns; with half as many a narrow stable stretch may be missed."""
 
 
@@ -56,29 +57,11 @@ def slope_of(contact: AdhesiveContact, quantity: Quantity) -> Array:
 def stability(
     branch: Equilibria, profile: RoundProfile, reach: float, *, pinned: bool = False, steady: float = np.inf
 ) -> Stability:
-    """Find the instabilities of a branch.
+    """Find the instabilities of a branch of contacts of a profile, which is defined up to `reach` [m].
 
-    Parameters
-    ----------
-    branch : Equilibria
-        The equilibria.
-    profile : RoundProfile
-        The profile they belong to.
-    reach : float
-        Largest radius at which the profile is defined [m].
-    pinned : bool
-        Whether the contact stays at `reach` when pressed further: a flat end.
-    steady : float
-        Radius at which the branch must be stable [m], that of `steady_radius` of the round contact which it corrects.
-
-    Returns
-    -------
-    Stability
-
-    Raises
-    ------
-    ValueError
-        If the pull-off lies beyond the reach of the indenter or the resolution of the medium, or if there is none.
+    A contact that is `pinned` stays at `reach` when pressed further: a flat end. At the radius `steady` [m] the branch must be
+    stable; it is `steady_radius` of the round contact that the branch corrects. A ValueError says that the pull-off is beyond the
+    reach of the indenter or the resolution of the medium, or that there is none.
     """
     most = largest_radius(branch.kernel, reach)
     length = (
@@ -184,23 +167,23 @@ def _guard(kernel: Kernel) -> float:
     """Distance in ln a over which softer material below could still turn the branch: radii grow like modulus^(-1/3)."""
     if kernel.homogeneous or kernel.exponent:
         return float(np.log(10) / 4)
-    kappa = np.geomspace(kernel.floor, kernel.cutoff, 60)
+    kappa = np.geomspace(kernel.floor, kernel.cutoff, 100)
     softer = max(1.0, float(np.max(kernel.response(kappa))))
-    return float(np.log(2.5) + np.log(softer) / 2)
+    return float(np.log(3) + np.log(softer) / 2)
 
 
 def largest_radius(kernel: Kernel, reach: float) -> float:
     """Largest radius at which the branch can be computed [m]: slopes need a little beyond."""
     if kernel.homogeneous or kernel.exponent:
         return min(reach, 1e12)
-    return min(reach, RESOLVED / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-6 * STEP)))
+    return min(reach, RESOLVED / effective_beta(kernel, 1.0) * kernel.length * float(np.exp(-(AROUND[-1] + 1) * STEP)))
 
 
 def _half_space_balance(branch: Equilibria, profile: RoundProfile, most: float) -> float:
     """Radius at which depth and retraction balance on the half-space of the surface material."""
     smallest = 1e-15
     if most > smallest:
-        radius = np.geomspace(smallest, min(most, 1e6), 400)
+        radius = np.geomspace(smallest, min(most, 1e6), 1000)
         depth = np.pi * profile.moments(radius, 1).edge
         back = np.sqrt(2 * np.pi * radius * branch.work / branch.kernel.modulus)
         first = int(np.searchsorted(np.maximum.accumulate(depth / back), 1.0))
@@ -220,8 +203,8 @@ def _stretches(branch: Equilibria, x: Array, slope: Array, quantity: Quantity) -
         return float(slope_of(branch.at(np.exp([at])), quantity)[0])
 
     flips = np.flatnonzero((slope[:-1] > 0) != (slope[1:] > 0))
-    # 1e-13 in ln a: the branch itself is known to 1e-10, so its minimum is found to rounding
-    roots = [float(np.exp(scipy.optimize.brentq(value, x[i], x[i + 1], xtol=1e-13, rtol=1e-13))) for i in flips]
+    # the branch itself is known to 1e-10, so its minimum is found to rounding
+    roots = [float(np.exp(scipy.optimize.brentq(value, x[i], x[i + 1]))) for i in flips]
     if slope[0] > 0:
         roots.insert(0, 0.0)
     return tuple(Stretch(a, b) for a, b in list(zip(roots[::2], [*roots[1::2], np.inf], strict=False))[::-1])

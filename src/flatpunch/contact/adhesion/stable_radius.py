@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.contact.adhesion.branch import AdhesiveContact, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
@@ -19,32 +19,10 @@ def stable_radius(
     reach: float,
     pinned: bool,
 ) -> Array:
-    """Radii of the stable contacts of given depth or force.
+    """Radii [m] of the stable contacts of given depths or forces of any sign, shape (n,); 0 where there is none.
 
-    A target that several stretches can hold belongs to the outermost: a tip that is withdrawn stays there until its end.
-
-    Parameters
-    ----------
-    branch, stability
-        The equilibria and their stable stretches.
-    quantity : "depth" or "force"
-        What `target` is.
-    target : ndarray, shape (n,)
-        Wanted values [m] or [N], any sign.
-    reach : float
-        Largest radius at which the profile is defined [m].
-    pinned : bool
-        Whether targets beyond `reach` keep that radius (a flat end).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Radii [m]; 0 where no stable contact exists.
-
-    Raises
-    ------
-    ValueError
-        If a target is beyond the reach of the indenter.
+    A target that several stretches can hold belongs to the outermost: a tip that is withdrawn stays there until its end. Where
+    `pinned` (a flat end), targets beyond the reach of the profile [m] keep that radius; else a ValueError names them.
     """
     radius = np.zeros_like(target)
     open_ = np.ones(target.shape, dtype=bool)
@@ -55,7 +33,7 @@ def stable_radius(
     for stretch in stability.of(quantity):
         lowest, highest = ends_of(branch, stretch, quantity)
         # the pull-off itself, prescribed as computed, is still in contact
-        held = open_ & (target >= lowest - 1e-12 * abs(lowest)) & (target <= highest)
+        held = open_ & (target >= lowest - ROUNDING * abs(lowest)) & (target <= highest)
         if held.any():
             radius[held] = radius_on(branch, stretch, quantity, np.maximum(target[held], lowest), reach)
             open_ &= ~held
@@ -107,8 +85,7 @@ def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: 
 
 def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reach: float) -> Array:
     """Nodes of ln a from the start of a stretch to where the quantity exceeds `most`."""
-    units = 40
-    start = np.log(stretch.start) if stretch.start > 0 else np.log(min(reach, 1.0)) - units
+    start = np.log(stretch.start) if stretch.start > 0 else np.log(1e-15 * min(reach, 1.0))
     end = np.log(min(stretch.end, largest_radius(branch.kernel, reach)))
     if np.isfinite(stretch.end):
         return np.linspace(start, end, 2 + int(PER_DECADE * (end - start) / np.log(10)))
@@ -118,7 +95,7 @@ def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reac
         out_of_reach = 2 * value_of(branch.base.at(np.exp([end])), quantity)[0] < most
     else:
         out_of_reach = False
-    for _ in range(0 if out_of_reach else 4 * units):
+    while not out_of_reach:
         more = np.minimum(grid[-1] + np.log(10) / PER_DECADE * np.arange(1, PER_DECADE // 4 + 1), end)
         reached = value_of(branch.at(np.exp(more)), quantity)
         grid.extend(more.tolist())
@@ -127,7 +104,9 @@ def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reac
             return np.unique(grid)
         if more[-1] >= end:
             break
-    raise ValueError(
-        f"{quantity} = {most:.6g} {'m' if quantity == 'depth' else 'N'} needs a contact radius above "
-        f"{text(float(np.exp(end)), 'm')}, where the indenter ends or the medium is no longer resolved. Ask for less."
+    raise BadValue(
+        quantity,
+        f"{most:.6g} {'m' if quantity == 'depth' else 'N'}",
+        f"needs a contact radius above {text(float(np.exp(end)), 'm')}, "
+        "where the indenter ends or the medium is no longer resolved. Ask for less.",
     )

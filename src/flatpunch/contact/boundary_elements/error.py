@@ -16,20 +16,40 @@ Beside a flat it is not, until the ring of contact around the flat is several ce
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import label
+from scipy.ndimage import binary_erosion, label
 
 from flatpunch import bem
+from flatpunch._support.checks import Array, Flags
 from flatpunch.bem.bounding_box import bounding_box
 
 _SECOND_ORDER = 4.0
 """Ratio q of errors that fall with the square of the width; larger ones are chance."""
 
 
+def along_rays(error: Array, contour: Array) -> Array:
+    """Errors of outlines along their rays, over the mean radius, shape (n,), from those across them.
+
+    `contour` holds a(phi) at equal angles, shape (n, angles). A ray that meets an outline at an angle meets one that is moved
+    across so much farther away.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithm = np.log(contour)
+        slope = (np.roll(logarithm, -1, axis=1) - np.roll(logarithm, 1, axis=1)) * contour.shape[1] / (4 * np.pi)
+        found = error * np.hypot(1.0, slope).max(axis=1)
+    return np.where(np.isfinite(found), found, error)
+
+
+def located(error: Array) -> Flags:
+    """Where an outline is known to less than its mean radius, or there is none, which notes say; shape (n,)."""
+    return np.asarray((error < 1) | ~np.isfinite(error))
+
+
 def own_error(solution: bem.Solution) -> float:
     """Relative error of the force on the cells of a solution; infinite if none is in contact."""
     if not solution.contact.any():
         return float("inf")
-    return max(_richardson(*_differences(solution)), _rim_error(solution)) + _floor(solution)
+    measured = max(_richardson(*_differences(solution)), _rim_error(solution))
+    return max(measured, _lowest_cell(solution)) + _floor(solution)
 
 
 def extrapolated(solution: bem.Solution) -> tuple[float, float]:
@@ -51,10 +71,7 @@ def extrapolated(solution: bem.Solution) -> tuple[float, float]:
 
 
 def _differences(solution: bem.Solution) -> tuple[float, float]:
-    """Relative differences of forces on cells of one width and of the next wider ones, the finest first.
-
-    Where wider cells were not solved the errors are taken to fall with the width itself; both are zero where none were.
-    """
+    """Relative differences of forces to wider cells, the finest first; without them the error falls like the width."""
     if not np.isfinite(solution.coarser_force):
         return 0.0, 0.0
     last = solution.coarser_force / solution.force - 1
@@ -96,6 +113,15 @@ def _rim_error(solution: bem.Solution) -> float:
         straight = length > 2 / 3 * half[1 - axis]
         error += float(lost @ np.where(straight, 0.6, 0.13))
     return error / (solution.force * solution.depth)
+
+
+def _lowest_cell(solution: bem.Solution) -> float:
+    """Error where no cell has contact all around, as the tip is lower between the centres of cells; else zero."""
+    contact = np.asarray(solution.contact)
+    if binary_erosion(contact).any():
+        return 0.0
+    lowest = solution.depth - float(np.asarray(solution.displacement)[contact].max())
+    return max(lowest, 0.0) * solution.stiffness / solution.force
 
 
 def _floor(solution: bem.Solution) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from flatpunch import bem
 from flatpunch._support.checks import Array, Flags
+from flatpunch._support.paths import Plain
 from flatpunch.bem.grid import Grid
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
@@ -20,18 +20,8 @@ def boxes_between(
 ) -> tuple[Array, Array, Flags]:
     """Half-widths and centres of the contacts at positions ln d, shape (n, 2) each, and which of them are reliable, shape (n,).
 
-    Parameters
-    ----------
-    positions : array, shape (n,)
-        ln d.
-    known : mapping
-        Outlines ln a(phi) of the solutions at their ln d; NaN where there is none.
-    round_radius : array, shape (n,)
-        Radii of the round contacts [m].
-    level_line : array, shape (angles,)
-        From `level_line`.
-    phi : array, shape (angles,)
-        Polar angles [rad].
+    `known` are the outlines ln a(phi) of the solutions at their ln d, NaN where there is none; `round_radius` the radii of the
+    round contacts [m], shape (n,); `level_line` is the function of that name, shape (angles,).
     """
     every = np.array(sorted(known))
     # contacts follow powers 1 to 2 of the tip's level lines, from soft to stiff layers; the box is a tenth wider
@@ -46,8 +36,7 @@ def boxes_between(
             sure[row] = np.isfinite(between).all() and np.abs(high - low).max() < 1.0
             logarithms[row] = np.where(np.isfinite(between), between, logarithms[row])
     half_widths, centers = boxes_around(np.exp(logarithms), phi)
-    # contacts that are their own mirror images are recognised by their centre
-    # distance of the centre over the half-width below which it is the point of first touch
+    # contacts that are their own mirror images have the point of first touch as centre, to 2 % of the half-width
     centers[np.abs(centers) < 0.02 * half_widths] = 0.0
     return half_widths, centers, sure
 
@@ -60,7 +49,7 @@ def boxes_around(outlines: Array, phi: Array) -> tuple[Array, Array]:
     return half_widths, centers
 
 
-def outgrown(grid: Grid, contour: Array) -> dict[str, Any] | None:
+def outgrown(grid: Grid, contour: Array) -> Plain | None:
     """Box for another solution where an outline a(phi) [m] leaves its grid, as arguments of `bem.solve`; else None.
 
     Coarse cells miss the ends of narrow lobes, so that the box of the grid is too small.

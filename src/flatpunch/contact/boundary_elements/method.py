@@ -8,19 +8,21 @@ import numpy as np
 import scipy
 
 from flatpunch import bem
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.progress import Report, reporting
+from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
+from flatpunch.bem.solution import reaches_end
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
-from flatpunch.contact.curve import Control, Curve, Extra
-from flatpunch.contact.limits import cut_off, steepness
+from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.limits import cut_off, steep_faces, steepness
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.pressure_field import PressureField
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_rising, is_rising
 
 TOLERANCE = 1e-6
 """Default gap error over the depth; ten times as much leaves 1e-5 of the force."""
@@ -59,7 +61,7 @@ def solve(
     progress : bool or callable, optional
         True shows a bar; a function is called with (steps done, steps in all).
     """
-    live = _live(control)
+    live = _live(indenter, control)
     targets = control.values[live]
     if tolerance is None:
         tolerance = SINGLE_FLOOR if single else TOLERANCE
@@ -96,14 +98,22 @@ def solve(
     radius, area = np.zeros(control.values.size), np.zeros(control.values.size)
     for row, trace in zip(rows, traces, strict=True):
         contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
-    converged = np.ones(control.values.size, dtype=bool)
+    converged, inside = np.ones((2, control.values.size), dtype=bool)
     converged[rows] = [solution.converged for solution in found]
+    slope, rising, height = np.zeros(control.values.size), is_rising(indenter), IndenterHeight(indenter)
+    if not rising or getattr(indenter, "cut", False):
+        heights = [height(solution.grid) for solution in found]
+        ended = [reaches_end(each, solution.contact) for each, solution in zip(heights, found, strict=True)]
+        inside[rows] = ~np.array(ended, dtype=bool)
+        slope[rows] = [_mean_slope(each, solution) for each, solution in zip(heights, found, strict=True)]
     force_error, contour_error = np.zeros((2, control.values.size))
     if found:
-        force_error[rows], contour_error[rows] = _errors(found, traces)
+        force_error[rows], across = _errors(found, traces)
+        contour_error[rows] = cell_error.along_rays(across, contour[rows])
     extra: Extra = {
         **estimates(force_error, contour_error),
         "gap_error": (("step",), collect("gap_error"), "1", "largest gap in contact over the depth"),
+        "patches": (("step",), collect("patches").astype(int), "1", "number of separate parts of the contact"),
         "penetration": (
             ("step",),
             collect("penetration"),
@@ -112,6 +122,8 @@ def solve(
         ),
     }
     depth = collect("depth")
+    # a tip with edges or several parts is described by its cells, not by the rays of an outline
+    sound = converged & (cell_error.located(contour_error) | (not rising))
     notes = tuple(dict.fromkeys(note for solution in found for note in solution.notes))
     if np.isnan(contour).any():
         notes += ("Where the contact has no outline the radius is the mean length of its rays in contact.",)
@@ -122,10 +134,30 @@ def solve(
         area=area,
         stiffness=collect("stiffness"),
         contour=contour,
-        valid=converged,
-        notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
+        valid=sound & (inside | (not getattr(indenter, "cut", False))),
+        notes=notes
+        + (steepness(indenter, radius, depth) if rising else steep_faces(slope, depth))
+        + (cut_off(indenter, contour, phi, depth) if not getattr(indenter, "cut", False) else ())
+        + first_failure(~inside, depth, _at_end(indenter)),
         extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
     )
+
+
+def _mean_slope(height: Array, solution: bem.Solution) -> float:
+    """Mean slope of a tip in its contact [-]."""
+    if not solution.contact.any():
+        return 0.0
+    with np.errstate(invalid="ignore"):
+        slopes = np.hypot(*np.gradient(np.where(np.isfinite(height), height, np.nan), solution.grid.spacing))
+    known = slopes[solution.contact & np.isfinite(slopes)]
+    return float(known.mean()) if known.size else 0.0
+
+
+def _at_end(indenter: Indenter) -> str:
+    """Sentence about contacts that reach the end of a tip."""
+    if getattr(indenter, "cut", False):
+        return "the contact reaches the border of the map, beyond which the tip is not known. Ask for less depth."
+    return "the contact reaches the end of the tip, which presses like the edge of a punch there."
 
 
 def pressure(
@@ -144,7 +176,7 @@ def pressure(
 
     The error is the difference that cells twice as wide make, the largest of a cell and its neighbours.
     """
-    if not _live(control).any():
+    if not _live(indenter, control).any():
         return PressureField(np.zeros_like(r), np.zeros_like(r))
     if tolerance is None:
         tolerance = SINGLE_FLOOR if single else TOLERANCE
@@ -168,8 +200,9 @@ def _cell_width_error(y: Array, x: Array, field: Array) -> Array:
     return np.asarray(scipy.ndimage.maximum_filter(np.abs(field - _between(y_wide, x_wide, wide)(at)), size=3))
 
 
-def _live(control: Control) -> Any:
+def _live(indenter: Indenter, control: Control) -> Flags:
     if control.name == "radius":
+        check_rising(indenter)
         raise ValueError(
             "radius cannot control method='bem': the contact is found from the depth or the force. Give one of them "
             "(method='refined' or 'second-order' takes a mean radius and returns the depth)."
@@ -207,7 +240,7 @@ def _solutions(
 
 
 def _errors(found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
-    """Estimated relative errors of the forces, and of the outlines over the mean radius."""
+    """Estimated relative errors of the forces, and of the outlines across them, over the mean radius."""
     force = np.array([cell_error.own_error(solution) for solution in found])
     measured = np.isfinite([solution.coarser_force for solution in found])
     # steps that start from the previous one have no solution on wider cells

@@ -69,7 +69,6 @@ def expand(indenter: Indenter, lam: float) -> Angles:
         u = np.log(ratio) if lam == 0 else (ratio**lam - 1) / lam
         spectrum = np.abs(np.fft.rfft(u))
         # products of four fields must fit on the grid
-        # points on one period of the smoothest outline: enough for products of four of its harmonics
         if points <= 128 or spectrum[points // 16 :].max() > 1e-15 * max(spectrum.max(), 1e-15):
             break
         points //= 2

@@ -1,12 +1,12 @@
 """Error estimates of the series on non-round indenters: relative error of the force, and error of the outline.
 
-Second order is judged by its own third and fourth terms, fourth order by what its Pade form adds to the plain sum and by its
-last term. Outlines are known to first order of their logarithm w only; their error is a fraction of the square of max|w|, the
-swing, and of the swing itself at edges, where outlines have cusps. First order is judged by second order on a half-space,
-where that is a matter of the indenter alone, and by so much more as the medium enlarges the square of the outline's deviation
-from a circle, to which the terms of second order are proportional. The factors were fitted to the honesty catalogue
-(tests/catalogue), in which at least 95 % of the true errors are below the estimate; all are proportional, so that doubling
-one doubles its part of the estimate.
+Second order is judged by its own third and fourth terms, or by the sum of a series with their ratio, fourth order by what its
+Pade form adds to the plain sum and by its last term. Outlines are known to first order of their logarithm w only; their error
+is a fraction of the square of max|w|, the swing, and of the swing itself at edges, where outlines have cusps. First order is
+judged by second order on a half-space, where that is a matter of the indenter alone, and by so much more as the medium enlarges
+the square of the outline's deviation from a circle, to which the terms of second order are proportional. The factors were
+fitted to the honesty catalogue (tests/catalogue), in which at least 95 % of the true errors are below the estimate; all are
+proportional, so that doubling one doubles its part of the estimate.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Factors:
     edges, blunt : float
         Error of an outline per swing, of tips with edges and of general profiles without (blunted tips).
     last : float
-        Second order: share of |x4| that is added to |x3 + x4|.
+        Second order: share of |x4| that is added to what x3 and x4 say.
     higher : float
         Next term over its measure: |x4| swing^2 in fourth order; |x3| and x2^2 of general profiles, whose x4 is not known.
     layers : float
@@ -91,7 +91,10 @@ def second_order_error(indenter: Indenter, contact: PerturbedContact) -> tuple[A
         force = np.where(contact.swing > 0.99 * LARGEST_WAVE, np.maximum(force, np.abs(x2) * contact.swing), force)
         force = force + _FACTORS.flat_force * _flat_spread(indenter, contact)
     else:
-        force = np.abs(x3 + x4) + _FACTORS.last * np.abs(x4) + _FACTORS.floor
+        # terms of opposite signs may cancel by chance; the sum of a series with their ratio does not
+        size = np.abs(x3) + np.abs(x4)
+        rest = np.maximum(np.abs(x3 + x4), x3**2 / np.where(size > 0, size, 1.0))
+        force = rest + _FACTORS.last * np.abs(x4) + _FACTORS.floor
     return force, _outline_error(indenter, contact)
 
 
@@ -162,10 +165,7 @@ def _enlargement(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> A
 
 @byte_cached
 def _half_space_difference(indenter: Indenter, radius: float) -> tuple[float, float]:
-    """Differences of force (relative) and outline (over the mean radius) between first and second order on a half-space.
-
-    Taken at the depth at which the mean profile has the contact radius `radius`.
-    """
+    """Differences of force and outline, both relative, of first to second order at the same depth on a half-space."""
     kernel = compliance(HalfSpace(1.0, 0.0))
     power = indenter.exponent is not None
     series = power_expansion(kernel, indenter, "second") if power else general_expansion(kernel, indenter)

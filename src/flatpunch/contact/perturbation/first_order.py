@@ -21,7 +21,16 @@ from flatpunch.contact.perturbation.first_order_outline import area, growth_fact
 from flatpunch.contact.round.mean_profile import Evaluate, mean_contact
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.contact.round.soundness import soundness
-from flatpunch.contact.round.superposition import History, log_radii, round_history, spline, spline_outline, superpose
+from flatpunch.contact.round.superposition import (
+    History,
+    grown_pressure,
+    log_radii,
+    round_history,
+    spline,
+    spline_outline,
+    superpose,
+)
+from flatpunch.indenters._common import RAYS
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.profile import Indenter
@@ -95,8 +104,6 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     if contact.radius[0] == 0:
         return np.zeros_like(r)
     history = round_history(evaluate, float(contact.radius[0]), kernel.exponent)
-    if indenter.round:
-        return superpose(kernel, history, r, phi)
     if flat_radius(indenter) > 0:
         raise NoSuperposition(
             "the whole flat end of this tip is in contact at the first touch, so the outline does not grow "
@@ -107,11 +114,17 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     return superpose(kernel, history, r, phi)
 
 
+def round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> tuple[Array, Array]:
+    """Exact pressure of a round contact at distances r from the axis, and its estimated error, shape (n,) each [Pa]."""
+    evaluate, contact = mean_contact(kernel, indenter, control)
+    return grown_pressure(kernel, evaluate, float(contact.radius[0]), r)
+
+
 def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: float) -> None:
     """Refuse a superposed pressure whose integral over the contact is not the force."""
     phi, weights = angular_rule(indenter)
     # Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex
-    t, weight = gauss(12)
+    t, weight = gauss(10)
     theta = np.pi / 4 * (t + 1)
     edge = history.radius * history.outline(np.full_like(phi, np.log(history.radius)), phi)[0]
     r = edge[:, None] * np.sin(theta)
@@ -160,6 +173,5 @@ def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Out
 
 def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
     """Spline of (P17) over ln a and the polar angle."""
-    # angles of the outline spline for general shapes
-    angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    angles = np.linspace(-np.pi, np.pi, RAYS, endpoint=False)
     return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

@@ -106,10 +106,7 @@ class BlendedExpansion:
         return same_depth(self.kernel, self.base, self._fourth.base, radius, depth)
 
     def _weight(self, radius: Array) -> tuple[Array, Array]:
-        """Weight of the fourth order and its derivative by ln a, shape (n,) each.
-
-        It is a smooth function of the distance in ln a to the nearest radius at which fourth order does not hold.
-        """
+        """Weight of the fourth order, smooth in the distance in ln a to where it fails, and its derivative; (n,) each."""
         weight, growth = np.ones_like(radius), np.zeros_like(radius)
         live = radius > 0
         if not live.any():

@@ -22,14 +22,14 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import LARGEST_TERM, radius_of_stiffness
-from flatpunch.contact.round.profile import TINY, SampledProfile
-from flatpunch.contact.round.round_contact import POWER_LAW_NODES, RoundContact, round_contact
+from flatpunch.contact.round.profile import NODES, TINY, SampledProfile
+from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
 from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
 from flatpunch.indenters.geometry.symmetry import sample_radii
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.log_table import log_table
-from flatpunch.punch.basis import projection, regular_part
+from flatpunch.punch.basis import node_count, projection, regular_part
 from flatpunch.punch.edges import PowerLawEdges, edges_of
 from flatpunch.punch.family import SMALLEST
 from flatpunch.punch.harmonics import Edges, harmonic_size
@@ -37,7 +37,8 @@ from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.power_law import power_law_punch
 
 _POINTS = 256
-"""Angles on one period of the outline: harmonics up to 128 times the symmetry."""
+"""Angles on one period of the outline, harmonics up to 128 times the symmetry: half as many change outlines of pyramids by 2e-3
+and take 0.7 of the time, twice as many by 2e-4 and 1.3 of it."""
 
 
 LARGEST_WAVE = 3.0
@@ -166,7 +167,7 @@ class GeneralExpansion:
     def _columns(self, radius: Array) -> Array:
         """All of `Terms` side by side, shape (n, outputs)."""
         base = round_contact(self.kernel, self.base, radius)
-        size = max(1, AT_ONCE // (_POINTS * (2 * harmonic_size(self.kernel, self._beta(radius).max()) + 48)))
+        size = max(1, AT_ONCE // (_POINTS * node_count(harmonic_size(self.kernel, self._beta(radius).max()))))
         parts = [
             self._chunk(radius[i : i + size], _rows(base, slice(i, i + size))) for i in range(0, radius.size, size)
         ]
@@ -210,7 +211,7 @@ class GeneralExpansion:
 
     def _harmonics(self, radius: Array, base: RoundContact) -> tuple[Array, Array, Array, Array, Array]:
         """Harmonics of f - f_b and of its growth r d/dr on the nodes, shape (n, nodes, 2 orders), and the mean's part."""
-        nodes = 2 * harmonic_size(self.kernel, float(self._beta(radius).max())) + 48
+        nodes = node_count(harmonic_size(self.kernel, float(self._beta(radius).max())))
         rho, weight = self._rule(radius, nodes)
         r = radius[:, None] * rho
         value, growth = self._shape.harmonics(r)
@@ -235,7 +236,7 @@ class GeneralExpansion:
         """Nodes rho of the discs and weights in theta; on a power-law half-space weights of (1 - r^2)^alpha r dr."""
         if not self.kernel.exponent:
             return self.base.disc_rule(radius, nodes)
-        rho, weight = power_law_punch(self.kernel).rule(POWER_LAW_NODES)
+        rho, weight = power_law_punch(self.kernel).rule(NODES)
         return rho[None, :], weight[None, :]
 
     def _edge(
@@ -270,7 +271,7 @@ class GeneralExpansion:
 
 def _is_regular(indenter: Indenter) -> bool:
     """Whether ln f is a good variable: within the border of a flat f is zero, however far the shape reaches."""
-    r = np.append(sample_radii(indenter, 61), 0.5 * np.array(indenter.rings))[:, None]
+    r = np.append(sample_radii(indenter), 0.5 * np.array(indenter.rings))[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         g = np.log(np.asarray(indenter.height(r, 2 * np.pi * np.arange(_POINTS) / _POINTS)))
         # |ln(f/f_b)| above which the logarithm is no good variable: f comes close to zero away from the axis
@@ -278,10 +279,7 @@ def _is_regular(indenter: Indenter) -> bool:
 
 
 def _waves(strength: Array, rate: Array) -> tuple[Array, Array]:
-    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut where |w| exceeds `LARGEST_WAVE`.
-
-    The rate e a d' vanishes within the flat of a truncated tip and where the depth turns back under a stiff film.
-    """
+    """Harmonics h = strength/rate of w, shape (n, orders), and w on one period, cut at `LARGEST_WAVE`."""
     w = np.fft.irfft(np.hstack([np.zeros((rate.size, 1)), strength * _POINTS / 2]), n=_POINTS, axis=1)
     largest = np.abs(w).max(axis=1)
     sign = np.where(rate < 0, -1.0, 1.0)

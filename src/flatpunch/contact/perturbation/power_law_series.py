@@ -111,7 +111,7 @@ class PowerExpansion:
         safe = np.where(x2 == 0, 1.0, x2)
         # largest |x4|/|x2|, |x4| and |dx4/dln a|/|x2| for which the fourth-order series was within 0.2 % of boundary elements
         # (validation page); near the poles under stiff films x4 passes through zero, but steeply
-        shares = np.abs([x4 / (0.1 * safe), x4 / 0.02, growth / (0.13 * safe)])
+        shares = np.abs([x4 / (0.1 * safe), x4 / 0.02, growth / (0.1 * safe)])
         return np.where(x2 == 0, 0.0, shares.max(axis=0))
 
     def _force(self, values: Terms, slopes: Terms) -> tuple[Array, Array]:
@@ -160,12 +160,12 @@ def radius_of_stiffness(kernel: Kernel, stiffness: Array, gain: Array, guess: Ar
     """Radius abar with K(abar) exp(gain) = stiffness, by Newton in ln a; shape (n,).
 
     Where there is none (stiffness not positive, beyond a turning point) it is the guess. Beside the poles of a series, where it
-    is arbitrary, it ends at a factor of exp(1.5) from the guess.
+    is arbitrary, it ends at a factor of exp(2) from the guess.
     """
     live = (stiffness > 0) & (guess > 0)
     radius = guess.copy()
-    low = np.log(guess[live]) - 1.5
-    high = np.minimum(low + 3.0, np.log(resolved_radius(kernel)))
+    low = np.log(guess[live]) - 2.0
+    high = np.minimum(low + 4.0, np.log(resolved_radius(kernel)))
     x, wanted = np.log(guess[live]), np.log(stiffness[live]) - np.clip(gain[live], -LARGEST_TERM, LARGEST_TERM)
     for _ in range(20):
         responses = punch_family(kernel).at(np.exp(x) / kernel.length)

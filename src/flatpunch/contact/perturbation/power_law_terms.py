@@ -244,7 +244,7 @@ def round_base(kernel: Kernel, exponent: float, beta: Array) -> Base:
 def limited_exponential(w: Array) -> Array:
     """exp(w), cut far beyond the range of the series."""
     # |w| at which outlines are cut: R has a pole where the depth turns back under a stiff film, and exp(w) would overflow
-    return np.asarray(np.exp(np.clip(w, -20.0, 20.0)))
+    return np.asarray(np.exp(np.clip(w, -10.0, 10.0)))
 
 
 def _mean(field: Array) -> Array:

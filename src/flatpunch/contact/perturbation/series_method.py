@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, check_reach
@@ -18,7 +18,7 @@ from flatpunch.contact.perturbation.limits import outline_causes
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.round.mean_profile import resolved_radius, searched_radius
 from flatpunch.contact.round.profile import TINY, RoundProfile
-from flatpunch.contact.round.radius_search import Loading
+from flatpunch.contact.round.radius_search import PER_DECADE, Loading
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.indenters.profile import Indenter
 
@@ -65,11 +65,7 @@ def controlled(kernel: Kernel, indenter: Indenter, expansion: Expansion, control
 
 
 def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_radius: Array) -> Array:
-    """Base radii whose contacts have the mean radii a0, shape (n,).
-
-    Under stiff films a0 need not grow with the base radius; as in depth control the first radius that reaches the wanted one
-    counts.
-    """
+    """First base radii whose contacts have the mean radii a0, which need not grow with them; shape (n,)."""
     from scipy.optimize import elementwise
 
     radius = mean_radius.copy()
@@ -88,9 +84,11 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
     reached = np.maximum.accumulate(found)
     missing = wanted > reached[-1]
     if missing.any():
-        raise ValueError(
-            f"radius = {text(float(np.exp(wanted[missing][0])), 'm')} is reached by no contact of this method: the largest mean "
-            f"radius is {text(float(np.exp(reached[-1])), 'm')}. Prescribe depth or force instead, or choose method='bem'."
+        raise BadValue(
+            "radius",
+            f"{text(float(np.exp(wanted[missing][0])), 'm')}",
+            "is reached by no contact of this method: the largest mean radius is "
+            f"{text(float(np.exp(reached[-1])), 'm')}. Prescribe depth or force instead, or choose method='bem'.",
         )
     upper = np.clip(np.searchsorted(reached, wanted), 1, nodes.size - 1)
     found_root = elementwise.find_root(
@@ -103,7 +101,7 @@ def _base_radius(kernel: Kernel, indenter: Indenter, expansion: Expansion, mean_
 def _mean_radii(excess: Callable[[Array], Array], low: float, high: float, most: float) -> tuple[Array, Array]:
     """Logarithms of base radii from below all wanted ones upwards, and of their mean radii."""
     # in a wider spacing a turn of the path may be missed; the margin beyond the wanted radii grows where it is not enough
-    spacing, margin = np.log(10) / 12, 1.0
+    spacing, margin = np.log(10) / PER_DECADE, 1.0
     start, stop = low - margin, min(high + spacing, most)
     while True:
         nodes = np.linspace(start, stop, max(int(np.ceil((stop - start) / spacing)), 2) + 1)

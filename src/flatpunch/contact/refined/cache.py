@@ -21,25 +21,15 @@ import numpy as np
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.reading import Unreadable, content
 from flatpunch._support.record import record
-from flatpunch._support.sealed import BrokenSeal, sealed, unsealed
-from flatpunch._support.whole_file import write_whole
+from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
 from flatpunch.compliance import Kernel
 from flatpunch.contact.refined.sample import Sample
+from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
 
 
 class SampleCache:
-    """Solutions of one medium and tip in one file of a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Where files are kept; made when first needed.
-    kernel, indenter
-        Medium and indenter.
-    angles, cells : int
-        Polar angles of the outline and cells per side of the grids.
-    """
+    """Solutions of one medium and tip in one file of a folder, which is made when first needed."""
 
     def __init__(self, folder: Path, kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> None:
         self.path = Path(folder) / f"refined-{_key(kernel, indenter, angles, cells)}.npz"
@@ -87,9 +77,9 @@ def _warn(message: str) -> None:
 
 
 def _key(kernel: Kernel, indenter: Indenter, angles: int, cells: int) -> str:
-    response = kernel.response(np.geomspace(1e-4, 30.0, 60))
+    response = kernel.response(np.geomspace(1e-4, 100.0, 100))
     scale = indenter.reach if np.isfinite(indenter.reach) else 1.0
-    r, phi = scale * np.geomspace(1e-6, 1.0, 25)[:, None], 2 * np.pi * np.arange(97) / 97
+    r, phi = scale * np.geomspace(1e-6, 1.0, 100)[:, None], SCATTERED[::10]
     heights = np.asarray(indenter.height(r, phi))
     # the first is the number of the format; media and tips that agree to eleven digits share a file
     parts = [10, angles, cells, f"{kernel.length:.11g}", kernel.exponent, record(indenter)]

@@ -19,7 +19,7 @@ from scipy.optimize import elementwise
 from flatpunch._support.checks import Array, Indices
 from flatpunch.contact.curve import ControlName
 from flatpunch.contact.refined.reference import RoundReference
-from flatpunch.contact.refined.sample import Sample
+from flatpunch.contact.refined.sample import STIFFNESS_ERROR, Sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,15 +99,14 @@ class Interpolation:
         if below.any():
             first = self.reference.at(self.nodes[:1])[0 if quantity == "force" else 2]
             found = self.reference.position(quantity, first + wanted[below] - values[0])
-            # on a flat end the depth is zero
-            # farthest below the first solution that a depth is not zero, in ln d: about six decades
-            x[below] = np.maximum(found, self.nodes[0] - 14.0 if self.reference.indenter.rings else -np.inf)
+            # on a flat end the depth is zero: six decades below the first solution
+            x[below] = np.maximum(found, self.nodes[0] - np.log(1e6) if self.reference.indenter.rings else -np.inf)
         if not below.all():
             x[~below] = self._between(quantity, wanted[~below], values)
         return x
 
     def _between(self, quantity: ControlName, wanted: Array, values: Array) -> Array:
-        """The same between the first and the last sample."""
+        """Positions between the first and the last sample."""
         after = np.clip(np.searchsorted(np.maximum.accumulate(values), wanted), 1, self.nodes.size - 1)
 
         def excess(x: Array, target: Array) -> Array:
@@ -180,9 +179,8 @@ def settled(nodes: Array, values: Array, slopes: Array, errors: Array) -> Array:
     Least squares weigh each value by its error, and each difference by that of the trapezoidal rule.
     """
     gaps = np.diff(nodes)
-    # dln F/dln d of a solution is off by 3e-3 (with half of it slopes correct forces that are more accurate), the trapezoidal
-    # rule by a tenth of the cube of the gap (with far less, forces in wide gaps would follow the rule)
-    weights = (gaps * (3e-3 + 0.1 * gaps**2)) ** -2.0
+    # the trapezoidal rule is off by a tenth of the cube of the gap; with far less, forces in wide gaps would follow the rule
+    weights = (gaps * (STIFFNESS_ERROR + 0.1 * gaps**2)) ** -2.0
     difference = np.diff(np.eye(nodes.size), axis=0)
     missing = gaps * (slopes[1:] + slopes[:-1]) / 2 - np.diff(values)
     # a solution that did not converge has an infinite error

@@ -9,17 +9,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
+from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import UNITS, Control, Curve, first_failure
+from flatpunch.contact.boundary_elements.error import along_rays, located
+from flatpunch.contact.curve import FORCE_ERROR, UNITS, Control, Curve, first_failure
 from flatpunch.contact.limits import cut_off, steepness
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.refined.interpolation import Interpolation
 from flatpunch.contact.refined.refinement import Refinement, refinement
-from flatpunch.contact.refined.table import ANGLES, FORCE_ERROR, tabulated
+from flatpunch.contact.refined.table import ANGLES, tabulated
 from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.profile import Indenter
 
@@ -59,7 +61,9 @@ def solve(
         nothing = first_order.solve(kernel, indenter, Control(control.name, np.zeros_like(control.values)), phi)
         radius = np.where(still, control.values, 0.0)
         return replace(nothing, radius=radius, area=np.pi * radius**2)
-    solutions = refinement(kernel, indenter, ANGLES, cells or CELLS, cache)
+    # outlines are traced on the rays that are asked for: in between they may turn
+    rays = ANGLES if ANGLES % phi.size == 0 else enough_rays(phi.size)
+    solutions = refinement(kernel, indenter, rays, cells or CELLS, cache)
     try:
         x, curve = _positions(kernel, indenter, solutions, Control(control.name, control.values[live]), rtol)
     except NotConverged as error:
@@ -79,6 +83,7 @@ def solve(
     radius, area = filled(radius), filled(area)
     if control.name == "radius":
         radius, area = control.values, np.where(still, np.pi * control.values**2, area)
+    contour_error = along_rays(filled(found.shape_error), contour)
     untraced = np.asarray(~np.isfinite(contour).all(axis=1))
     notes = first_failure(
         untraced,
@@ -93,9 +98,9 @@ def solve(
         area=area,
         stiffness=filled(found.growth) * force / np.where(live, depth, 1.0),
         contour=contour,
-        valid=np.isfinite(filled(found.force_error)),
+        valid=np.isfinite(filled(found.force_error)) & located(contour_error),
         notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
-        extra=estimates(filled(found.force_error), np.where(untraced, np.inf, filled(found.shape_error))),
+        extra=estimates(filled(found.force_error), np.where(untraced, np.inf, contour_error)),
     )
 
 
@@ -124,7 +129,7 @@ def _logarithms(kernel: Kernel, control: Control) -> Array:
     """ln d, ln F/E* or ln a0 of prescribed values, -inf for zero; depths that differ by rounding are the same."""
     with np.errstate(divide="ignore"):
         logarithm = np.log(control.values / (kernel.modulus if control.name == "force" else 1.0))
-    return np.asarray(np.round(logarithm, 12) if control.name == "depth" else logarithm)
+    return np.asarray(ROUNDING * np.round(logarithm / ROUNDING) if control.name == "depth" else logarithm)
 
 
 def _largest(table: Interpolation, control: Control) -> float:

@@ -15,9 +15,10 @@ from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, ControlName
 from flatpunch.contact.round.mean_profile import mean_contact, resolved_radius
+from flatpunch.contact.round.radius_search import PER_DECADE
 from flatpunch.indenters.profile import Indenter
 
-STEP = np.log(10) / 12
+STEP = np.log(10) / PER_DECADE
 """Spacing of the lattice in ln d; twice as wide, forces of round contacts are off by 1e-5 between its points."""
 
 

@@ -18,17 +18,18 @@ from typing import NamedTuple
 import numpy as np
 
 from flatpunch._support.byte_cache import PROCESS, byte_cached
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.expected_box import boxes_between, level_line
-from flatpunch.contact.curve import ControlName
+from flatpunch.contact.curve import NOTABLE_OUTLINE, ControlName
 from flatpunch.contact.refined.cache import SampleCache
 from flatpunch.contact.refined.interpolation import Interpolation
 from flatpunch.contact.refined.reference import RoundReference
 from flatpunch.contact.refined.sample import Case, Sample, solved
+from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
@@ -57,21 +58,11 @@ class Gap(NamedTuple):
         unknown = not np.isfinite(self.force)
         # the outline may miss by 5 % of the mean radius; 2 % take half as many solutions again. Gaps of a tenth are not halved:
         # contacts that change abruptly would be solved without end
-        return unknown or (self.right - self.left > 1 / 10 and (self.force > rtol or self.outline > 0.05))
+        return unknown or (self.right - self.left > 1 / 10 and (self.force > rtol or self.outline > NOTABLE_OUTLINE))
 
 
 class Refinement:
-    """Boundary element solutions of one indenter on one medium.
-
-    Parameters
-    ----------
-    kernel, indenter
-        Medium and indenter.
-    angles, cells : int
-        Polar angles of the outline, cells per side of the grids.
-    folder : str, optional
-        Where solutions are kept on disk.
-    """
+    """Boundary element solutions of one indenter on one medium, kept in a folder if one is given."""
 
     def __init__(self, kernel: Kernel, indenter: Indenter, angles: int, cells: int, folder: str | None) -> None:
         self.reference = RoundReference(kernel, indenter)
@@ -209,9 +200,11 @@ class Refinement:
             known = sorted({*known, *new})
         scale, unit = (self._case.kernel.modulus, "N") if quantity == "force" else (1.0, "m")
         asked, most = (text(float(scale * np.exp(value)), unit) for value in (wanted[1], max(values)))
-        raise ValueError(
-            f"{quantity} = {asked} is not reached: the largest is {most} at a depth of {text(float(np.exp(known[-1])), 'm')}. "
-            "Prescribe the depth instead, or choose method='bem'."
+        raise BadValue(
+            quantity,
+            asked,
+            f"is not reached: the largest is {most} at a depth of {text(float(np.exp(known[-1])), 'm')}. "
+            "Prescribe the depth instead, or choose method='bem'.",
         )
 
     def _step(self, quantity: ControlName, beside: list[float], wanted: float) -> float:
@@ -224,7 +217,7 @@ class Refinement:
             growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.3, 6.0))
         step = (wanted - value) / growth
         # how far in ln d a solution is placed beyond where it should enclose a prescribed force or radius
-        return max(-self._spacing, min(step + float(np.copysign(0.02, step)), self._spacing))
+        return max(-self._spacing, min(step + float(np.copysign(0.01, step)), self._spacing))
 
     def _value(self, quantity: ControlName, x: float) -> float:
         """ln F/E* or ln a0 of the solution at a position."""
@@ -246,9 +239,15 @@ class Refinement:
         kernel, indenter = self._case.kernel, self._case.indenter
         if indenter.exponent is None:
             # decades of depth below the largest at which the ratios of tips with lengths of their own are constant
-            return top - 6 * float(np.log(10))
-        # contact radius over the length of the medium below which ratios to the round contact are constant, to about 1e-4
-        return float(self.reference.position("radius", np.log([0.01 * kernel.length]))[0])
+            return top - float(np.log(1e6))
+        # what a medium changes of punches this small, over its length, grows in proportion to their radius
+        tiny = 1e-4 * kernel.length
+        (stiffness,) = punch_stiffness(kernel, np.array([tiny]))
+        departure = abs(float(stiffness) / (2 * kernel.modulus * tiny) - 1)
+        # departure from a half-space, at the farthest point of the contact, below which ratios are constant to about as much; at
+        # most a hundred times that radius
+        size = 1e-4 * tiny / max(departure, 1e-6) * np.exp(-1.25 * level_line(indenter, self._phi).max())
+        return float(self.reference.position("radius", np.log([size]))[0])
 
     @cached_property
     def _spacing(self) -> float:

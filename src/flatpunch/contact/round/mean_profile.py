@@ -12,36 +12,34 @@ from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import UNITS, Control, check_reach
-from flatpunch.contact.round.profile import PowerProfile, RoundProfile, SampledProfile
+from flatpunch.contact.round.profile import NODES, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.contact.round.radius_search import Loading, radius_for
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.punch.family import UnresolvedLayer
-from flatpunch.punch.matrix import effective_beta, largest_beta, solve_round, sufficient_terms
+from flatpunch.punch.matrix import RESOLVED, effective_beta, largest_beta, solve_round, sufficient_terms
 
 Evaluate = Callable[[Array], RoundContact]
 
-FAR = 300.0
-"""Contact radius over the shortest length beyond which the search starts near the expected radius, not at that length."""
-
 
 def mean_profile(indenter: Indenter) -> RoundProfile:
-    """Angular mean f0(r) of an indenter."""
+    """Angular mean f0(r) of an indenter that rises from its apex."""
+    check_rising(indenter)
     if indenter.exponent is not None:
         phi, weights = angular_rule(indenter)
         psi = np.asarray(indenter.height(np.ones_like(phi), phi))
         return PowerProfile(indenter.exponent, float(weights @ psi))
-    # quadrature points of tabulated profiles: 1e-8 of tables of a hundred points
-    nodes = 256 if getattr(indenter, "tabulated", False) else 0
+    kinks = getattr(indenter, "kinks", indenter.rings)
     if indenter.round:
         zero = np.zeros(1)
         return SampledProfile(
-            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings, nodes
+            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings, kinks=kinks
         )
     mean = angular_mean(indenter)
-    return SampledProfile(mean.height, mean.slope, indenter.rings, nodes)
+    nodes = NODES if getattr(indenter, "tabulated", False) else 0
+    return SampledProfile(mean.height, mean.slope, indenter.rings, nodes, kinks)
 
 
 def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Evaluate, RoundContact]:
@@ -59,11 +57,7 @@ def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[
 
 
 def _on_target(contact: RoundContact, control: Control) -> RoundContact:
-    """The contact at exactly the prescribed depth or force.
-
-    F(d; a) = K(a) d - ... is linear in d and stationary in a (Barber's principle), so that the rounding error of the
-    radius enters squared. It matters where the radius barely moves: a truncated tip begins as a flat punch.
-    """
+    """The contact at the prescribed depth or force: F(d; a) is stationary in a, so that its rounding counts squared."""
     if control.name == "depth":
         rest = control.values - contact.depth
         return replace(contact, depth=control.values, force=contact.force + contact.stiffness * rest)
@@ -90,7 +84,7 @@ def searched_radius(
     assert control.name != "radius"
     check_size(kernel, profile, control, reach)
     guess = half_space_radius(kernel, profile, control, reach)
-    near = guess > FAR * shortest_length(kernel)
+    near = guess > RESOLVED * shortest_length(kernel)
     return radius_for(path, control.name, control.values, guess, reach, resolved_radius(kernel), near)
 
 
@@ -137,19 +131,16 @@ def half_space_radius(kernel: Kernel, profile: RoundProfile, control: Control, r
     quantity = kernel.modulus * force if control.name == "force" else depth
     guess, shortest = radius[min(np.searchsorted(quantity, target), radius.size - 1)], shortest_length(kernel)
     # the expected radius changes the wavelength at which the compliance is taken, and so the radius
-    for _ in range(3 if guess > FAR * shortest else 0):
+    for _ in range(3 if guess > RESOLVED * shortest else 0):
         softer = float(kernel.response(np.array([kernel.length / guess]))[0]) if control.name == "force" else 1.0
         guess = radius[min(np.searchsorted(quantity / softer, target), radius.size - 1)]
-    return float(guess if guess > FAR * shortest else min(guess, shortest))
+    return float(guess if guess > RESOLVED * shortest else min(guess, shortest))
 
 
 @byte_cached
 def _half_space_path(profile: RoundProfile, reach: float) -> tuple[Array, Array, Array]:
-    """Radii [m], and d [m] and F/E* [m^2] that are reached on a half-space up to each of them, to some per cent.
-
-    Those of a power law as steep as the profile at the rim: d = f + r f'/2 is off by 5 % for cones, by nothing for paraboloids.
-    """
-    radius = np.geomspace(1e-15, min(1e6, reach), 160)
+    """Radii [m], and d [m] and F/E* [m^2] reached up to each of them on a half-space, off by 5 % under cones."""
+    radius = np.geomspace(1e-15, min(1e6, reach), 100)
     height, rise = profile.height(radius), radius * profile.slope(radius)
     depth = height + rise / 2
     force = 2 * radius * depth * rise / np.where(rise > 0, rise + height, 1.0)

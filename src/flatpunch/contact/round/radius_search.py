@@ -13,7 +13,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import UNITS
 from flatpunch.numerics.hermite import cubic_hermite
@@ -38,6 +38,9 @@ class Loading(Protocol):
     def depth_slope(self) -> Array: ...  # noqa: D102
 
 
+PER_DECADE = 12
+"""Radii per decade: half as many may miss a turn of the path and change forces by 2e-10, twice as many by 1e-12."""
+
 _MOST_DECADES = 40
 """Decades around the expected radius within which it is searched for."""
 
@@ -51,34 +54,10 @@ def radius_for(
     resolved: float = float("inf"),
     near: bool = False,
 ) -> Array:
-    """Contact radii at which a round contact has the wanted depths or forces.
+    """Contact radii [m] at which a round contact has the wanted depths or forces >= 0, shape (n,); 0 gives 0.
 
-    Parameters
-    ----------
-    evaluate : callable
-        Radii, shape (n,) -> contacts.
-    quantity : "depth" or "force"
-        What `target` is.
-    target : ndarray, shape (n,)
-        Wanted values, >= 0; 0 gives radius 0.
-    guess : float
-        Radius of the right order of magnitude [m].
-    reach : float
-        Largest radius the indenter is defined for [m].
-    resolved : float
-        Largest radius that `evaluate` accepts [m].
-    near : bool
-        Whether the guess is close to the radius of the largest target, so that the search begins just around it.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Radii [m].
-
-    Raises
-    ------
-    ValueError
-        If a target cannot be reached within the indenter's reach or the medium's resolution.
+    `guess` is of the order of magnitude of the largest, and close to it where `near`; `reach` is the largest radius of the
+    indenter and `resolved` the largest one that `evaluate` accepts [m]. A ValueError says which of them a target exceeds.
     """
     radius = np.zeros_like(target)
     live = target > 0
@@ -125,9 +104,8 @@ def _bracket(
     near: bool,
 ) -> _Nodes:
     """The curve on log-spaced radii, from below all targets to above."""
-    # with fewer radii per decade a turn of the path may be missed
-    step = 10 ** (1 / 12)
-    decade = np.asarray(step ** np.arange(12), dtype=float)
+    step = 10 ** (1 / PER_DECADE)
+    decade = np.asarray(step ** np.arange(PER_DECADE), dtype=float)
     # large radii cost most: there, about the guess alone
     nodes = _sample(evaluate, quantity, guess * (step ** np.array([-2.0, -1.0, 0.0]) if near else 1 / decade[::-1]))
     for _ in range(_MOST_DECADES):
@@ -136,15 +114,16 @@ def _bracket(
         below = np.exp(nodes.x[0]) / (step * decade[::-1])
         nodes = _sample(evaluate, quantity, below).joined(nodes)
     else:
-        raise ValueError(_out_of_range(quantity, float(wanted.min()), "small"))
+        raise _out_of_range(quantity, float(wanted.min()), "small")
     for _ in range(4 * _MOST_DECADES):
-        if nodes.value.max() >= wanted.max() * (1 - 1e-12):
+        if nodes.value.max() >= wanted.max() * (1 - ROUNDING):
             return nodes
         last = float(np.exp(nodes.x[-1]))
-        if last >= reach * (1 - 1e-12):
-            raise ValueError(_beyond(quantity, float(wanted.max()), reach, float(nodes.value.max())))
-        if last >= resolved * (1 - 1e-12):
-            raise UnresolvedLayer(_unresolved(quantity, float(wanted.max()), resolved, float(nodes.value.max())))
+        if last >= reach * (1 - ROUNDING):
+            raise _beyond(quantity, float(wanted.max()), reach, float(nodes.value.max()))
+        if last >= resolved * (1 - ROUNDING):
+            bad = _unresolved(quantity, float(wanted.max()), resolved, float(nodes.value.max()))
+            raise UnresolvedLayer(str(bad)) from bad
         # no further than needed, the cost of a radius grows with it
         most = min(reach, resolved)
         # extrapolated by the growth of the curve
@@ -153,30 +132,36 @@ def _bracket(
         enough = last * np.exp(min(left + 0.03, 1.0))
         above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
-    raise ValueError(_out_of_range(quantity, float(wanted.max()), "large"))
+    raise _out_of_range(quantity, float(wanted.max()), "large")
 
 
-def _out_of_range(quantity: Quantity, wanted: float, size: str) -> str:
-    return (
-        f"{quantity} = {text(wanted, UNITS[quantity])} is too {size}: no contact radius within {_MOST_DECADES} decades of the "
-        "expected one belongs to it. Check the units, or prescribe the radius instead."
+def _out_of_range(quantity: Quantity, wanted: float, size: str) -> BadValue:
+    return BadValue(
+        quantity,
+        text(wanted, UNITS[quantity]),
+        f"is too {size}: no contact radius within {_MOST_DECADES} decades of the "
+        "expected one belongs to it. Check the units, or prescribe the radius instead.",
     )
 
 
-def _unresolved(quantity: Quantity, wanted: float, resolved: float, most: float) -> str:
+def _unresolved(quantity: Quantity, wanted: float, resolved: float, most: float) -> BadValue:
     unit = UNITS[quantity]
-    return (
-        f"{quantity} = {text(wanted, unit)} needs a contact radius above {text(resolved, 'm')}, the largest that is solved on "
+    return BadValue(
+        quantity,
+        text(wanted, unit),
+        f"needs a contact radius above {text(resolved, 'm')}, the largest that is solved on "
         f"this medium; there the {quantity} is {text(most, unit)}. Check the units of {quantity}, thickness and modulus, or ask "
-        "for less."
+        "for less.",
     )
 
 
-def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> str:
+def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> BadValue:
     unit = UNITS[quantity]
-    return (
-        f"{quantity} = {text(wanted, unit)} is beyond this indenter: its shape ends at the radius {text(reach, 'm')}, where the "
-        f"{quantity} is {text(most, unit)}. Ask for less, or give the shape further out."
+    return BadValue(
+        quantity,
+        text(wanted, unit),
+        f"is beyond this indenter: its shape ends at the radius {text(reach, 'm')}, where the "
+        f"{quantity} is {text(most, unit)}. Ask for less, or give the shape further out.",
     )
 
 
@@ -193,13 +178,12 @@ def _newton(evaluate: Callable[[Array], Loading], quantity: Quantity, wanted: Ar
         lo[left], hi[left] = np.where(miss < 0, at, lo[left]), np.where(miss >= 0, at, hi[left])
         with np.errstate(divide="ignore", invalid="ignore"):
             trial = at - np.log(here.value / goal) / here.growth
-        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < 12)
-        close = np.abs(miss) <= 1e-13 * goal
+        safe = (here.growth > 0) & (trial >= lo[left]) & (trial <= hi[left]) & (count < 10)
+        close = np.abs(miss) <= 1000 * np.finfo(float).eps * goal
         middle = (lo[left] + hi[left]) / 2
         x[left] = np.where(safe, trial, np.where(close, at, middle))
-        # Newton converges quadratically: a step this small leaves the next one below rounding
-        # width of a bracket in ln a that counts as a point
-        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < 1e-14)
+        # Newton converges quadratically: after such a step the next one is below rounding, as is the width of such a bracket
+        settled = (safe & (np.abs(trial - at) < 1e-8)) | close | (hi[left] - lo[left] < 100 * np.finfo(float).eps)
         left = left[~settled]
         if not left.size:
             break

@@ -18,14 +18,11 @@ import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
-from flatpunch.contact.round.profile import TINY, Moments, PowerProfile, RoundProfile, SampledProfile
+from flatpunch.contact.round.profile import NODES, TINY, Moments, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import Responses, edge_strength
 from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
-
-POWER_LAW_NODES = 256
-"""Quadrature points of profiles on power-law half-spaces: 1e-13 of smooth ones, where 64 leave 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +42,7 @@ class RoundContact:
     moments : Moments
         Moments of the profile.
     rings : tuple of float
-        Radii at which the slope of the profile jumps [m].
+        Radii at which the history of the contact starts anew [m]: kinks of the profile.
     """
 
     radius: Array
@@ -59,22 +56,7 @@ class RoundContact:
 
 
 def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> RoundContact:
-    """Exact round contact on any medium.
-
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    profile : RoundProfile
-        The axisymmetric indenter.
-    radius : ndarray, shape (n,)
-        Contact radii a [m], >= 0.
-
-    Returns
-    -------
-    RoundContact
-        Depth, force, stiffness and what they were made from.
-    """
+    """Exact round contact of radii a >= 0 [m], shape (n,), on any medium."""
     responses = punch_family(kernel).at(radius / kernel.length)
     if kernel.exponent:
         moments = _power_law_moments(kernel, profile, radius, responses)
@@ -93,7 +75,7 @@ def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> Round
         depth_slope=(depth * responses.slope[:, 0] - tangent) / strength,
         responses=responses,
         moments=moments,
-        rings=getattr(profile, "rings", ()),
+        rings=getattr(profile, "kinks", ()),
     )
 
 
@@ -135,14 +117,14 @@ def _power_law_depth(punch: PowerLawPunch, profile: SampledProfile, radius: Arra
 
 def _rim_panel(punch: PowerLawPunch, end: Array) -> tuple[Array, Array]:
     """Angles from 0 at the rim to `end`, shape (n, nodes), and weights of int (.) w drho: Gauss-Jacobi for theta^k."""
-    t, v = scipy.special.roots_jacobi(POWER_LAW_NODES, 0.0, punch.exponent)
+    t, v = scipy.special.roots_jacobi(NODES, 0.0, punch.exponent)
     theta, weight = end[:, None] * (t + 1) / 2, (end[:, None] / 2) ** (1 + punch.exponent) * v
     return theta, weight * np.sinc(theta / np.pi) ** punch.exponent * np.cos(theta)
 
 
 def _inner_panel(punch: PowerLawPunch, high: Array, low: Array) -> tuple[Array, Array]:
-    """The same between two angles; Gauss points in theta^(1 + k), which makes theta^k smooth next to the rim."""
-    t, v = gauss(POWER_LAW_NODES)
+    """Integral between two angles; Gauss points in theta^(1 + k), which makes theta^k smooth next to the rim."""
+    t, v = gauss(NODES)
     power = 1 + punch.exponent
     start, end = low[:, None] ** power, high[:, None] ** power
     theta = ((start + end) / 2 + (end - start) / 2 * t) ** (1 / power)

@@ -19,9 +19,9 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliance import Kernel
-from flatpunch.contact.round.radius_search import Loading
+from flatpunch.contact.round.radius_search import PER_DECADE, Loading
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
@@ -64,7 +64,7 @@ def log_radii(radius: float) -> Array:
     radius, and other shapes that end soon beyond `radius` vary fastest there.
     """
     # nodes of the spline over the history: 1e-11 of functions smooth in ln a
-    step = np.log(10) / 40
+    step = np.log(10) / (3 * PER_DECADE)
     far = np.arange(_DECADES * np.log(10), 1, -step)
     near = np.geomspace(1, 1e-3, int(np.log(1e3) / step) + 1)
     last = np.linspace(1e-3, 0, int(1 / step) + 1)
@@ -72,7 +72,7 @@ def log_radii(radius: float) -> Array:
 
 
 def spline(x: Array, values: Array) -> scipy.interpolate.BSpline:
-    """Seventh-order spline: 40 nodes per decade leave 1e-11 of functions smooth in ln a."""
+    """Seventh-order spline: 36 nodes per decade leave 1e-11 of functions smooth in ln a."""
     return scipy.interpolate.make_interp_spline(x, values, k=7)
 
 
@@ -82,7 +82,7 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
     Cubic in both directions and periodic in the angle (by overlap): 720 angles leave 1e-9 of smooth outlines, 1e-5 beside a
     corner.
     """
-    overlap, count = 8, relative.shape[1]
+    overlap, count = 10, relative.shape[1]
     step = 2 * np.pi / count
     angles = -np.pi + step * np.arange(-overlap, count + overlap + 1)
     wrapped = np.concatenate([relative[:, -overlap:], relative, relative[:, : overlap + 1]], axis=1)
@@ -96,17 +96,19 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
     return shape
 
 
-def round_history(evaluate: Callable[[Array], Loading], radius: float, exponent: float = 0.0) -> History:
+def round_history(
+    evaluate: Callable[[Array], Loading], radius: float, exponent: float = 0.0, *, coarse: bool = False
+) -> History:
     """History of a round contact (or of the mean profile) with an unchanged circular outline.
 
-    `exponent` is that of a power-law half-space, 0 for all other media.
+    `exponent` is that of a power-law half-space, 0 for all other media; `coarse` takes half as many samples of it.
     """
     rings = getattr(evaluate(np.array([radius])), "rings", ())
     end = np.log(radius)
     within = tuple(x for x in np.log(sorted(rings)) if end - _DECADES * np.log(10) < x < end)
     return History(
         radius=radius,
-        rate=_rate(evaluate, radius, within, (1 - exponent) / 2),
+        rate=_rate(evaluate, radius, within, (1 - exponent) / 2, 2 if coarse else 1),
         outline=lambda x, phi: (np.ones_like(x), np.zeros_like(x)),
         share=np.ones_like,
         rings=within,
@@ -114,43 +116,59 @@ def round_history(evaluate: Callable[[Array], Loading], radius: float, exponent:
 
 
 def _rate(
-    evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...], power: float
+    evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...], power: float, every: int
 ) -> Callable[[Array], Array]:
-    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of s = (x - ring)^(power/2), times s^2.
-
-    Beyond a ring the rate is (x - ring)^-power times a smooth function, plus another smooth function.
-    """
+    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of (x - ring)^(power/2), times s^2."""
 
     def sample(x: Array) -> Array:
         a = np.exp(x)
         return np.asarray(evaluate(a).depth_slope / a)
 
-    x = log_radii(np.exp(rings[0]) if rings else radius)
-    # its last node must stay below the ring, whose logarithm is rounded
-    first: Callable[[Array], Array] = spline(x, sample(x - 1e-14 if rings else x))
+    # the end is kept, and the last node stays below the ring, whose logarithm is rounded
+    x = log_radii(np.exp(rings[0]) if rings else radius)[::-every][::-1]
+    first: Callable[[Array], Array] = spline(x, sample(x - ROUNDING if rings else x))
     if not rings:
         return first
-    starts = np.array(rings)
-    later = []
-    for low, high in pairwise([*rings, np.log(radius)]):
-        # not at s = 0, where the rate is infinite; the spline reaches there
-        # nodes of the spline beyond a ring of the profile
-        s = (high - low) ** (power / 2) * (np.arange(80) + 0.5) / 79.5
-        later.append(spline(s, s**2 * sample(low + s ** (2 / power))))
+    starts, widths = np.array(rings), np.diff([*rings, np.log(radius)])
+    # nodes of the splines beyond rings: a hundred an e-fold of the radius, and enough for a spline between rings close together
+    counts = 10 + (100 * np.minimum(widths, 1.0)).astype(int) // every
+    # not at s = 0, where the rate is infinite; the spline reaches there
+    nodes = [w ** (power / 2) * (np.arange(n) + 0.5) / (n - 0.5) for w, n in zip(widths, counts, strict=True)]
+    s = np.concatenate(nodes)
+    values = np.split(s**2 * sample(np.repeat(starts, counts) + s ** (2 / power)), np.cumsum(counts)[:-1])
+    later = [spline(own, value) for own, value in zip(nodes, values, strict=True)]
 
     def rate(x: Array) -> Array:
         piece = np.searchsorted(starts, x)
         result = np.asarray(first(np.minimum(x, starts[0])))
-        for i, part in enumerate(later):
+        for i in np.unique(piece[piece > 0]) - 1:
             here = piece == i + 1
             s = (x[here] - starts[i]) ** (power / 2)
-            result[here] = part(s) / s**2
+            result[here] = later[i](s) / s**2
         return result
 
     return rate
 
 
-def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
+def grown_pressure(
+    kernel: Kernel, evaluate: Callable[[Array], Loading], radius: float, r: Array
+) -> tuple[Array, Array]:
+    """Pressure of a round contact that has grown to a radius, and its error [Pa], shape (n,) each.
+
+    The error is the difference to half as many samples of the history, fewer nodes in it and fewer terms of the punches.
+    """
+    if radius == 0:
+        return np.zeros_like(r), np.zeros_like(r)
+    fine, coarse = (
+        superpose(
+            kernel, round_history(evaluate, radius, kernel.exponent, coarse=each), r, np.zeros_like(r), coarse=each
+        )
+        for each in (False, True)
+    )
+    return fine, np.abs(fine - coarse)
+
+
+def superpose(kernel: Kernel, history: History, r: Array, phi: Array, *, coarse: bool = False) -> Array:
     """Pressure at polar coordinates (r, phi), each of shape (n,); zero outside the contact [Pa]."""
     pressure = np.zeros_like(r)
     x_end = np.full_like(r, np.log(history.radius))
@@ -159,31 +177,30 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array) -> Array:
     # each point needs about a hundred pressures of punches
     for i in range(0, inside.size, 2000):
         chosen = inside[i : i + 2000]
-        pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen])
+        pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen], coarse)
     return pressure
 
 
-def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array) -> Array:
+def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array, coarse: bool) -> Array:
     r = np.maximum(r, edge * 10 ** (1 - _DECADES))
     start = _first_touch(history, r, phi)
     top = np.arccosh(np.exp(np.log(history.radius) - start))
-    point, v, spread = _nodes(kernel, history, start, top)
+    point, v, spread = _nodes(kernel, history, start, top, coarse)
     # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
     lift = np.log1p(2 * np.sinh(v / 2) ** 2)
     x = start[point, None] + lift
     first = history.outline(start, phi)[0][point, None]
     passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
     # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
-    # smallest 1 - rho^2, beside the edge
     height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
-    smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel()).reshape(v.shape)
+    smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel(), fewer=coarse).reshape(v.shape)
     # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
     integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * history.rate(x)
     total = np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
     return np.asarray(kernel.modulus / np.pi * total)
 
 
-def _nodes(kernel: Kernel, history: History, start: Array, top: Array) -> tuple[Indices, Array, Array]:
+def _nodes(kernel: Kernel, history: History, start: Array, top: Array, coarse: bool) -> tuple[Indices, Array, Array]:
     """Panels of the history of each point: the point, shape (panels,), Gauss nodes v on (0, top) and weights, (panels, nodes).
 
     The pressure under a punch changes over a part of its radius, whatever the radius, so panels in v = ln(2 a/r) are at most 1
@@ -192,7 +209,7 @@ def _nodes(kernel: Kernel, history: History, start: Array, top: Array) -> tuple[
     power-law half-spaces, smooth.
     """
     # Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio
-    t, weights = gauss(24)
+    t, weights = gauss(16 if coarse else 24)
     u = (t + 1) / 2
     beta = 0.0 if kernel.homogeneous else effective_beta(kernel, history.radius / kernel.length)
     halvings = int(np.ceil(np.log2(max(beta, 1.0)) / 2))
@@ -223,17 +240,21 @@ def _first_touch(history: History, r: Array, phi: Array) -> Array:
         s, growth = history.outline(x, phi)
         step = (wanted - x - np.log(s)) / (1 + growth)
         x = np.clip(x + step, low, high)
-        if np.abs(step).max() < 1e-13:
+        if np.abs(step).max() < ROUNDING:
             break
     return x
 
 
-def punch_pressure(kernel: Kernel, radius: Array, height: Array) -> Array:
-    """P = pbar height^(1 - k) of flat punches of `radius` at `height` = sqrt(1 - rho^2), shape (n,); k = 0 but for power laws."""
+def punch_pressure(kernel: Kernel, radius: Array, height: Array, *, fewer: bool = False) -> Array:
+    """P = pbar height^(1 - k) of flat punches of `radius` at `height` = sqrt(1 - rho^2), shape (n,); k = 0 but for power laws.
+
+    `fewer` leaves out a quarter of the terms, for estimates of the error.
+    """
     flat = punch_family(kernel).flat(radius / kernel.length)
     if kernel.exponent:
         return np.asarray(np.pi * (1 + kernel.exponent) * flat[:, 0])
-    terms = flat.shape[1]
+    terms = flat.shape[1] - (flat.shape[1] // 4 if fewer else 0)
+    flat = flat[:, :terms]
     coefficients = np.pi * flat / normalisation(terms)
     # Legendre recurrence for P_2n(height), summed as it goes
     total = coefficients[:, 0].copy()

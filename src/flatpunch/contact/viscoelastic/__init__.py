@@ -1,5 +1,6 @@
 """Viscoelastic contact: growing (Lee and Radok), shrinking (Ting), and any history, built on any method's elastic curve."""
 
-from flatpunch.contact.viscoelastic.solve import check_medium, history_control, solve
+from flatpunch.contact.viscoelastic.layered import check_each, solve_layered
+from flatpunch.contact.viscoelastic.solve import check_history, check_medium, history_control, solve
 
-__all__ = ["check_medium", "history_control", "solve"]
+__all__ = ["check_each", "check_history", "check_medium", "history_control", "solve", "solve_layered"]

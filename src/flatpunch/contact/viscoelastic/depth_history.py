@@ -9,24 +9,15 @@ from flatpunch.contact.viscoelastic.elastic import ElasticForce
 from flatpunch.contact.viscoelastic.monotone import last_rise, one_cycle
 from flatpunch.contact.viscoelastic.response import SECOND_ORDER, TOLERANCE, Response
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series
-from flatpunch.contact.viscoelastic.springs import Springs
+from flatpunch.contact.viscoelastic.springs import SPRINGS, Springs
 from flatpunch.media.relaxation import Relaxation
 
 
 def force_of_depth(time: Array, depth: Array, relaxation: Relaxation, elastic: ElasticForce) -> Response:
-    """Follow a history of the depth.
+    """Follow a history of depths [m], negative above the surface and somewhere positive, at ascending times [s].
 
     One rise and one fall are solved by Lee-Radok and Ting, which is faster, as long as the contact then only shrinks; everything
     else by springs.
-
-    Parameters
-    ----------
-    time, depth : ndarray, shape (n,)
-        Times [s], ascending; depths [m], negative above the surface, somewhere positive.
-    relaxation : Relaxation
-        psi.
-    elastic : ElasticForce
-        Elastic curve up to the largest depth.
     """
     series = exponential_series(relaxation, float(np.diff(time).min()), float(time[-1] - time[0]))
     pressed = np.maximum(depth, 0.0)
@@ -38,12 +29,12 @@ def force_of_depth(time: Array, depth: Array, relaxation: Relaxation, elastic: E
 
 
 def by_springs(time: Array, depth: Array, series: ExponentialSeries, elastic: ElasticForce) -> Response:
-    """The same by springs, as many as the tolerance takes."""
-    count = 400
+    """Follow the depth by springs, as many as the tolerance takes."""
+    count = SPRINGS
     while True:
         force, rough, contact = followed(Springs(elastic, series, float(depth.max()), count), time, depth).T
         error = SECOND_ORDER * np.abs(force - rough)
-        if error.max() <= TOLERANCE * force.max() or count >= 6400:
+        if error.max() <= TOLERANCE * force.max() or count >= 2**4 * SPRINGS:
             # second order in the number of springs: half as many are off by four times as much
             return Response(depth, np.maximum(force + (force - rough) / 3, 0.0), contact, error)
         count *= 2

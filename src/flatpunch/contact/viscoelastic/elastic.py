@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -13,7 +13,9 @@ import scipy
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.round.radius_search import PER_DECADE
+from flatpunch.contact.round.superposition import spline
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
@@ -91,7 +93,7 @@ class ElasticCurve:
         """Depths at which F_el takes given values >= 0, shape (n,) [m]: Newton in logarithms."""
         live = force > 0
         wanted = np.log(np.where(live, force, 1.0))
-        grid = np.linspace(self.low, np.log(deepest), 400)
+        grid = np.linspace(self.low, np.log(deepest), 1000)
         table = self.logs(grid)[:, Column.FORCE]
         x = np.interp(wanted, table, grid)
         slope = self.logs.derivative()
@@ -114,13 +116,17 @@ class ElasticCurve:
         return np.asarray(self.shape(np.where(depth > 0, x, self.low)) * radius[:, None])
 
 
-Solve = Callable[..., Any]
+Solve = Callable[[Kernel, Indenter, Control, Array], Curve]
+
+
+_PER_DECADE = 2 * PER_DECADE
+"""Nodes per decade of depth: 1e-10 of smooth functions; half as many leave 1e-8, twice as many cost time. Below ten decades all
+functions are power laws."""
 
 
 def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array) -> ElasticCurve:
     """Tabulate a method's curve up to the depth `deepest`."""
-    # 24 nodes per decade and degree 7 leave 1e-10 of functions smooth in ln d; below ten decades all are power laws
-    x, degree = np.log(deepest) + np.log(10) / 24 * np.arange(-240, 1), 7
+    x = np.log(deepest) + np.log(10) / _PER_DECADE * np.arange(-10 * _PER_DECADE, 1)
     flat = isinstance(indenter, Cylinder)
     angles = phi[:1] if indenter.round else phi
     depth = np.exp(x)
@@ -133,10 +139,10 @@ def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: flo
             f"The elastic curve has no contact or no outline at depth {text(float(depth[~good].max()), 'm')}, so nothing can be "
             "built on it. " + " ".join(curve.notes)
         )
-    logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1 if flat else degree)
+    logs = scipy.interpolate.make_interp_spline(x, np.log(found), k=1) if flat else spline(x, np.log(found))
     shape = None
     if not indenter.round:
-        shape = scipy.interpolate.make_interp_spline(x, curve.contour / curve.radius[:, None], k=degree)
+        shape = spline(x, curve.contour / curve.radius[:, None])
     unsound = depth[~curve.valid]
     none = np.zeros_like(x)
     force_error, outline_error = (

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
 from flatpunch.contact.viscoelastic.monotone import with_touches
 from flatpunch.contact.viscoelastic.response import SECOND_ORDER, TOLERANCE, Response
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series, mean_decay
-from flatpunch.contact.viscoelastic.springs import Ahead, End, Springs
+from flatpunch.contact.viscoelastic.springs import SPRINGS, Ahead, End, Springs
 from flatpunch.media.relaxation import Relaxation
 
 _HALVINGS = 14
@@ -32,21 +32,10 @@ def most_elastic_force(time: Array, force: Array, relaxation: Relaxation) -> flo
 def depth_of_force(
     time: Array, force: Array, relaxation: Relaxation, elastic: ElasticCurve, deepest: float
 ) -> Response:
-    """Follow a history of the force.
+    """Follow a history of forces [N], none negative and some positive, at ascending times [s]; depths stay below `deepest` [m].
 
     While the contact grows the elastic force F_el(d(t)) follows from F by itself; else the springs are followed, each step with
     the rate of the depth at which they carry the force at its end.
-
-    Parameters
-    ----------
-    time, force : ndarray, shape (n,)
-        Times [s], ascending; forces [N], none negative and some positive.
-    relaxation : Relaxation
-        psi.
-    elastic : ElasticCurve
-        Elastic curve up to `deepest`.
-    deepest : float
-        Depth that is never exceeded [m].
     """
     series = exponential_series(relaxation, float(np.diff(time).min()), float(time[-1] - time[0]))
     grown = _growing(time, force, series)
@@ -102,8 +91,7 @@ class _Follower:
 
     def __init__(self, elastic: ElasticCurve, series: ExponentialSeries, most: float, deepest: float) -> None:
         self.elastic, self.most, self.deepest = elastic, most, deepest
-        # springs, for errors of the force of about 1e-5
-        self.whole, self.half = (_Driven(Springs(elastic, series, deepest, 400), most) for _ in range(2))
+        self.whole, self.half = (_Driven(Springs(elastic, series, deepest, SPRINGS), most) for _ in range(2))
 
     def run(self, time: Array, force: Array) -> Response:
         """Follow the whole history."""
@@ -185,7 +173,7 @@ class _Driven:
         for _ in range(60):
             end = springs.end(ahead, rate)
             miss = force - end.extrapolated
-            if abs(miss) <= 1e-11 * self.most:
+            if abs(miss) <= 10 * ROUNDING * self.most:
                 break
             low, high = (rate, high) if miss > 0 else (low, rate)
             trial = rate + miss / (springs.stiffness(max(end.contact, 1)) * ahead.total)

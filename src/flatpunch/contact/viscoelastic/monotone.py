@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.contact.viscoelastic.elastic import ElasticForce
 from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, convolve, moments
@@ -52,24 +52,11 @@ def one_cycle(
     elastic: ElasticForce,
     tolerance: float,
 ) -> tuple[Array, Array, Array]:
-    """Force [N], contact depth [m] and estimated error of the force [N] at each time.
+    """Force [N], contact depth [m] and estimated error of the force [N] at each time, shape (n,).
 
-    Parameters
-    ----------
-    time, depth : ndarray, shape (n,)
-        Times [s] and depths [m], which rise up to their first maximum and never again.
-    relaxation, series : Relaxation, ExponentialSeries
-        psi, twice.
-    elastic : ElasticForce
-        Elastic curve.
-    tolerance : float
-        Error of the force over its largest value down to which steps are halved.
-
-    Returns
-    -------
-    tuple of ndarray, shape (n,)
-        The contact depth is the one at which an elastic contact has the same extent. The error is infinite where the contact is
-        lost and comes back.
+    Depths [m] rise up to their first maximum and never again; `series` is psi as exponentials. Steps are halved until the error
+    is below `tolerance` times the largest force. The contact depth is that of an elastic contact of the same extent; the error is
+    infinite where the contact is lost and comes back.
     """
     fine, share, bound = _fine_steps(time, depth, elastic, tolerance)
     pressed = np.maximum(np.interp(fine, time, depth), 0.0)
@@ -90,11 +77,7 @@ def one_cycle(
 
 
 def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: float) -> tuple[Array, Array, Array]:
-    """Times with steps halved where K is not quadratic over them.
-
-    With the coefficients of K over each step, shape (3, steps), zero where the depth does not rise, and the elastic force in
-    question at each, shape (steps,) [N].
-    """
+    """Times with halved steps, coefficients of K over each, (3, steps), and the elastic force in question, (steps,)."""
     fine = with_touches(time, depth)
     share, bound = np.zeros((3, fine.size - 1)), np.zeros(fine.size - 1)
     new = np.ones(fine.size - 1, dtype=bool)
@@ -115,10 +98,7 @@ def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: flo
 
 
 def _regrown(memory: Memory, relaxation: Relaxation, contact: Array, top: int) -> Array:
-    """Error of the force [N] by growing again in each step after `top`: of springs that were free and count as held.
-
-    They are the stiffness that is back in contact, and were not moved by at most what the tip went up since they were left.
-    """
+    """Error of the force [N] in each step after `top`, of springs that were free and count as held."""
     shrunk = np.minimum.accumulate(contact[top:])
     back = np.flatnonzero(np.diff(contact[top:]) > 0)
     result = np.zeros(contact.size - top - 1)
@@ -137,8 +117,7 @@ def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
         return False
     first = int(lost[0])
     rate = np.diff(depth[first - 1 :]) / np.diff(memory.time[first - 1 :])
-    # its height falls ever slower: a tip that does not slow down stays ahead of it
-    # difference of two rates, over the largest, that may be rounding
+    # its height falls ever slower: a tip that does not slow down, but for rounding, stays ahead of it
     if (np.diff(rate) <= 1e-9 * np.abs(rate).max()).all():
         return False
     modes = recovery(memory.series)
@@ -184,11 +163,7 @@ def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: Elast
 
 
 def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> tuple[Array, Array]:
-    """K = k_0 + k_1 x + k_2 x^2 over steps between two depths, 0 <= x <= 1; shape (3, n).
-
-    Scaled so that the elastic force is exact: at the first touch K is no polynomial. Second, the error of K at the quarters of
-    the step times the way, shape (n,) [N].
-    """
+    """K = k_0 + k_1 x + k_2 x^2 over steps, (3, n), at the exact elastic force; its error times the way, (n,) [N]."""
     moved = end - start
     at = start + np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] * moved
     first, early, middle, late, last = elastic.stiffness(at.ravel()).reshape(at.shape)
@@ -260,7 +235,6 @@ def _time_within(memory: Memory, relaxation: Relaxation, now: Indices, then: Ind
         trial = np.where((trial >= low) & (trial <= high), trial, (low + high) / 2)
         moved = np.abs(trial - x) / length
         x = trial
-        # 1e-12 of a step moves the force by far less than the steps themselves do
-        if moved.max() < 1e-12:
+        if moved.max() < ROUNDING:
             break
     return x

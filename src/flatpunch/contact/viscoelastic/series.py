@@ -71,8 +71,7 @@ def _power_series(law: PowerLawRelaxation, shortest: float, longest: float) -> E
     area = scale * np.exp((alpha - 1) * (u[-1] + h)) / -np.expm1((alpha - 1) * h)
     moment = scale * np.exp((alpha - 2) * (u[-1] + h)) / -np.expm1((alpha - 2) * h)
     fast = area / moment
-    # slow terms are parabolas over the history: a constant and one term with the same three derivatives stand for them
-    # largest product of rate and duration of the history whose cube is below 1e-9
+    # slow terms are parabolas to 1e-9 over the history: a constant and one term with the same three derivatives stand for them
     slow = rates * longest < 1e-3
     first, second = weights[slow] @ rates[slow], weights[slow] @ rates[slow] ** 2
     one = first**2 / second

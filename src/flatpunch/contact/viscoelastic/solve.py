@@ -6,11 +6,11 @@ it. On an elastic substrate that is not so: the shape of C(k) itself changes wit
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array, BadValue, values
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, Curve, few
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
@@ -18,12 +18,12 @@ from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, 
 from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
 from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace, RigidBase, underlying
+from flatpunch.media import Body, ElasticBase, Interface, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.media.relaxation import Relaxation
 
 
 def solve(
-    medium: Any,
+    medium: Body,
     indenter: Indenter,
     control: Control,
     time: Array,
@@ -61,7 +61,7 @@ def solve(
     check_history(control, time)
     kernel = compliance(medium)
     if not (control.values > 0).any():
-        raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
+        raise BadValue(control.name, "", "is nowhere positive, so there is never a contact.")
     if control.name == "depth":
         elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi)
         response = force_of_depth(time, control.values, relaxation, elastic)
@@ -74,13 +74,25 @@ def solve(
         deepest = 1.01 * float(method(kernel, indenter, most, phi[:1]).depth[0])
         elastic = elastic_curve(method, kernel, indenter, deepest, phi)
         response = depth_of_force(time, control.values, relaxation, elastic, deepest)
-    return _curve(time, response, elastic, relaxation, phi)
+    curve = _curve(time, response, elastic, relaxation, phi)
+    return replace(curve, notes=(*curve.notes, *_of_springs(underlying(medium))))
 
 
-def check_medium(medium: Any) -> None:
+def _of_springs(medium: object) -> tuple[str, ...]:
+    """Note that springs of interfaces relax, if there are any."""
+    layers = medium.layers if isinstance(medium, Medium) else ()
+    if not any(isinstance(layer.bonded, Interface) and layer.bonded != Interface() for layer in layers):
+        return ()
+    return (
+        "The springs of the interfaces relax like the layers: one relaxation multiplies the whole response. A list of one for "
+        "each layer, relaxation=[...], keeps them elastic.",
+    )
+
+
+def check_medium(medium: Body) -> None:
     """Refuse bodies whose compliance changes its shape with time."""
     medium = underlying(medium)
-    alike = isinstance(medium, (HalfSpace, PowerLawHalfSpace)) or (
+    alike = isinstance(medium, ElasticBase | PowerLawHalfSpace) or (
         isinstance(medium, Medium) and (isinstance(medium.base, RigidBase) or not medium.layers)
     )
     if not alike:
@@ -88,7 +100,7 @@ def check_medium(medium: Any) -> None:
             f"relaxation goes with a half-space or with layers on a RigidBase, not with this {type(medium).__name__}: on an "
             "elastic substrate (or against an elastic body) part of the system does not relax, so that the shape of its "
             "compliance changes with time and neither Lee-Radok nor Ting holds. Take a rigid base where the substrate is much "
-            "stiffer."
+            "stiffer, or give a relaxation for each layer and the base: relaxation=[Prony(...), None]."
         )
 
 
@@ -101,7 +113,7 @@ def check_history(control: Control, time: Array) -> None:
         )
     if (np.diff(time) <= 0).any():
         i = int(np.argmax(np.diff(time) <= 0))
-        raise ValueError(f"time[{i + 1}] = {time[i + 1]:.6g} s must be after time[{i}] = {time[i]:.6g} s.")
+        raise BadValue(f"time[{i + 1}]", f"{time[i + 1]:.6g} s", f"must be after time[{i}] = {time[i]:.6g} s.")
 
 
 def history_control(*, depth: object, force: object, radius: object) -> Control:

@@ -23,11 +23,14 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import ROUNDING, Array, Flags
 from flatpunch.contact.viscoelastic.elastic import ElasticForce
 from flatpunch.contact.viscoelastic.lumps import Lumps
 from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries
+
+SPRINGS = 400
+"""Springs to begin with: errors of the force of about 1e-5; half as many leave four times that, twice take twice as long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,19 +104,7 @@ class End:
 
 @dataclass
 class Springs:
-    """Row of springs for contacts up to the depth `deepest`, spaced by the square of their number.
-
-    Parameters
-    ----------
-    elastic : ElasticForce
-        Elastic curve.
-    series : ExponentialSeries
-        psi.
-    deepest : float
-        Depth at which an elastic contact has the largest extent needed [m].
-    count : int
-        Even number of intervals between springs.
-    """
+    """Row of springs for contacts up to the depth `deepest` [m], spaced by the square of their number; `count` is even."""
 
     elastic: ElasticForce
     series: ExponentialSeries
@@ -127,8 +118,7 @@ class Springs:
     def __post_init__(self) -> None:
         self.touch = self.deepest * np.linspace(0, 1, self.count + 1) ** 2
         force, stiffness = self.elastic.force(self.touch), self.elastic.stiffness(self.touch)
-        # the stiffness of flat ends begins with that of their face
-        # depth that counts as the first touch, over that of the first spring
+        # the stiffness of flat ends begins with that of their face, taken at the first touch
         stiffness[0] = self.elastic.stiffness(1e-9 * self.touch[1:2])[0]
         self.fine = Lumps(self.touch, force, stiffness)
         self.rough = Lumps(self.touch[::2], force[::2], stiffness[::2])
@@ -339,15 +329,12 @@ def _along(modes: Array, share: Array) -> Array:
 
 
 def _first_root(function: Callable[[Array], Array], high: Array) -> Array:
-    """Roots in (0, high) of functions that are positive before it and negative after; shape (n,).
-
-    Chandrupatla (1997): inverse quadratic interpolation where three points allow it, halving elsewhere.
-    """
+    """Roots in (0, high) of functions positive before and negative after, shape (n,), as Chandrupatla (1997)."""
     old, new = np.zeros_like(high), high.copy()
     f_old, f_new = function(old), function(new)
     third, f_third = old, f_old
     # tolerance of the time over the step; SciPy's root finder, the same method, takes five times as long for a few springs
-    share, tolerance = np.full_like(high, 0.5), 1e-11
+    share, tolerance = np.full_like(high, 0.5), 10 * ROUNDING
     # Newton steps and halvings for the time at which a spring is met or left
     for _ in range(100):
         x = new + share * (old - new)

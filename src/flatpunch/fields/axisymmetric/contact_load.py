@@ -32,20 +32,22 @@ from flatpunch.punch.matrix import RemainderRule, remainder_rule, sufficient_ter
 from flatpunch.punch.wavenumbers import bessel_table
 
 _TOLERANCE = 1e-12, 1e-8
-"""Last terms of a panel over the largest g at which it is fine enough: of smooth profiles, and of tabulated ones."""
+"""Last terms of a panel over the largest g at which it is fine enough: on homogeneous and on graded surfaces."""
 
 _NARROWEST = 1e-9, 1e-2
-"""Shortest panels over the radius, beside kinks: of smooth profiles, and of tabulated ones."""
+"""Shortest panels over the radius, beside singular points of g: on homogeneous and on graded surfaces."""
 
-_ANGLES = 64, 256
-"""Gauss nodes in arcsin(r/t) between two kinks: of smooth profiles, and of tabulated ones."""
+_ANGLES, _TABLE_ANGLES = 64, 16
+"""Gauss nodes in arcsin(r/t) between two kinks: of profiles that are smooth there, and between the points of a table."""
 
 _SMOOTH = 24
 """Terms of the series c: the rest of a sphere up to 0.8 of its radius is rounding, and 1e-8 with half as many. With hundreds the
 rests of kinks oscillate, and their transform takes ten times as long."""
 
 
-def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float, *, edge: bool) -> RingSources:
+def contact_load(
+    kernel: Kernel, indenter: Indenter, radius: float, depth: float, *, edge: bool, again: bool = False
+) -> RingSources:
     """The pressure of a round contact.
 
     Parameters
@@ -59,21 +61,30 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     edge : bool
         Whether the pressure may be infinite at the edge (adhesion, flat ends). Otherwise g(a) = 0 decides on the depth, to
         rounding.
+    again : bool
+        Whether every panel, rule and series is another one, for estimates of the error.
 
     Returns
     -------
     RingSources
     """
+    kinks = np.array([0.0, *sorted(ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)), radius])
+    # the golden section is no end of a panel that was halved
+    breaks = np.sort(np.concatenate([kinks, kinks[:-1] + 0.618 * np.diff(kinks)])) if again else kinks
     if kernel.exponent:
-        return power_law_load(kernel, indenter, radius, depth, edge=edge)
-    tabulated = bool(getattr(indenter, "tabulated", False))
-    rough = tabulated or kernel.graded
-    sunk = _indentation(indenter, tabulated)
-    rings = [ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)]
-    breaks = np.array([0.0, *sorted(rings), radius])
+        return power_law_load(kernel, indenter, breaks, depth, edge=edge, again=again)
+    sunk = _indentation(indenter, again)
 
     def panels(function: Callable[[Array], Array], rounding: float, *, vanishing: bool) -> RingSources:
-        return sampled(function, breaks, _TOLERANCE[rough], _NARROWEST[rough], rounding=rounding, vanishing=vanishing)
+        return sampled(
+            function,
+            breaks,
+            _TOLERANCE[kernel.graded],
+            _NARROWEST[kernel.graded],
+            roots=kinks[1:-1],
+            rounding=rounding,
+            vanishing=vanishing,
+        )
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])
@@ -86,11 +97,12 @@ def contact_load(kernel: Kernel, indenter: Indenter, radius: float, depth: float
     # stiffness needs the fewest terms, kinks that are wide compared with the layers some times more; the series of the pressure
     # under a graded surface converges slowly
     least = sufficient_terms(kernel, radius / kernel.length)
-    series = _projected(on_half_space, radius, min(_SMOOTH, least))
+    series = _projected(on_half_space, radius, min(_SMOOTH, least) + 2 * again)
     rounding = np.finfo(float).eps * 4 * least * (end + float(np.abs(series).sum()))
     rest = partial(_without, on_half_space, series, radius)
     sources = panels(rest, rounding, vanishing=False)
-    for terms in (3 * least,) if kernel.graded else (least, 2 * least, 4 * least):
+    first = least + again * (least // 2)
+    for terms in ((3 - again) * least,) if kernel.graded else (first, 2 * first, 4 * first):
         # the response is linear in depth and profile: both by themselves, so that g(a) = 0 can be met
         of_depth, of_tip = _responses(kernel, np.pad(series, (0, terms - series.size)), sources)
         # what layers change is smooth: its series has ended, or there are not terms enough
@@ -127,7 +139,7 @@ def _projected(function: Callable[[Array], Array], radius: float, terms: int) ->
     return np.asarray(edge_signs(terms) * (4 * np.arange(terms) + 1) * ((weight * function(radius * x)) @ polynomials))
 
 
-def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array]:
+def _indentation(indenter: Indenter, again: bool) -> Callable[[Array], Array]:
     """w(t) [m], which on a half-space is the depth that brings the contact to the radius t."""
     zero = np.zeros(1)
     if isinstance(indenter, Cylinder):
@@ -138,7 +150,8 @@ def _indentation(indenter: Indenter, tabulated: bool) -> Callable[[Array], Array
         factor = height * n * np.sqrt(np.pi) / 2 * gamma(n / 2) / gamma((n + 1) / 2)
         return lambda t: factor * t**n
     rings = np.array(sorted(indenter.rings))
-    x, weight = gauss(_ANGLES[tabulated])
+    nodes = _TABLE_ANGLES if getattr(indenter, "tabulated", False) else _ANGLES
+    x, weight = gauss(nodes + nodes // 4 * again)
 
     def sunk(t: Array) -> Array:
         flat = np.maximum(t.ravel(), 1e-300)

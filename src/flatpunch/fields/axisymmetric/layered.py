@@ -18,15 +18,17 @@ from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import interfaces, waves_at
+from flatpunch.compliance.depth import Body, attenuation, fastest_rate, interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
-from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, normal_waves, shear_waves
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
+from flatpunch.fields.axisymmetric.anisotropic import surface_part
+from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
+from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch import UnresolvedLayer
 
-REACH = 36.0
-"""k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding."""
+REACH, SECOND_REACH = 36.0, 30.0
+"""k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding, exp(-30) (kl)^2 is 1e-10. The second is
+for estimates of the error."""
 
 SHORTEST = 1 / 24
 """Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k; shorter
@@ -77,7 +79,7 @@ class Points:
     faded: bool = False
 
 
-def split_off(medium: HalfSpace | Medium | PowerLawHalfSpace, load: Load, z: Array, layer: Indices) -> Flags:
+def split_off(medium: Body | PowerLawHalfSpace, load: Load, z: Array, layer: Indices) -> Flags:
     """Points at which a part in closed form is split off, which `layered_part` therefore leaves out."""
     if isinstance(medium, PowerLawHalfSpace):
         return np.asarray(z <= load.shallow)
@@ -85,7 +87,7 @@ def split_off(medium: HalfSpace | Medium | PowerLawHalfSpace, load: Load, z: Arr
 
 
 def layered_part(
-    medium: HalfSpace | Medium | PowerLawHalfSpace,
+    medium: Body | PowerLawHalfSpace,
     load: Load,
     r: Array,
     z: Array,
@@ -97,7 +99,7 @@ def layered_part(
 
     Parameters
     ----------
-    medium : HalfSpace, Medium or PowerLawHalfSpace
+    medium : HalfSpace, TransverselyIsotropicHalfSpace, Medium or PowerLawHalfSpace
         The body.
     load : Load
         Round pressure.
@@ -133,22 +135,34 @@ def layered_part(
 
 
 def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[Points]:
-    faces = np.concatenate([[0.0], interfaces(medium)])
-    if i == 0 and not isinstance(medium.layers[0], GradedLayer):
-        yield Points(np.arange(z.size), 0.0, faces[1], 2 * faces[1] - float(z.max()))
+    """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
+
+    Fields that return from a face decay at most as fast as the larger rate, those that arrive there at the smaller one.
+    """
+    faces, rate = np.concatenate([[0.0], interfaces(medium)]), fastest_rate(medium, i)
+    split = i == 0 and not isinstance(medium.layers[0], GradedLayer)
+
+    def decay(depth: float) -> float:
+        """Length over which fields decay [m]: in the top layer counted from the surface to its lower face and back."""
+        reached, face = attenuation(medium, np.array([depth, faces[1]]))
+        return float(2 * face - reached if split else reached)
+
+    if split and rate == 1:
+        yield Points(np.arange(z.size), 0.0, faces[1], decay(float(z.max())))
         return
-    low = max(faces[i], SHORTEST * load.radius if i == 0 else 0.0)
-    limit = faces[i + 1] if i + 1 < faces.size else np.inf
     start = faces[i]
+    low = max(decay(start), SHORTEST * load.radius if i == 0 and not split else 0.0)
+    limit = faces[i + 1] if i + 1 < faces.size else np.inf
     while start < limit:
-        end = min(2 * low, limit)
+        # the shallowest panel under a graded surface is as long as the first wave that is resolved
+        end = min((low if i == 0 and start == 0 and not split else start) + low / rate, limit)
         last = end >= limit or end >= z.max()
         chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
         if chosen.size:
-            yield Points(chosen, start, end, low, faded=start == 0)
+            yield Points(chosen, start, end, decay(end) if split else low, faded=start == 0 and not split)
         if last:
             return
-        start = low = end
+        start, low = end, decay(end)
 
 
 def _octaves(load: Load, z: Array) -> Iterator[Points]:
@@ -172,6 +186,8 @@ def _on_panel(
         radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
+        # with another reach all nodes differ, so that a second one gives an estimate of the error
+        extent *= REACH / reach
         gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
         if extent not in spectra:
             spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap, part.faded), shear)
@@ -253,11 +269,11 @@ def _spectrum(
     layer = np.full(z.size, i)
     fields = amplitudes(medium, k, z, layer, shear)
     if split_off(medium, load, z[:1], layer[:1])[0]:
-        fields -= SurfacePart.of(medium).amplitudes(k, z, shear)
+        fields -= surface_part(medium).amplitudes(k, z, shear)
     return k, weight * k * load.transform(k), fields
 
 
-def amplitudes(body: HalfSpace | Medium | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+def amplitudes(body: Body | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
     """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
     if isinstance(body, PowerLawHalfSpace):
         waves = power_law_waves(body, k, z)

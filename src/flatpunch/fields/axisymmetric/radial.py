@@ -12,11 +12,12 @@ polynomial of kz times exp(-kz) and the integrals are those of `ring_sources`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Waves, constants_at
+from flatpunch.compliance.depth import Waves, plane_at
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace
 
 NORMAL_ORDERS = (1, 0, 1, 0, 0, 2)
@@ -85,6 +86,12 @@ def half_space_shear(i: Array, z: Array, mu: float, nu: float) -> Array:
     )
 
 
+class Integrated(Protocol):
+    """A round load by its half-space integrals."""
+
+    def integrals(self, r: Array, z: Array) -> Array: ...  # noqa: D102
+
+
 @dataclass(frozen=True, slots=True)
 class SurfacePart:
     """The part of the fields close to the surface that is taken in closed form.
@@ -106,7 +113,9 @@ class SurfacePart:
         """Part that belongs to a body."""
         if isinstance(body, PowerLawHalfSpace):
             return cls(HalfSpace(body.modulus, body.poisson), body.poisson / (1 - body.poisson))
-        mu, nu = (float(each[0]) for each in constants_at(body, np.zeros(1), np.zeros(1, dtype=int)))
+        plane = plane_at(body, np.zeros(1), np.zeros(1, dtype=int))
+        mu, ratio = float(plane.across[0]), float(plane.coupling[0])
+        nu = ratio / (1 + ratio)
         return cls(HalfSpace(2 * mu * (1 + nu), nu))
 
     @property
@@ -141,8 +150,12 @@ class SurfacePart:
         result[:2] = self.along * components[2]
         return result
 
+    def of_load(self, load: Integrated, r: Array, z: Array, shear: bool) -> Array:
+        """The part at points, shape (6, n), with a traction (15, n)."""
+        return self.closed(load.integrals(r, z), z, shear)
+
     def closed(self, integrals: Array, z: Array, shear: bool) -> Array:
-        """The part at points, from the integrals of the load; shape (6, n), with a traction (15, n)."""
+        """The part at points, from the integrals of the load."""
         mu, nu = self.constants
         normal = half_space_normal(integrals, z, mu, nu)
         return self.kept(np.concatenate([normal, half_space_shear(integrals, z, mu, nu)]) if shear else normal)

@@ -7,8 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.layered import REACH, layered_part, split_off
-from flatpunch.fields.axisymmetric.radial import SurfacePart, cartesian
+from flatpunch.fields.axisymmetric.radial import cartesian
 from flatpunch.fields.bodies import Located
 
 
@@ -20,6 +21,9 @@ class RoundLoad(Protocol):
 
     @property
     def shallow(self) -> float: ...  # noqa: D102
+
+    @property
+    def scale(self) -> float: ...  # noqa: D102
 
     def integrals(self, r: Array, z: Array) -> Array: ...  # noqa: D102
 
@@ -67,7 +71,7 @@ def round_fields(
     functions = normal if sideways is None else np.concatenate([normal, sideways])
     top = split_off(at.body, load, z, layer)
     if top.any():
-        functions[:, top] += SurfacePart.of(at.body).closed(load.integrals(r[top], z[top]), z[top], shear)
+        functions[:, top] += surface_part(at.body).of_load(load, r[top], z[top], shear)
     functions = functions[:, which]
     theta = np.arctan2(y, x) - direction
     stress, displacement = cartesian(pressure * functions[:6], traction * functions[6:] if shear else None, theta)

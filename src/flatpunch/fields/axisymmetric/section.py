@@ -6,18 +6,19 @@ all depths of all layers take one sweep; a contact then costs its transform and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.compliance.depth import interfaces
+from flatpunch.compliance.depth import attenuation, interfaces
+from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
-from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart, cartesian
+from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, cartesian
 from flatpunch.fields.axisymmetric.round_load import RoundLoad
 from flatpunch.fields.bodies import Solid
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace
+from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace
 
 _STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)
 """Which of the radial functions are stresses: under a pressure, and under a traction."""
@@ -65,16 +66,16 @@ class Section:
         `reach` is the wavenumber times the decay length at which the integrals end.
         """
         functions = 15 if shear else 6
-        if isinstance(body, HalfSpace):
+        if isinstance(body, (HalfSpace, TransverselyIsotropicHalfSpace)):
             nothing = np.zeros(0)
             return cls(
                 body, depth, np.ones(depth.size, dtype=bool), nothing, nothing, np.zeros((functions, 0, depth.size))
             )
         varies = isinstance(body, PowerLawHalfSpace) or (bool(body.layers) and isinstance(body.layers[0], GradedLayer))
         top = layer == 0
-        decay = depth.copy()
+        decay = attenuation(body, depth).copy()
         if isinstance(body, Medium) and not varies and body.layers:
-            decay[top] = 2 * float(interfaces(body)[0]) - depth[top]
+            decay[top] = 2 * float(attenuation(body, interfaces(body)[:1])[0]) - decay[top]
         shortest = float(decay.min())
         if varies:
             shortest = max(shortest, SHORTEST * radius[0] * REACH / reach)
@@ -88,13 +89,16 @@ class Section:
         waves = amplitudes(body, k, depth, layer, shear)
         split = top if isinstance(body, Medium) else np.ones(depth.size, dtype=bool)
         if split.any():
-            waves[..., split] -= SurfacePart.of(body).amplitudes(k, depth[split], shear)
+            waves[..., split] -= surface_part(body).amplitudes(k, depth[split], shear)
         return cls(body, depth, split, k, weight, waves)
 
-    def stress(self, load: RoundLoad, x: Array, traction: float) -> Array:
-        """Stresses in the plane of sliding at x [m], shape (nx,), and all depths: (xx, yy, zz, yz, xz, xy), (6, nx, nz)."""
+    def at(self, some: Flags) -> Section:
+        """Waves at some of the depths."""
+        return replace(self, depth=self.depth[some], split=self.split[some], waves=self.waves[..., some])
+
+    def stress(self, load: RoundLoad, r: Array, theta: Array, traction: float) -> Array:
+        """Stresses (xx, yy, zz, yz, xz, xy) at radii [m], polar angles to the sliding and all depths, (6, nr, ntheta, nz)."""
         shear = len(self.waves) > len(NORMAL_ORDERS)
-        r, which = np.unique(np.abs(x), return_inverse=True)
         functions = np.zeros((len(self.waves), r.size, self.depth.size))
         orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
         if self.k.size:
@@ -104,9 +108,9 @@ class Section:
                 functions[row] = bessel[orders[row]] @ self.waves[row]
         if self.split.any():
             at_r, at_z = (each.ravel() for each in np.meshgrid(r, self.depth[self.split], indexing="ij"))
-            closed = SurfacePart.of(self.body).closed(load.integrals(at_r, at_z), at_z, shear)
+            closed = surface_part(self.body).of_load(load, at_r, at_z, shear)
             functions[..., self.split] += closed.reshape(len(closed), r.size, -1)
-        found = functions[:, which].reshape(len(functions), -1)
-        theta = np.repeat(np.where(x < 0, np.pi, 0.0), self.depth.size)
-        stress, _ = cartesian(found[:6], traction * found[6:] if shear else None, theta)
-        return stress.reshape(6, x.size, self.depth.size)
+        found = np.repeat(functions[:, :, None], theta.size, axis=2).reshape(len(functions), -1)
+        angles = np.broadcast_to(theta[:, None], (r.size, theta.size, self.depth.size)).ravel()
+        stress, _ = cartesian(found[:6], traction * found[6:] if shear else None, angles)
+        return stress.reshape(6, r.size, theta.size, self.depth.size)

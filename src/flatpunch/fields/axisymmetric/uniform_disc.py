@@ -11,12 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import elliprd, elliprf, elliprj, factorial, j1
+from scipy.special import elliprc, elliprd, elliprf, elliprj, factorial, j1
 
 from flatpunch._support.checks import Array
 
 _TERMS = 9
 """Terms of that series: 0.1^18."""
+
+_DUPLICATIONS = 4
+"""Duplications of the third elliptic integral at complex depths: each halves the angles of its arguments to the real axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +40,11 @@ class UniformDisc:
         return self.radius * 16 / 3
 
     @property
+    def scale(self) -> float:
+        """Size of the pressure [Pa]."""
+        return 1.0
+
+    @property
     def force(self) -> float:
         """Total load [N]."""
         return float(np.pi * self.radius**2)
@@ -46,7 +54,7 @@ class UniformDisc:
         return np.asarray(self.radius * j1(self.radius * k) / k)
 
     def integrals(self, r: Array, z: Array) -> Array:
-        """I_mj at points (r, z) with z >= 0, shape (4, 3, n)."""
+        """I_mj at points (r, z) with Re z >= 0, shape (4, 3, n); complex at complex depths."""
         a = self.radius
         # in units of the radius: L(m, j) has the dimension of k^(j + 1)
         scaled = _integrals(r / a, z / a)
@@ -56,8 +64,8 @@ class UniformDisc:
 def _integrals(r: Array, z: Array) -> Array:
     """L(m, j - 1) for a disc of radius 1, shape (4, 3, n); L(3, -1), which nobody needs, is zero."""
     # distance from the axis over that from the rim below which the power series in r is used
-    near = r < 0.1 * np.sqrt(1 + z * z)
-    result = np.zeros((4, 3, r.size))
+    near = r < 0.1 * np.abs(np.sqrt(1 + z * z))
+    result = np.zeros((4, 3, r.size), dtype=z.dtype)
     if near.any():
         result[:, :, near] = _series(r[near], z[near])
     if not near.all():
@@ -67,7 +75,7 @@ def _integrals(r: Array, z: Array) -> Array:
 
 def _elliptic(r: Array, z: Array) -> Array:
     far2 = (1 + r) ** 2 + z * z
-    near2 = np.maximum((1 - r) ** 2 + z * z, 1e-300)
+    near2 = (1 - r) ** 2 + z * z + 1e-300
     far, total = np.sqrt(far2), 1 + r * r + z * z
     ratio = near2 / far2
     zero, one = np.zeros_like(r), np.ones_like(r)
@@ -76,7 +84,7 @@ def _elliptic(r: Array, z: Array) -> Array:
     e = rf - 4 * r / (3 * far2) * rd
     side = (1 - r) / (1 + r)
     side = np.where(np.abs(side) < 1e-100, 1e-100, side)  # at the rim itself its product with the integral vanishes
-    third = rf + 4 * r / (3 * (1 + r) ** 2) * elliprj(zero, ratio, one, side * side)
+    third = rf + 4 * r / (3 * (1 + r) ** 2) * _third_kind(ratio, side * side)
     here = np.where(r < 1, 1.0, np.where(r > 1, 0.0, 0.5))
     through = rf + np.where(r == 1, 0.0, side * third)
     l00 = here - z / (np.pi * far) * through
@@ -97,6 +105,21 @@ def _elliptic(r: Array, z: Array) -> Array:
     )
 
 
+def _third_kind(ratio: Array, p: Array) -> Array:
+    """R_J(0, ratio, 1, p). SciPy has it for Re ratio >= 0; duplications bring complex ones there (DLMF 19.26.18)."""
+    x, y, z = np.zeros_like(ratio), ratio, np.ones_like(ratio)
+    if not np.iscomplexobj(ratio):
+        return np.asarray(elliprj(x, y, z, p))
+    p, total, factor = p.astype(complex), np.zeros_like(ratio), 1.0
+    for _ in range(_DUPLICATIONS):
+        a, b, c = np.sqrt(x), np.sqrt(y), np.sqrt(z)
+        grown = a * b + b * c + c * a
+        alpha, beta = p * (a + b + c) + a * b * c, np.sqrt(p) * (p + grown)
+        total += 3 * factor * elliprc(alpha**2, beta**2)
+        x, y, z, p, factor = x + grown, y + grown, z + grown, p + grown, 2 * factor
+    return np.asarray(total + factor * elliprj(x, y, z, p))
+
+
 def _series(r: Array, z: Array) -> Array:
     """Power series in r: J_m(kr) = sum (-1)^s (kr/2)^(m + 2s)/(s! (m + s)!), term by term on the axis."""
     rho = np.sqrt(1 + z * z)
@@ -109,7 +132,7 @@ def _series(r: Array, z: Array) -> Array:
         moments.append(factorial(n - 1) * slope[n] / rho ** (n + 2))
         legendre.append(((2 * n + 1) * x * legendre[n] - n * legendre[n - 1]) / (n + 1))
         slope.append((n + 1) * legendre[n] + x * slope[n])
-    result = np.zeros((4, 3, r.size))
+    result = np.zeros((4, 3, r.size), dtype=z.dtype)
     for m in range(4):
         for j in range(3):
             for s in range(_TERMS):

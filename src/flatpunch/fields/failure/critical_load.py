@@ -12,29 +12,36 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from flatpunch._support.checks import shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.contact import FirstOrder, indent
-from flatpunch.contact.limits import deepest
+from flatpunch.contact import Exact, indent
+from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.limits import deepest, high_pressure, steepness
 from flatpunch.contact.round.mean_profile import resolved_radius
-from flatpunch.fields.failure.events import Event, Judged, first_event, margins
+from flatpunch.fields.bodies import Solid
+from flatpunch.fields.failure.events import Event, Judged, criterion_name, first_event, margins
 from flatpunch.fields.failure.on_cells import CellSearch
 from flatpunch.fields.failure.round import RoundSearch
 from flatpunch.fields.failure.strength import Strength, checked_strengths
-from flatpunch.fields.fields import checked_friction, residual_stresses
+from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, RigidBase, TwoBodies, underlying
 from flatpunch.punch import UnresolvedLayer
 from flatpunch.punch.matrix import largest_beta
 
-__all__ = ["CriticalLoad", "Event", "critical_load"]
+__all__ = ["CriticalLoad", "Event", "critical_load", "critical_loads"]
 
 Strengths = Strength | Sequence[Strength | None]
+
+_HIGH = 0.03
+"""Mean pressure over the contact modulus above which a critical load has a note: metals yield at some thousandths, hard
+ceramics at some hundredths."""
 
 
 @readable
@@ -62,11 +69,11 @@ class CriticalLoad:
     error : float
         Estimated relative error of the stress at that place.
     notes : tuple of str
-        Why the contact at that load is not valid, as of `indent`; empty if it is.
+        Why the contact at that load is not valid or beyond small strains, as of `indent`; empty if it is neither.
 
     See Also
     --------
-    critical_load : Makes it.
+    flatpunch.critical_load : Makes it.
 
     Examples
     --------
@@ -117,8 +124,8 @@ def critical_load(
     Returns
     -------
     CriticalLoad
-        Load, depth, place, kind and all margins. Under round tips the stress is known to 1e-8 (graded surfaces 1e-4) and the load
-        refined to about 1e-4; under others `error` estimates it, 0.1 to 2 % inside and more beside the rim.
+        Load, depth, place, kind and all margins. Under round tips the load is refined to about 1e-4. `error` estimates that of
+        the stress there: up to 1e-7 under round tips, 0.1 to 2 % under others and more beside the rim.
 
     Raises
     ------
@@ -130,7 +137,7 @@ def critical_load(
     --------
     Strength : What a layer bears.
     fields : The stresses.
-    CriticalLoad : What it returns.
+    fields.CriticalLoad : What it returns.
 
     Examples
     --------
@@ -142,55 +149,166 @@ def critical_load(
     Notes
     -----
     Yield and shear in the layer at the surface are reached at the first touch where the pressure is infinite: under the apex and
-    edges of sharp tips. The edge of a flat end is refused there; give its strengths to the layers below.
+    edges of sharp tips, and at the border of flat ends that are worn into a tip. So are they under the rim of a `Cylinder`.
     """
-    compliance(medium)  # refuses what is no medium
+    search, friction_of = _search(medium, indenter, strengths, friction, residual_stress)
+    return _found(search, medium, friction_of)
+
+
+@one_blas_thread()
+def critical_loads(
+    medium: Body,
+    indenter: Indenter,
+    strengths: Strengths | Sequence[Strengths | None],
+    *,
+    friction: float = 0.0,
+    residual_stress: Sequence[Any] | None = None,
+) -> xr.Dataset:
+    """Load at which each strength is reached by itself, as if the others were not.
+
+    Parameters
+    ----------
+    medium, indenter, strengths, friction, residual_stress
+        As for `critical_load`, whose load is the smallest of these.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `criterion`, "layers[0].yield" and so on, of two bodies "upper.layers[0].yield": force [N], depth and radius [m],
+        place (criterion, axis) [m] and error, the estimated relative error of the stress. Infinite, with a place that is NaN,
+        where a strength is never reached; NaN where the search ended before, as `notes` of the criterion say. The attribute
+        `first` is the criterion that is reached first.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, and where the residual stress alone exceeds a strength.
+
+    See Also
+    --------
+    critical_load : The first of them.
+    peak_stresses : The stresses under one contact.
+
+    Examples
+    --------
+    >>> film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], base=fp.HalfSpace(210e9, 0.3))
+    >>> strengths = [fp.Strength(yield_stress=6e9, tensile=2e9), fp.Strength(yield_stress=1e9)]
+    >>> loads = fp.critical_loads(film, fp.Sphere(50e-6), strengths)
+    >>> for name, force in zip(loads.criterion.values, loads.force.values):
+    ...     print(f"{name}: {force * 1e3:.1f} mN")
+    layers[0].yield: 128.2 mN
+    layers[0].tensile: 329.8 mN
+    layers[1].yield: 11.8 mN
+    """
+    search, named = _search(medium, indenter, strengths, friction, residual_stress)
+    rows = []
+    for what in dict.fromkeys(event.what for event in search.maxima(search.limits()[1])):
+        try:
+            found = _found(_OneCriterion(search, what), medium, named)
+        except UnresolvedLayer as error:
+            nan = float("nan")
+            found = CriticalLoad(nan, nan, nan, *what[:2], (nan, nan, nan), {}, what[2], nan, (str(error),))
+        rows.append((criterion_name(what, named=named), found))
+    forces = np.array([found.force for _, found in rows])
+    columns: dict[str, Column] = {
+        name: (
+            ("criterion",),
+            np.array([getattr(found, name) for _, found in rows]),
+            {"units": unit, "long_name": text},
+        )
+        for name, unit, text in (
+            ("force", "N", "load"),
+            ("depth", "m", "depth"),
+            ("radius", "m", "mean contact radius"),
+        )
+    }
+    never = np.isinf(forces)[:, None]
+    columns["place"] = (
+        ("criterion", "axis"),
+        np.where(never, np.nan, [found.place for _, found in rows]),
+        {"units": "m", "long_name": "place"},
+    )
+    errors = np.array([found.error for _, found in rows])
+    columns["error"] = (("criterion",), errors, {"long_name": "estimated relative error of the stress"})
+    notes = np.array(["\n".join(found.notes) for _, found in rows], dtype=object)
+    columns["notes"] = (("criterion",), notes, {"long_name": "limits of the theory at that load"})
+    names = np.array([name for name, _ in rows], dtype=object)
+    first = names[int(np.nanargmin(forces))] if np.isfinite(forces).any() else ""
+    coordinates = {
+        "criterion": (names, {"long_name": "criterion"}),
+        "axis": (np.array(AXES), {"long_name": "direction"}),
+    }
+    attributes = {"title": "Critical loads computed by flatpunch", "first": str(first), "friction": search.friction}
+    return dataset(columns, coordinates, {**attributes, **of_case(medium, indenter)})
+
+
+@dataclass(frozen=True, slots=True)
+class _OneCriterion:
+    """A search for one kind in one layer."""
+
+    whole: RoundSearch | CellSearch
+    what: tuple[str, int, str]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.whole, name)
+
+    def singular(self, size: float) -> list[Event]:
+        """Infinite stresses of that kind."""
+        return [event for event in self.whole.singular(size) if event.what == self.what]
+
+    def events(self, size: float) -> list[Event]:
+        """Largest utilisation of that kind."""
+        return [event for event in self.whole.events(size, only=self.what[1]) if event.what == self.what]
+
+
+def _search(
+    medium: Any, indenter: Indenter, strengths: Any, friction: float, residual_stress: Any
+) -> tuple[RoundSearch | CellSearch, bool]:
+    """Check the arguments; the search, and whether criteria are named with their body."""
+    kernel = compliance(medium)  # refuses what is no medium
     check_indenter(indenter)
     bodies = _judged(underlying(medium), strengths, residual_stress)
     friction = checked_friction(friction)
     for each in bodies:
         each.check()
-        if isinstance(indenter, Cylinder) and each.strengths[0].of_bulk:
-            raise ValueError(
-                "indenter is a Cylinder, whose edge has an infinite stress at any load. Round the edge: Rounded(...), or give "
-                "strengths to the layers below the surface only."
-            )
-    kernel = compliance(medium)
     kind = RoundSearch if indenter.round else CellSearch
     search = kind(bodies, kernel, indenter, friction, deepest(medium))
+    return search, isinstance(underlying(medium), TwoBodies)
+
+
+def _found(search: Any, medium: Any, named: bool) -> CriticalLoad:
+    """The first event of a search."""
     try:
         size, worst, events = first_event(search)
     except UnresolvedLayer as error:
         raise UnresolvedLayer(f"no strength is reached before stresses can no longer be computed: {error}") from None
-    named = isinstance(underlying(medium), TwoBodies)
-    if size == np.inf and search.limits()[2] == resolved_radius(kernel):
-        raise UnresolvedLayer(_undecided(search, kernel, worst))
-    if not 0 < size < np.inf:
-        return CriticalLoad(
-            size, size, size, worst.kind, worst.layer, worst.place, margins(events, named=named), worst.body
-        )
+    if size == np.inf and search.limits()[2] == resolved_radius(search.kernel):
+        raise UnresolvedLayer(_undecided(search, search.kernel, worst))
+    kind, layer, body = worst.what
+    if np.isinf([size, worst.utilisation]).any():
+        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body)
+    off = max(search.error(worst, size or search.limits()[0]), abs(worst.utilisation - 1) if size else 0.0)
+    if size == 0 and worst.utilisation * (1 - off) > 1:
+        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body, off)
+    if size == 0 or off >= 1:
+        raise UnresolvedLayer(_uncertain(worst, off))
     force, depth, radius = search.contact(size)
-    return CriticalLoad(
-        force,
-        depth,
-        radius,
-        worst.kind,
-        worst.layer,
-        worst.place,
-        margins(events, named=named),
-        worst.body,
-        search.error(worst, size),
-        _limits(medium, indenter, depth, radius),
-    )
+    notes = _limits(medium, search.indenter, force, depth, radius)
+    return CriticalLoad(force, depth, radius, kind, layer, worst.place, margins(events, named=named), body, off, notes)
 
 
-def _limits(medium: Any, indenter: Indenter, depth: float, radius: float) -> tuple[str, ...]:
-    """Why a round contact is not valid: a film that bends away, a layer that is pressed through."""
+def _limits(medium: Any, indenter: Indenter, force: float, depth: float, radius: float) -> tuple[str, ...]:
+    """Where the contact at that load is beyond the theory, or beyond what solids bear."""
+    at = np.array([depth])
+    mean = np.array([force / (np.pi * radius**2)])
+    # two thirds of F/d is the stiffness of a cone, that of other tips is less: the contact modulus S/(2a) is at most F/(a d)
+    notes = high_pressure(mean * radius * at / force, at, _HIGH)
     if not indenter.round:
-        return ()
-    given = {"depth": depth} if isinstance(indenter, Cylinder) else {"radius": radius}
-    curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
-    return () if curve["valid"].values[0] else tuple(str(curve.attrs["notes"]).splitlines())
+        return notes + steepness(indenter, np.array([radius]), at)
+    given: dict[str, Any] = {"depth": depth} if isinstance(indenter, Cylinder) else {"radius": radius}
+    curve = indent(medium, indenter, method=Exact(), angles=1, **given)
+    own = tuple(line for line in str(curve.attrs["notes"]).splitlines() if "mean pressure" not in line)
+    return own + notes
 
 
 def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -> str:
@@ -199,16 +317,26 @@ def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -
     kind, layer, body = worst.what
     share = max(worst.utilisation, 0.0)
     return (
-        f"strengths are not reached up to a load of {text(search.contact(high)[0], 'N')} (the nearest is {kind} of layer {layer} "
-        f"of the {body} body, at {share:.2g} of its strength), and the search ends there: the contact radius is "
+        f"strengths are not reached up to a load of {text(search.contact(high)[0], 'N')} (the nearest is {kind} of layer "
+        f"{layer + 1} of the {body} body, at {share:.2g} of its strength), and the search ends there: the contact radius is "
         f"{text(high, 'm')}, {largest_beta(kernel):g} times the shortest length of the layers, the largest contact that is "
         "solved. Leave out the thinnest layer, or check the units of strengths and thicknesses."
     )
 
 
+def _uncertain(worst: Event, off: float) -> str:
+    """Message: the first event is no better known than its error."""
+    kind, layer, body = worst.what
+    return (
+        f"{kind} of layer {layer + 1} of the {body} body is reached first, but its stress is known to {100 * off:.2g} % only: "
+        "the cells of the pressure do not resolve layers that are thin against the contact. Leave out that layer's strengths, "
+        "or the thinnest layer; `critical_loads` gives the loads of the other strengths."
+    )
+
+
 def _judged(medium: Any, strengths: Any, residual: Any) -> tuple[Judged, ...]:
     """Bodies with their checked strengths; of two bodies only those that have strengths."""
-    if isinstance(medium, (HalfSpace, Medium, PowerLawHalfSpace)):
+    if isinstance(medium, Solid):
         found = checked_strengths(medium, strengths)
         stresses = residual_stresses(medium, residual)
         return (Judged(medium, found, np.zeros(len(found)) if stresses is None else stresses),)

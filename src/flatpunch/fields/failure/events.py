@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from scipy.ndimage import label, maximum_filter
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.readable import readable
-from flatpunch.compliance.depth import constants_at, interfaces
+from flatpunch.compliance.depth import interfaces, plane_at
 from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.strength import Strength
+from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 
@@ -20,8 +22,14 @@ DEEPEST = 2.5
 """Contact radii below the top of a layer down to which it is searched."""
 
 
-_FOUND, _SOLVED = 1e-3, 1e-7
-"""Deviations of stress over strength from one at which the load is found on the grid, and at the refined place."""
+_WORTH = 0.2
+"""Share by which a local maximum on the grid may be below the largest to be refined too."""
+
+_FOUND, _SOLVED, _MISSED = 1e-3, 1e-7, 0.01
+"""Deviations of stress over strength from one: found on the grid, found at the refined place, not found."""
+
+_ROUNDS = 20
+"""Most halvings or doublings of the size from the load of the grid to that of the refined place."""
 
 
 @readable
@@ -90,8 +98,10 @@ class Judged:
         for i, (strength, value) in enumerate(zip(self.strengths, self.residual, strict=True)):
             for kind, ratio in strength.utilisation(np.array([value, value, 0.0, 0.0, 0.0, 0.0])):
                 if ratio >= 1:
-                    raise ValueError(
-                        f"residual_stress[{i}] = {value:g} Pa alone exceeds the {kind} strength of that layer, without any load."
+                    raise BadValue(
+                        f"residual_stress[{i}]",
+                        f"{value:g}",
+                        f"Pa alone exceeds the {kind} strength of that layer, without any load.",
                     )
 
     def depths(self, i: int, radius: float) -> Array:
@@ -109,45 +119,75 @@ class Judged:
         return np.unique(np.append(tops[i] + share * deep, face))
 
     def largest(self, i: int, stress: Array, place: Array) -> list[Event]:
-        """Largest utilisation of each kind in a layer; stress (6, n) without the residual one, places (3, n), depth for z."""
+        """Largest utilisation of each kind in a layer; stress (6, ..., nz) without the residual one, places (3, ..., nz)."""
+        return self._events(i, stress, place, lambda ratio: [np.unravel_index(np.argmax(ratio), ratio.shape)])
+
+    def maxima(self, i: int, stress: Array, place: Array, parts: Sequence[slice] = (slice(None),)) -> list[Event]:
+        """Local maxima of each kind on a grid in a layer, those close to the largest, in each part of its second axis."""
+
+        def peaks(ratio: Array) -> list[tuple[Any, ...]]:
+            least = ratio.max() - _WORTH * abs(ratio.max())
+            found: list[tuple[Any, ...]] = []
+            for part in parts:
+                here = ratio[:, part]
+                high = (here == maximum_filter(here, size=3)) & (here >= least)
+                # equal neighbours, as the zeros of a free part or the angles at the axis, are one place
+                regions, count = label(high, np.ones((3,) * ratio.ndim))
+                for n in range(1, count + 1):
+                    x, y, z = np.unravel_index(int(np.argmax(regions == n)), here.shape)
+                    found.append((x, y + (part.start or 0), z))
+            return found
+
+        return self._events(i, stress, place, peaks)
+
+    def _events(
+        self, i: int, stress: Array, place: Array, chosen: Callable[[Array], list[tuple[Any, ...]]]
+    ) -> list[Event]:
+        """Events at the places of a grid that are chosen by stress over strength; z holds depths, the lower face last."""
         stress = stress.copy()
         stress[:2] += self.residual[i]
         strength, sign = self.strengths[i], -1 if self.upper else 1
-        ratios = [(kind, ratio, np.arange(place.shape[1])) for kind, ratio in strength.utilisation(stress)]
-        face = np.flatnonzero(place[2] == np.append(self.tops, np.inf)[i + 1])
-        if face.size:
-            ratios += [(kind, ratio, face) for kind, ratio in strength.interface_utilisation(stress[:, face])]
+        ratios = list(strength.utilisation(stress))
+        if place[2].flat[-1] == np.append(self.tops, np.inf)[i + 1]:
+            ratios += strength.interface_utilisation(stress[..., -1:])
         found = []
-        for kind, ratio, where in ratios:
-            worst = int(np.argmax(ratio))
-            x, y, z = (float(each) for each in place[:, where[worst]])
-            found.append(Event(kind, i, float(ratio[worst]), (x, y, sign * z), self.name))
+        for kind, ratio in ratios:
+            there = place[..., -ratio.shape[-1] :]
+            for at in chosen(ratio):
+                x, y, z = (float(axis[at]) for axis in there)
+                found.append(Event(kind, i, float(ratio[at]), (x, y, sign * z), self.name))
         return found
 
     def singular(self, indenter: Indenter, radius: float) -> list[Event]:
-        """Infinite stresses in the layer at the surface: under the apex of a sharp tip, its edges, and kinks inside the contact.
+        """Infinite stresses in the layer at the surface: at the rim of a flat end, under apex and edges of sharp tips, at kinks.
 
-        There the pressure is infinite, and so are shear and von Mises stress unless the material is incompressible.
+        There the pressure is infinite, and so are shear and von Mises stress: at kinks unless the material is incompressible.
         """
-        if isinstance(self.body, PowerLawHalfSpace) or not _sharp(indenter, radius):
-            return []
-        _, poisson = constants_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
-        if poisson[0] > 0.5 - 1e-12:
-            return []
         strength = self.strengths[0]
         kinds = [("yield", strength.yield_stress), ("shear", strength.shear)]
-        return [Event(kind, 0, np.inf, (0.0, 0.0, 0.0), self.name) for kind, value in kinds if value is not None]
+        if isinstance(indenter, Cylinder):
+            rim = (indenter.radius, 0.0, 0.0)
+            return [Event(kind, 0, np.inf, rim, self.name) for kind, value in kinds if value is not None]
+        if isinstance(self.body, PowerLawHalfSpace) or (place := _edge(indenter, radius)) is None:
+            return []
+        plane = plane_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
+        # material that is isotropic and incompressible has the pressure on all sides there
+        if plane.oedometric[0] * plane.across[0] < 2e-12 and abs(plane.shear[0] * plane.across[0] - 1) < 1e-12:
+            return []
+        return [Event(kind, 0, np.inf, (place, 0.0, 0.0), self.name) for kind, value in kinds if value is not None]
 
 
-def _sharp(indenter: Indenter, radius: float) -> bool:
+def _edge(indenter: Indenter, radius: float) -> float | None:
+    """Distance of a sharp edge from the axis [m]: 0 for an apex and the edges that meet there; None if there is none."""
     if indenter.corners or (indenter.exponent is not None and indenter.exponent <= 1):
-        return True
-    rings = np.array([ring for ring in indenter.rings if ring < radius * (1 - 1e-6)])
+        return 0.0
+    rings = np.array([ring for ring in indenter.rings if ring < radius * (1 - 1e-9)])
     if not rings.size or not indenter.round:
-        return False
+        return None
     inside, outside = (indenter.slope(rings * (1 + side), np.zeros(1)) for side in (-1e-9, 1e-9))
     # jump of the slope over the slope from which a ring of the tip is an edge
-    return bool((np.abs(outside - inside) > 1e-6 * np.abs(outside)).any())
+    sharp = np.flatnonzero(np.abs(outside - inside) > 1e-6 * np.abs(outside))
+    return float(rings[sharp[0]]) if sharp.size else None
 
 
 class Search(Protocol):
@@ -155,6 +195,9 @@ class Search(Protocol):
 
     def limits(self) -> tuple[float, float, float]:
         """Smallest size, where to start, and largest size [m]."""
+
+    def singular(self, size: float) -> list[Event]:
+        """Infinite stresses at a size."""
 
     def events(self, size: float) -> list[Event]:
         """Largest utilisation of every kind in every layer, on a grid."""
@@ -167,17 +210,40 @@ class Search(Protocol):
 
 
 def first_event(search: Search) -> tuple[float, Event, list[Event]]:
-    """Size at which the first event happens, that event, and all events there; size zero or infinite without a crossing."""
+    """Size at which the first event happens, that event, and all events there; size zero or infinite without a crossing.
+
+    Zero: the refined place is above its strength at the smallest size. Where the estimate jumps over one, the size is that of the
+    jump, and the event's utilisation, which is not one then, is part of its error.
+    """
     low, start, high = search.limits()
+    if at_once := search.singular(low):
+        return 0.0, at_once[0], at_once
     size, events = _solved(search.events, start, low, high, _FOUND)
     worst = max(events, key=lambda event: event.utilisation)
-    if abs(worst.utilisation - 1) > 0.01:
-        # not reached between the limits: from the first touch on, or never
-        return (0.0 if worst.utilisation > 1 else np.inf), worst, events
-    worst = search.refined(worst, size)
-    follow = search.follower(worst, size)
-    size, (worst,) = _solved(lambda s: [follow(s)], size, max(low, size / 2), min(high, size * 2), _SOLVED)
+    if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
+        return np.inf, worst, events
+    for _ in range(_ROUNDS):
+        worst = search.refined(worst, size)
+        follow = search.follower(worst, size)
+        least, most = max(low, size / 2), min(high, size * 2)
+        size, (worst,) = _solved(_alone(follow), size, least, most, _SOLVED)
+        if not _missed(worst) or least * (1 + ROUNDING) < size < most * (1 - ROUNDING):
+            break
+    if _missed(worst) and worst.utilisation > 1 and size <= low * (1 + ROUNDING):
+        return 0.0, worst, [worst if each.what == worst.what else each for each in search.events(low)]
+    if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
+        return np.inf, worst, search.events(high)
     return size, worst, [worst if each.what == worst.what else each for each in search.events(size)]
+
+
+def _alone(follow: Callable[[float], Event]) -> Callable[[float], list[Event]]:
+    """The events of a search that follows one of them."""
+    return lambda size: [follow(size)]
+
+
+def _missed(event: Event) -> bool:
+    """Whether no size was found at which stress and strength are equal."""
+    return abs(event.utilisation - 1) > _MISSED
 
 
 def _solved(
@@ -206,12 +272,16 @@ def _solved(
     return float(np.exp(x)), found
 
 
+def criterion_name(what: tuple[str, int, str], *, named: bool) -> str:
+    """Name of a criterion; `named`: with the body, where there are two."""
+    kind, layer, body = what
+    return (f"{body}." if named else "") + f"layers[{layer}].{kind}"
+
+
 def margins(events: Sequence[Event], *, named: bool) -> dict[str, float]:
-    """Strength over stress by criterion; infinite under compression. `named`: with the body, where there are two."""
+    """Strength over stress by criterion; infinite under compression."""
     return {
-        (f"{event.body}." if named else "") + f"layers[{event.layer}].{event.kind}": (
-            1 / event.utilisation if event.utilisation > 0 else float("inf")
-        )
+        criterion_name(event.what, named=named): 1 / event.utilisation if event.utilisation > 0 else float("inf")
         for event in events
     }
 

@@ -14,6 +14,7 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, fields_of_cells
+from flatpunch.fields.failure.equal_area import counted_by
 from flatpunch.fields.failure.events import DEEPEST, Event, Judged
 from flatpunch.fields.failure.round import radius_limits
 from flatpunch.indenters.profile import Indenter
@@ -32,7 +33,7 @@ _ROUNDS, _FINER = 3, 3.0
 
 @dataclass(frozen=True, slots=True)
 class CellSearch:
-    """Contacts by the radius that the round contact of the mean profile has at their depth; attributes as of `RoundSearch`."""
+    """Contacts by the radius that a round contact has at their depth (`equal_area`); attributes as of `RoundSearch`."""
 
     bodies: tuple[Judged, ...]
     kernel: Kernel
@@ -43,7 +44,7 @@ class CellSearch:
 
     def limits(self) -> tuple[float, float, float]:
         """Smallest radius, start and largest radius [m]."""
-        return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
+        return radius_limits(self.bodies, self.kernel, counted_by(self.indenter), self.deepest)
 
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and mean radius [m]."""
@@ -53,7 +54,7 @@ class CellSearch:
     def _solved(self, size: float, count: int) -> bem.Solution:
         key = size, count
         if key not in self.solutions:
-            depth = round_contact(self.kernel, mean_profile(self.indenter), np.array([size])).depth
+            depth = round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
             (self.solutions[key],) = bem.solve(self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5)
         return self.solutions[key]
 
@@ -62,25 +63,48 @@ class CellSearch:
         grid = solution.grid
         return Cells(solution.pressure, self.friction * solution.pressure, grid.spacing, grid.center).cropped
 
-    def events(self, size: float) -> list[Event]:
-        """Largest utilisation of every kind in every layer, on the grid."""
-        sharp = [event for each in self.bodies for event in each.singular(self.indenter, size)]
-        if sharp:
+    def singular(self, size: float) -> list[Event]:
+        """Infinite stresses at a size."""
+        return [event for each in self.bodies for event in each.singular(self.indenter, size)]
+
+    def events(self, size: float, only: int | None = None) -> list[Event]:
+        """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
+        sharp = self.singular(size)
+        if sharp and only is None:
             return sharp
         cells = self._cells(size, _COARSE)
-        along = [_PLACES * n * cells.spacing / 2 for n in cells.pressure.shape[::-1]]
-        x, y = cells.center[0] + along[0], cells.center[1] + along[1]
+        x, y = self._across(cells)
+        found = []
+        for each in self.bodies:
+            for i in each.watched if only is None else {only}.intersection(each.watched):
+                found += self._largest(each, i, cells, x, y, each.depths(i, size))
+        return found + sharp
+
+    def maxima(self, size: float) -> list[Event]:
+        """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
+        cells = self._cells(size, _COARSE)
+        x, y = self._across(cells)
         found = []
         for each in self.bodies:
             for i in each.watched:
-                found += self._largest(each, i, cells, x, y, each.depths(i, size))
-        return found
+                found += each.maxima(i, *self._stress(each, i, cells, x, y, each.depths(i, size)))
+        return found + self.singular(size)
+
+    def _across(self, cells: Cells) -> tuple[Array, Array]:
+        """Places of the grid along x and y."""
+        along = [_PLACES * n * cells.spacing / 2 for n in cells.pressure.shape[::-1]]
+        return cells.center[0] + along[0], cells.center[1] + along[1]
+
+    def _stress(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
+        """Stresses in a layer on the product of x, y and depths z, shape (6, nx, ny, nz), and the places, (3, nx, ny, nz)."""
+        place = np.stack(np.meshgrid(x, y, z, indexing="ij"))
+        flat = place.reshape(3, -1)
+        at = Located(judged.body, np.arange(flat.shape[1]), flat[2], np.full(flat.shape[1], i), judged.upper)
+        return fields_of_cells(cells, at, flat[0], flat[1], 0.0)[:6].reshape(6, *place.shape[1:]), place
 
     def _largest(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> list[Event]:
         """Largest utilisation of each kind in a layer on the product of x, y and depths z."""
-        place = np.stack([each.ravel() for each in np.meshgrid(x, y, z, indexing="ij")])
-        at = Located(judged.body, np.arange(place.shape[1]), place[2], np.full(place.shape[1], i), judged.upper)
-        return judged.largest(i, fields_of_cells(cells, at, place[0], place[1], 0.0)[:6], place)
+        return judged.largest(i, *self._stress(judged, i, cells, x, y, z))
 
     def _judged(self, event: Event) -> Judged:
         return next(each for each in self.bodies if each.name == event.body)

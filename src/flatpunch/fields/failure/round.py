@@ -1,32 +1,35 @@
-"""First event under a growing round contact: grids in the plane of sliding that follow the contact."""
+"""First event under a growing round contact: polar grids that follow the contact."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
-from flatpunch.fields.axisymmetric.layered import REACH
+from flatpunch.fields.axisymmetric.layered import REACH, SECOND_REACH
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.axisymmetric.section import Section
 from flatpunch.fields.failure.events import DEEPEST, Event, Judged, expected_utilisation
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium
+from flatpunch.media import HalfSpace, Medium, RigidBase
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
 
 _COARSE = 14.0
-"""Where integrals over the layers' response end during the search: 1e-4. The load at the place found is exact."""
+"""Where integrals over the layers' response end on the grid, to a per cent; at refined places they are exact."""
+
+_ANGLES = np.linspace(0, np.pi, 5)
+"""Polar angles of the grid on one side of the plane of sliding; without friction the first is enough."""
 
 _ROUNDS, _FINER = 3, 3.0
 """Rounds of refinement of a place, each finer by this factor; a parabola follows."""
@@ -59,6 +62,7 @@ class RoundSearch:
     friction: float
     deepest: float
     sections: dict[tuple[object, ...], Section] = field(default_factory=dict)
+    loads: dict[tuple[float, bool], RingSources] = field(default_factory=dict)
 
     @property
     def flat(self) -> bool:
@@ -83,23 +87,44 @@ class RoundSearch:
             return start / RANGE, start, min(start * RANGE, self.deepest)
         return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
 
-    def _load(self, size: float) -> RingSources:
-        _, depth, radius = self.contact(size) if self.flat else (0.0, 0.0, size)
-        return contact_load(self.kernel, self.indenter, radius, depth, edge=self.flat)
+    def _load(self, size: float, *, again: bool = False) -> RingSources:
+        if (size, again) not in self.loads:
+            _, depth, radius = self.contact(size) if self.flat else (0.0, 0.0, size)
+            made = contact_load(self.kernel, self.indenter, radius, depth, edge=self.flat, again=again)
+            self.loads[size, again] = made
+        return self.loads[size, again]
 
-    def events(self, size: float) -> list[Event]:
-        """Largest utilisation of every kind in every layer, on the grid."""
+    def singular(self, size: float) -> list[Event]:
+        """Infinite stresses at a size."""
+        return [event for each in self.bodies if each.watched for event in each.singular(self.indenter, size)]
+
+    def events(self, size: float, only: int | None = None) -> list[Event]:
+        """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
+        grid = self._grid(size, only)
+        return [event for each, i, stress, place in grid for event in each.largest(i, stress, place)] + self.singular(
+            size
+        )
+
+    def maxima(self, size: float) -> list[Event]:
+        """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
+        # ahead of the load, beside and behind it, which a coarse grid may not tell apart
+        parts = (slice(0, 1), slice(1, 4), slice(4, 5)) if self.friction else (slice(None),)
+        grid = self._grid(size)
+        found = [event for each, i, stress, place in grid for event in each.maxima(i, stress, place, parts)]
+        return found + self.singular(size)
+
+    def _grid(self, size: float, only: int | None = None) -> Iterator[tuple[Judged, int, Array, Array]]:
+        """Bodies, layers, stresses (6, nr, ntheta, nz), and their places (3, nr, ntheta, nz), with depths for z."""
         load = self._load(size)
         radius = load.radius
-        x = self._radii(radius)
-        found = []
+        r, theta = self._radii(radius), _ANGLES if self.friction else _ANGLES[:1]
         for n, each in enumerate(self.bodies):
             if not each.watched:
                 continue
             largest = 2.0 ** np.ceil(np.log2(radius) - 1e-9)
             depths = [each.depths(i, largest) for i in each.watched]
             layer = np.repeat(each.watched, [z.size for z in depths])
-            extent = 4 * largest + (float(np.abs(x).max()) - 3 * radius) * largest / radius
+            extent = 4 * largest + (float(r.max()) - 3 * radius) * largest / radius
             key = n, largest
             if key not in self.sections:
                 self.sections[key] = Section.of(
@@ -111,56 +136,60 @@ class RoundSearch:
                     shear=self.friction > 0,
                     reach=_COARSE,
                 )
-            stress = self.sections[key].stress(load, x, self._traction(each))
-            for i in each.watched:
-                here = layer == i
-                found += _largest(each, i, stress[..., here], x, self.sections[key].depth[here])
-            found += each.singular(self.indenter, radius)
-        return found
+            for i in each.watched if only is None else {only}.intersection(each.watched):
+                section = self.sections[key].at(layer == i)
+                yield each, i, section.stress(load, r, theta, self._traction(each)), _places(r, theta, section.depth)
 
     def _traction(self, judged: Judged) -> float:
         # on the upper body the friction of the lower one acts backwards
         return -self.friction if judged.upper else self.friction
 
     def _radii(self, radius: float) -> Array:
-        """Places along the plane of sliding: in units of the radius, and out to where stiff films bend."""
+        """Radii in units of that of the contact, and out to where stiff films bend."""
         far = max(_bending(each.body) for each in self.bodies)
         outer = np.geomspace(3 * radius, 3 * radius + 4 * far, 6)[1:] if far > 0 else np.zeros(0)
-        right = np.concatenate([_RADII * radius, outer])
-        return np.concatenate([-right[:0:-1], right]) if self.friction else right
+        return np.concatenate([_RADII * radius, outer])
 
     def _judged(self, event: Event) -> Judged:
         return next(each for each in self.bodies if each.name == event.body)
 
     def refined(self, event: Event, size: float) -> Event:
-        """The same event, its place refined on ever finer grids of five by five, and by parabolas."""
+        """The same event, its place refined on grids of five places along each direction, and by parabolas.
+
+        Along each direction grids become finer once the largest value is inside, not at an end from which it may grow further.
+        """
         load, judged = self._load(size), self._judged(event)
         radius, i = load.radius, event.layer
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
-        x, _, z = event.place
-        z = abs(z)
-        wide = max(0.2 * radius, 0.3 * abs(x))
+        # those of the grid: what falls off towards zero from below has its largest value at infinity
+        farthest, deepest = self._radii(radius)[-1], judged.depths(i, radius)[-1]
+        ends = np.array([[0, 0, top], [farthest, np.pi, min(bottom, deepest)]])
+        at = np.array(_polar(event))
         face = event.kind.startswith("interface")
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(radius, float(top) / 2))
+        wide = np.array([max(0.2 * radius, 0.3 * at[0]), np.pi / 4, deep])
+        finer, highest = np.zeros(3), -np.inf
 
-        def tried(xs: Array, zs: Array) -> tuple[Event, Array]:
-            section = self._section_at(judged, i, zs, radius, float(np.abs(xs).max()), _COARSE)
-            stress = section.stress(load, xs, self._traction(judged))
-            (found,) = [e for e in _largest(judged, i, stress, xs, zs) if e.kind == event.kind]
+        def tried(place: Sequence[Array]) -> tuple[Event, Array]:
+            section = self._section_at(judged, i, place[2], radius, float(place[0].max()), REACH)
+            stress = section.stress(load, place[0], place[1], self._traction(judged))
+            (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found, _ratio(judged, event, stress)
 
-        best = event
-        for _ in range(_ROUNDS):
-            xs = x + wide * np.linspace(-1, 1, 5)
-            xs = xs if self.friction else np.unique(np.abs(xs))
-            zs = np.unique(np.clip(z + deep * np.linspace(-1, 1, 5), top, bottom))
-            found, ratios = tried(xs, zs)
-            best = max(best, found, key=lambda each: each.utilisation)
-            x, z = best.place[0], abs(best.place[2])
-            peak = _vertex(xs, ratios.max(axis=1)), _vertex(zs, ratios.max(axis=0))
-            wide, deep = wide / _FINER, deep / _FINER
-        found, _ = tried(np.array([peak[0]]), np.array([peak[1]]))
-        return max(best, found, key=lambda each: each.utilisation)
+        while finer.min() < _ROUNDS:
+            lines = at[:, None] + (wide / _FINER**finer)[:, None] * np.linspace(-1, 1, 5)
+            place = [np.unique(np.clip(line, *each)) for line, each in zip(lines, ends.T, strict=True)]
+            if not self.friction or at[0] == 0:
+                place[1] = _ANGLES if self.friction else _ANGLES[:1]
+            _, ratios = tried(place)
+            index = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
+            at = np.array([axis[n] for axis, n in zip(place, index, strict=True)])
+            outwards = [axis.size > 1 and n in (0, axis.size - 1) for axis, n in zip(place, index, strict=True)]
+            finer += ~(np.array(outwards) & (at != ends).all(axis=0) & (ratios.max() > highest))
+            highest = max(highest, ratios.max())
+        along = [ratios.max(axis=tuple({0, 1, 2} - {n})) for n in range(3)]
+        vertex = [np.array([_vertex(*each)]) for each in zip(place, along, strict=True)]
+        return max((tried(each)[0] for each in (list(at[:, None]), vertex)), key=lambda each: each.utilisation)
 
     def _section_at(self, judged: Judged, i: int, z: Array, radius: float, farthest: float, reach: float) -> Section:
         return Section.of(
@@ -174,25 +203,31 @@ class RoundSearch:
         )
 
     def error(self, event: Event, size: float) -> float:
-        """Estimated relative error of the stress."""
-        graded = self.kernel.graded or self.kernel.exponent
-        return 1e-4 if graded else 1e-8
+        """Estimated relative error of the stress: what other panels and rules change."""
+        judged, (r, theta, z) = self._judged(event), _polar(event)
+        found = []
+        for again, reach in ((False, REACH), (True, SECOND_REACH)):
+            load = self._load(size, again=again)
+            section = self._section_at(judged, event.layer, np.array([z]), load.radius, r, reach)
+            stress = section.stress(load, np.array([r]), np.array([theta]), self._traction(judged))
+            found.append(float(_ratio(judged, event, stress).item()))
+        return abs(found[1] / found[0] - 1)
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """The same event at the place that it has moved to in a contact of another size."""
         judged, i = self._judged(event), event.layer
         radius = self._load(size).radius
-        x, _, z = event.place
+        r, theta, z = _polar(event)
         layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
-        fixed = self._section_at(judged, i, np.array([abs(z)]), radius, abs(x), REACH) if layered else None
+        fixed = self._section_at(judged, i, np.array([z]), radius, r, REACH) if layered else None
 
         def followed(other: float) -> Event:
             load = self._load(other)
             growth = load.radius / radius
-            place = np.array([x * growth]), np.array([abs(z) if layered else abs(z) * growth])
-            section = fixed or self._section_at(judged, i, place[1], load.radius, abs(float(place[0][0])), REACH)
-            stress = section.stress(load, place[0], self._traction(judged))
-            (found,) = [e for e in _largest(judged, i, stress, *place) if e.kind == event.kind]
+            place = np.array([r * growth]), np.array([theta]), np.array([z if layered else z * growth])
+            section = fixed or self._section_at(judged, i, place[2], load.radius, r * growth, REACH)
+            stress = section.stress(load, place[0], place[1], self._traction(judged))
+            (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found
 
         return followed
@@ -211,13 +246,23 @@ def radius_limits(
             # the tip ends, or the layers are no longer resolved, before the contact is that deep
             pass
     half_space = compliance(HalfSpace(kernel.modulus, 0.0))
-    radius = np.geomspace(1e-12, min(1e3, indenter.reach * 0.98), 200)
+    flat = _flat_radius(indenter)
+    radius = np.geomspace(max(1e-12, flat), min(1e3, indenter.reach * 0.98), 200)
     contact = round_contact(half_space, mean_profile(indenter), radius)
     mean = contact.force / (np.pi * radius**2)
     reached = expected_utilisation(bodies, radius, mean) >= 1
     start = float(radius[np.argmax(reached) if reached.any() else -1])
-    start = float(np.clip(start, 0.0, high))
-    return start / RANGE, start, min(high, start * RANGE)
+    start = float(np.clip(start, flat, high))
+    return max(start / RANGE, flat), start, min(high, start * RANGE)
+
+
+def _flat_radius(indenter: Indenter) -> float:
+    """Radius at which the contact of a round tip begins [m]: just beyond a flat end, which is in contact as a whole."""
+    rings = np.array(indenter.rings)
+    height, beyond = (indenter.height(rings * factor, np.zeros(1)) for factor in (1.0, 2.0))
+    # zero but for rounding
+    flat = rings[height <= ROUNDING * beyond]
+    return float(max(flat, default=0.0)) * (1 + 1e-6)
 
 
 def _bending(body: object) -> float:
@@ -225,19 +270,25 @@ def _bending(body: object) -> float:
     if not isinstance(body, Medium) or not body.layers:
         return 0.0
     moduli = [layer.surface_modulus for layer in body.layers]
-    if isinstance(body.base, HalfSpace):
+    if not isinstance(body.base, RigidBase):
         moduli.append(body.base.surface_modulus)
     return float(body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1))
 
 
-def _largest(judged: Judged, i: int, stress: Array, x: Array, z: Array) -> list[Event]:
-    """Largest utilisation of each kind in a layer; stress of shape (6, nx, nz)."""
-    across, down = np.meshgrid(x, z, indexing="ij")
-    return judged.largest(i, stress.reshape(6, -1), np.stack([across, np.zeros_like(across), down]).reshape(3, -1))
+def _places(r: Array, theta: Array, z: Array) -> Array:
+    """Cartesian places of a polar grid, shape (3, nr, ntheta, nz)."""
+    r, theta, z = np.meshgrid(r, theta, z, indexing="ij")
+    return np.stack([r * np.cos(theta), r * np.sin(theta), z])
+
+
+def _polar(event: Event) -> tuple[float, float, float]:
+    """Radius, polar angle and depth of a place."""
+    x, y, z = event.place
+    return float(np.hypot(x, y)), float(np.arctan2(y, x)), abs(z)
 
 
 def _ratio(judged: Judged, event: Event, stress: Array) -> Array:
-    """Stress over strength of one kind, shape (nx, nz)."""
+    """Stress over strength of one kind, shape (nr, ntheta, nz)."""
     strength = judged.strengths[event.layer]
     whole = stress.copy()
     whole[:2] += judged.residual[event.layer]

@@ -10,8 +10,9 @@ import numpy as np
 
 from flatpunch._support.checks import Array, positive, shown
 from flatpunch._support.readable import readable
+from flatpunch.fields.bodies import Solid
 from flatpunch.fields.invariants import principal, von_mises
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace
+from flatpunch.media import Medium
 
 
 @readable
@@ -86,7 +87,7 @@ class Strength:
             yield "interface shear", np.hypot(stress[3], stress[4]) / self.interface_shear
 
 
-def checked_strengths(body: HalfSpace | Medium | PowerLawHalfSpace, strengths: Any) -> tuple[Strength, ...]:
+def checked_strengths(body: Solid, strengths: Any) -> tuple[Strength, ...]:
     """One strength for each layer and the base."""
     layers = len(body.layers) if isinstance(body, Medium) else 0
     given: Sequence[Any] = (strengths,) if isinstance(strengths, Strength) else strengths

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch.design import LargestLoad, Limit, Target
 from flatpunch.design.variables import unit_of, variables
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.steps import ForceSteps, LengthSteps, steps_of
 from flatpunch.files.tables.stress import StressCase
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 QuantityName = Literal["force", "depth", "stiffness", "radius"]
 
@@ -76,7 +79,7 @@ class DesignTable(Table):
     value: str | list[str] | None = None
     depth: LengthSteps | None = None
     force: ForceSteps | None = None
-    vary: dict[str, Any]
+    vary: Plain
     limits: list[LimitTable] = Field(default=[])
     starts: Count = 4
 
@@ -101,7 +104,7 @@ class DesignTable(Table):
             force=None if self.force is None else steps_of(self.force),
         )
 
-    def case(self, medium: Any, indenter: Any, stress: StressCase | None) -> DesignCase:
+    def case(self, medium: Body, indenter: Indenter, stress: StressCase | None) -> DesignCase:
         """What is asked for, of this medium and tip."""
         objective = self.built
         if objective is None:
@@ -118,7 +121,7 @@ class DesignTable(Table):
         return DesignCase(vary, objective, tuple(limit.built for limit in self.limits), self.starts)
 
 
-def _bounds(name: str, bounds: Any, unit: str) -> tuple[float, float]:
+def _bounds(name: str, bounds: object, unit: str) -> tuple[float, float]:
     if not isinstance(bounds, list) or len(bounds) != 2:
         raise ValueError(
             f"[design] vary: {name} = {shown(bounds)} must be a list of two bounds, the smaller one first."

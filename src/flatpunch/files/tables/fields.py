@@ -7,9 +7,7 @@ objects alone; here their messages are traced back to the field and to the value
 from __future__ import annotations
 
 import difflib
-import re
-from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
@@ -27,14 +25,19 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from flatpunch import indenters, media
 from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import brief, shown
+from flatpunch._support.checks import BadValue, Problem, brief, shown
+from flatpunch._support.paths import Plain, steps
 from flatpunch.files import units
 
 
 class CaseError(ValueError):
     """A case file that cannot be read or does not describe a case; the message says where and what to do.
+
+    Attributes
+    ----------
+    problems : tuple of (str, str)
+        Place in the file and sentence of each problem; empty where the file cannot be read.
 
     See Also
     --------
@@ -51,12 +54,18 @@ class CaseError(ValueError):
     case.toml: indenter is missing; it needs a table [indenter] such as kind = 'sphere', radius = '5 um'.
     """
 
+    def __init__(self, message: str, problems: Iterable[Problem] = ()) -> None:
+        super().__init__(message)
+        self.problems = tuple(problems)
+
 
 def _reader(dimension: units.Dimension) -> BeforeValidator:
     return BeforeValidator(lambda value: units.to_si(value, dimension))
 
 
-def _number(value: Any) -> float:
+def _number(value: object) -> float:
+    if isinstance(value, str) and (with_point := units.decimal_point(value)):
+        raise ValueError(f"has a decimal comma; write {with_point}, without quotation marks.")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError("must be a plain number, without quotation marks and without a unit.")
     try:
@@ -74,6 +83,9 @@ Time = Annotated[float, _reader(units.TIME), Field(description="a time such as '
 WorkOfAdhesion = Annotated[
     float, _reader(units.WORK_OF_ADHESION), Field(description="a work of adhesion such as '50 mJ/m^2'")
 ]
+InterfaceStiffness = Annotated[
+    float, _reader(units.INTERFACE), Field(description="an interface stiffness such as '20 GPa/um'")
+]
 Number = Annotated[float, BeforeValidator(_number), Field(description="a number such as 0.3")]
 Count = Annotated[StrictInt, Field(description="a whole number such as 4")]
 Switch = Annotated[StrictBool, Field(description="true or false")]
@@ -84,18 +96,19 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
     section: ClassVar[str] = ""  # name of the table in the file, where `kind` chooses between several models
+    describes: ClassVar[Callable[..., Any]]
     _built: Any = PrivateAttr(default=None)
 
     @model_validator(mode="before")
     @classmethod
-    def _known_fields_only(cls, data: Any) -> Any:
+    def _known_fields_only(cls, data: object) -> object:
         """Refuse unknown fields before pydantic does: here the nearest known name can be suggested."""
         if not isinstance(data, Mapping):
             raise PydanticCustomError("table", "must be a table with the fields {fields}", {"fields": cls._listed()})
         known = list(cls.model_fields)
         for name in data:
             if name not in known:
-                near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+                near = difflib.get_close_matches(name, known, n=1)
                 advice = f"did you mean '{near[0]}'?" if near else f"known here: {cls._listed()}."
                 raise PydanticCustomError("unknown_field", "{advice}", {"field": name, "advice": advice})
         return data
@@ -106,9 +119,14 @@ class Table(BaseModel):
         self._built = self.build(folder)
         return self
 
-    @abstractmethod
     def build(self, folder: Path) -> Any:
         """Return the object this table describes; paths in it are relative to `folder`."""
+        return self.described()
+
+    def described(self, but: Iterable[str] = ()) -> Any:
+        """An object of the class `describes`, whose arguments have the names of the fields."""
+        kept = [name for name in type(self).model_fields if name not in ("kind", *but)]
+        return self.describes(**{name: getattr(self, name) for name in kept})
 
     @property
     def built(self) -> Any:
@@ -123,35 +141,25 @@ class Table(BaseModel):
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-def validated(table: type[AnyTable], data: dict[str, Any], called: Path | str, **context: Any) -> AnyTable:
-    """Check what a file holds.
+def validated(table: type[AnyTable], data: Plain, called: Path | str, **context: Any) -> AnyTable:
+    """Check what a file, which messages call `called`, holds against a table.
 
-    Parameters
-    ----------
-    table : type of Table
-        What it must be.
-    data : dict
-        What it is.
-    called : path or str
-        What messages call the file.
-    context : dict
-        What the tables need to know besides: `folder`, where files named in them are looked for.
-
-    Raises
-    ------
-    CaseError
-        With all problems found, one a line.
+    `context` is what the tables need to know besides: `folder`, where files named in them are looked for. A CaseError lists all
+    problems found.
     """
     _check_lengths(data, called)
     try:
         return table.model_validate(data, context=context)
     except ValidationError as error:
-        raise CaseError("\n".join(f"{called}: {line}" for line in explain(error.errors(), data).splitlines())) from None
+        found = explain(error.errors(), data)
+        raise CaseError(
+            "\n".join(f"{called}: {line}" for each in found for line in each.text.splitlines()), found
+        ) from None
 
 
-def _check_lengths(data: dict[str, Any], called: Path | str) -> None:
+def _check_lengths(data: Plain, called: Path | str) -> None:
     """Refuse lists and tables that would take minutes to be checked entry by entry."""
-    found: list[tuple[str, Any]] = [("", data)]
+    found: list[tuple[str, object]] = [("", data)]
     while found:
         path, thing = found.pop()
         if isinstance(thing, (dict, list)) and len(thing) > LONGEST:
@@ -168,11 +176,11 @@ def _check_lengths(data: dict[str, Any], called: Path | str) -> None:
 _TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
 
 
-def explain(details: Sequence[ErrorDetails], data: Any) -> str:
+def explain(details: Sequence[ErrorDetails], data: object) -> list[Problem]:
     """Return pydantic's list of errors as sentences that name the field, its value in the file and the remedy."""
-    lines = [brief(_sentence(entry, data)) for entry in details[:_LISTED]]
-    more = [f"... and {len(details) - _LISTED} more problems."] if len(details) > _LISTED else []
-    return "\n".join([*lines, *more])
+    found = [_problem(entry, data) for entry in details[:_LISTED]]
+    more = [Problem("", f"... and {len(details) - _LISTED} more problems.")] if len(details) > _LISTED else []
+    return [*(Problem(place, brief(text)) for place, text in found), *more]
 
 
 _LISTED = 20
@@ -188,63 +196,73 @@ _SHAPES = {
 }
 
 
-def _sentence(entry: ErrorDetails, data: Any) -> str:
+def _problem(entry: ErrorDetails, data: object) -> Problem:
     value, kind, context = entry["input"], entry["type"], entry.get("ctx", {})
     path = _path(entry["loc"], data, missing=kind == "missing")
+    if kind == "value_error":
+        return _value_error(path, value, context["error"])
     if kind == "unknown_field":
         return _unknown(path, str(context["field"]), str(context["advice"]))
     if kind == "missing":
-        return f"{path} is missing{_needed(str(entry['loc'][-1]))}."
-    if kind == "value_error":
-        return _value_error(path, value, str(context["error"]))
+        return Problem(path, f"{path} is missing{_needed(str(entry['loc'][-1]))}.")
     if kind == "union_tag_not_found":
-        return f"{path}.kind is missing; it is one of {_kinds(path)}."
+        return Problem(f"{path}.kind", f"{path}.kind is missing; it is one of {_kinds(path)}.")
     if kind == "union_tag_invalid":
-        return f"{path}.kind = {shown(context['tag'])} is unknown; it is one of {context['expected_tags']}."
+        known = f"{path}.kind = {shown(context['tag'])} is unknown; it is one of {context['expected_tags']}."
+        return Problem(f"{path}.kind", known)
     if kind in _SHAPES:
         brackets = ("[[", "]]") if kind == "list_type" else ("[", "]")
-        return f"{path} {_SHAPES[kind]}: write {path.join(brackets)}."
+        return Problem(path, f"{path} {_SHAPES[kind]}: write {path.join(brackets)}.")
     message = entry["msg"].replace("Input should be", "must be")
-    return f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {shown(value)} {message}."
+    return Problem(
+        path, f"{path}: {message}." if isinstance(value, (Mapping, list)) else f"{path} = {shown(value)} {message}."
+    )
 
 
 def _kinds(section: str) -> str:
-    tables = [table for table in _all_tables() if table.section == section.split(".")[-1]]
+    name = section.split(".")[-1]
+    # a tip of asperities, or one that is worn, is an indenter
+    tables = [table for table in _all_tables() if table.section == {"tip": "indenter"}.get(name, name)]
     chosen = [table.model_fields["kind"] for table in tables if "kind" in table.model_fields]
     return ", ".join(repr(kind) for field in chosen for kind in get_args(field.annotation))
 
 
-def _unknown(path: str, field: str, advice: str) -> str:
+def _unknown(path: str, field: str, advice: str) -> Problem:
     full = _join(path, field)
     if path and field in _TOP_LEVEL:
         advice = f"'{field}' belongs at the top of the file, above the first [table]."
-    return f"{full} is no known field; {advice}"
+    return Problem(full, f"{full} is no known field; {advice}")
 
 
-def _value_error(path: str, value: Any, message: str) -> str:
-    """Rewrite "Layer.thickness = -2e-06 must be ..." in the words of the file; other messages follow the field's value."""
-    match = re.match(r"(?:\w+\.)?(\w+) = (.+?) ((?:must|has|does|is) .*)", message, re.DOTALL)
-    if match and isinstance(value, Mapping):
-        field, si_value, rest = match.groups()
-        written = value.get(field)
-        in_file = shown(written) if isinstance(written, (str, int, float)) else si_value
-        return f"{_join(path, field)} = {in_file} {rest}"
-    if isinstance(value, (Mapping, list)):
-        message = _OF_OBJECTS.sub(lambda found: _named(path, value, found[1]), message)
-        return f"{path}: {message}" if path and not message.startswith(f"{path}.") else message
-    return f"{path} = {shown(value)} {message}"
+def _value_error(path: str, value: object, error: ValueError) -> Problem:
+    """What an object says of its field, in the words of the file; messages about a single value continue the sentence."""
+    if not isinstance(value, (Mapping, list)):
+        return Problem(path, f"{path} = {shown(value)} {error}")
+    if not isinstance(error, BadValue):
+        return Problem(path, f"{path}: {error}" if path else str(error))
+    # the text of a formula is the value of its field
+    key = "formula" if error.field == "Formula.text" else error.key
+    way, written = _written(value, key)
+    place, single = _join(path, way or key), isinstance(written, (str, int, float))
+    known = BadValue(
+        place, error.value, error.text.replace(error.field.removesuffix(error.key) or "\0", f"{path}." if path else "")
+    )
+    return Problem(place, known.about(place, shown(written) if single and error.value else error.value))
 
 
-_NAMES = (*indenters.__all__, *media.__all__, "Target", "Limit", "Strength")
-
-_OF_OBJECTS = re.compile(rf"\b(?:{'|'.join(_NAMES)})\.([a-z_]+)\b")
-"""Fields of objects, as their own messages name them: "RadialProfile.f"."""
-
-
-def _named(path: str, value: Mapping[str, Any] | list[Any], field: str) -> str:
-    """The key of the file, where the table has it under this name; the text of a formula is its value."""
-    field = "formula" if field == "text" else field
-    return _join(path, field) if isinstance(value, Mapping) and field in value else field
+def _written(table: Any, key: str) -> tuple[str, object]:
+    """The part of a key that a table has, "value" of "value[0]" for a single value, and what is written there."""
+    way = ""
+    for step in steps(key):
+        if isinstance(table, Mapping) and step in table:
+            way = _join(way, str(step))
+        elif isinstance(table, list) and isinstance(step, int) and step < len(table):
+            way += f"[{step}]"
+        else:
+            # an entry of a range is not written
+            return (way, table) if isinstance(table, (str, int, float)) else (key if way else "", None)
+        table = table[step]
+    return way, table
 
 
 def _needed(field: str) -> str:
@@ -263,7 +281,7 @@ def _all_tables() -> list[type[Table]]:
     return found
 
 
-def _path(location: Sequence[str | int], data: Any, *, missing: bool) -> str:
+def _path(location: Sequence[str | int], data: object, *, missing: bool) -> str:
     """`layers[0].thickness` from pydantic's location, without the union tags in it: those are no keys of the file."""
     path, here = "", data
     for i, step in enumerate(location):

@@ -5,53 +5,45 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from flatpunch import indenters
-from flatpunch._support.checks import positive, shown
+from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.reading import Unreadable, content
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Angle, Count, Curvature, Length, Number, Table
 from flatpunch.files.tables.tips import TIP_TABLES, WornTable
+from flatpunch.indenters.profile import Indenter
 
 
 class ParaboloidTable(Table):
     """f = r^2 / (2 radius)."""
 
+    describes: ClassVar[type] = indenters.Paraboloid
     section: ClassVar[str] = "indenter"
     kind: Literal["paraboloid"]
     radius: Length
-
-    def build(self, folder: Path) -> Any:
-        """Return the indenter."""
-        return indenters.Paraboloid(self.radius)
 
 
 class SphereTable(Table):
     """True sphere, up to its equator."""
 
+    describes: ClassVar[type] = indenters.Sphere
     section: ClassVar[str] = "indenter"
     kind: Literal["sphere"]
     radius: Length
-
-    def build(self, folder: Path) -> Any:
-        """Return the indenter."""
-        return indenters.Sphere(self.radius)
 
 
 class CylinderTable(Table):
     """Cylinder with a flat end."""
 
+    describes: ClassVar[type] = indenters.Cylinder
     section: ClassVar[str] = "indenter"
     kind: Literal["cylinder"]
     radius: Length
-
-    def build(self, folder: Path) -> Any:
-        """Return the indenter."""
-        return indenters.Cylinder(self.radius)
 
 
 class EllipticTable(Table):
@@ -64,7 +56,7 @@ class EllipticTable(Table):
     radius_x: Length | None = None
     radius_y: Length | None = None
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
         curvatures, radii = (self.A, self.B), (self.radius_x, self.radius_y)
         by_curvature, by_radius = None not in curvatures, None not in radii
@@ -94,7 +86,7 @@ class _Inclined(WornTable):
             return self.inclination
         assert self.half_opening_angle is not None
         if not 0 < self.half_opening_angle < math.pi / 2:
-            raise ValueError(f"half_opening_angle = {self.half_opening_angle!r} must lie between 0 and 90 degrees.")
+            raise BadValue("half_opening_angle", repr(self.half_opening_angle), "must lie between 0 and 90 degrees.")
         return math.pi / 2 - self.half_opening_angle
 
 
@@ -104,7 +96,7 @@ class ConeTable(_Inclined):
     section: ClassVar[str] = "indenter"
     kind: Literal["cone"]
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
         return self.worn(indenters.Cone(self.angle()))
 
@@ -116,7 +108,7 @@ class PyramidTable(_Inclined):
     kind: Literal["pyramid"]
     sides: Count
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
         return self.worn(indenters.Pyramid(self.sides, self.angle()))
 
@@ -133,7 +125,7 @@ class PowerLawTable(Table):
     factors: list[Number] | None = None
     corners: list[Angle] = Field(default=[])
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
         if (self.angles is None) != (self.factors is None):
             raise ValueError("angles and factors belong together: one factor for each polar angle of one turn.")
@@ -153,14 +145,16 @@ class ProfileTable(Table):
     r: list[Length] | None = None
     f: list[Length] | None = None
     kinks: list[Length] = Field(default=[])
+    smoothing: Length = 0.0
     file: str | None = None
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
         if (self.file is None) == (self.r is None) or (self.r is None) != (self.f is None):
             raise ValueError("give either file (a CSV with the columns r and f) or both lists r and f.")
         r, f = (self.r, self.f) if self.file is None else read_profile(folder / self.file)
-        return indenters.RadialProfile(np.asarray(r, dtype=float), np.asarray(f, dtype=float), self.kinks)
+        radii, heights = np.asarray(r, dtype=float), np.asarray(f, dtype=float)
+        return indenters.RadialProfile(radii, heights, self.kinks, smoothing=self.smoothing)
 
 
 def read_profile(path: Path) -> tuple[list[float], list[float]]:
@@ -172,15 +166,17 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
         # largest CSV file of a profile [bytes]
         text = content(path, 20_000_000).decode("utf-8")
     except UnicodeDecodeError:
-        raise ValueError(f"file = {shown(path.name)} is no text file; a profile is CSV in UTF-8.") from None
+        raise BadValue("file", shown(path.name), "is no text file; a profile is CSV in UTF-8.") from None
     except Unreadable as error:
-        raise ValueError(f"file = {shown(path.name)} is {error}. Give its path relative to the case file.") from None
+        raise BadValue("file", shown(path.name), f"is {error}. Give its path relative to the case file.") from None
     lines = [
         (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")
     ]
     if len(lines) < 3:
-        raise ValueError(
-            f"file = {shown(path.name)} has {len(lines)} lines that are no comments; a header and two or more points are needed."
+        raise BadValue(
+            "file",
+            shown(path.name),
+            f"has {len(lines)} lines that are no comments; a header and two or more points are needed.",
         )
     scales = [
         _column_scale(cell, name, path.name) for cell, name in zip(_cells(lines[0], path.name), "rf", strict=True)
@@ -191,8 +187,8 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
         try:
             first, second = map(float, cells)
         except ValueError:
-            raise ValueError(
-                f"file = {shown(path.name)} has no two numbers in line {line[0]}: {shown(line[1].strip())}."
+            raise BadValue(
+                "file", shown(path.name), f"has no two numbers in line {line[0]}: {shown(line[1].strip())}."
             ) from None
         r.append(first * scales[0])
         f.append(second * scales[1])
@@ -202,8 +198,10 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
 def _cells(line: tuple[int, str], name: str) -> list[str]:
     cells = [cell.strip() for cell in line[1].split(",")]
     if len(cells) != 2:
-        raise ValueError(
-            f"file = {shown(name)} has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between."
+        raise BadValue(
+            "file",
+            shown(name),
+            f"has {len(cells)} columns in line {line[0]}; two are needed, r and f, with a comma between.",
         )
     return cells
 
@@ -213,14 +211,16 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
     words = {"r": "r|radius", "f": "f|height"}[expected]
     found = re.fullmatch(rf"(?:{words})\s*(?:\[(.*)\]|\((.*)\))", cell)
     if found is None:
-        raise ValueError(
-            f"file = {shown(name)} has the column heading {shown(cell)}; the first line must read like 'r [um], f [nm]' "
-            "or 'radius (um), height (nm)'."
+        raise BadValue(
+            "file",
+            shown(name),
+            f"has the column heading {shown(cell)}; the first line must read like 'r [um], f [nm]' or 'radius "
+            "(um), height (nm)'.",
         )
     try:
         return units.to_si(f"1 {found[1] or found[2]}", units.LENGTH)
     except ValueError as error:
-        raise ValueError(f"file = {shown(name)} has the column heading {shown(cell)}, whose unit {error}") from None
+        raise BadValue("file", shown(name), f"has the column heading {shown(cell)}, whose unit {error}") from None
 
 
 IndenterTable = Annotated[

@@ -9,25 +9,35 @@ from __future__ import annotations
 import re
 from abc import abstractmethod
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from flatpunch._support.checks import BadValue
 from flatpunch.files import units
-from flatpunch.files.tables.fields import Length, Number, Pressure, Switch, Table
+from flatpunch.files.tables.fields import InterfaceStiffness, Length, Number, Pressure, Switch, Table
 from flatpunch.media import (
+    AnyLayer,
+    DepthTable,
+    ElasticBase,
     ExponentialModulus,
     Formula,
+    FreeLayer,
     GradedLayer,
     HalfSpace,
+    Interface,
     Layer,
     LinearModulus,
     Medium,
     PowerLawHalfSpace,
     PowerModulus,
     RigidBase,
+    Solid,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
     TwoBodies,
 )
+from flatpunch.media.laws import Law
 
 
 class _Profile(Table):
@@ -37,7 +47,7 @@ class _Profile(Table):
         """Nothing yet: a profile is complete with its layer's thickness only."""
 
     @abstractmethod
-    def over(self, thickness: float) -> Any:
+    def over(self, thickness: float) -> Law | tuple[list[float], list[float]]:
         """Return the law, table or formula over `thickness` [m]."""
 
 
@@ -50,11 +60,12 @@ class LawTable(_Profile):
     exponent: Number | None = None
 
     def build(self, folder: Path) -> None:
-        """Check that the exponent is there if and only if the law has one."""
+        """Check that the exponent is there if and only if the law has one, and the law by itself, for its messages."""
         if (self.exponent is None) == (self.law == "power"):
             raise ValueError("exponent belongs to law = 'power', and to that one only.")
+        self.over(1.0)
 
-    def over(self, thickness: float) -> Any:
+    def over(self, thickness: float) -> Law | tuple[list[float], list[float]]:
         """Return the law."""
         if self.law == "power":
             return PowerModulus(self.top, self.bottom, thickness, self.exponent or 0.0)
@@ -65,7 +76,12 @@ class _DepthTable(_Profile):
     depths: list[Length]
     values: list[float]
 
-    def over(self, thickness: float) -> Any:
+    def build(self, folder: Path) -> None:
+        """Check the depths by themselves: messages should show them as they stand in the file."""
+        if len(self.depths) == len(self.values):
+            DepthTable(tuple(self.depths), tuple(self.values))
+
+    def over(self, thickness: float) -> Law | tuple[list[float], list[float]]:
         """Return the pair (depths, values)."""
         return self.depths, self.values
 
@@ -97,14 +113,14 @@ class FormulaTable(_Profile):
         """Read the formula by itself: messages should show the text as it stands in the file."""
         Formula(self.formula)
 
-    def over(self, thickness: float) -> Any:
+    def over(self, thickness: float) -> Law | tuple[list[float], list[float]]:
         """Return the formula in SI units: the units become factors in its text, so that a record of it is complete."""
         z = "z" if self.depth_unit == 1 else f"(z/{self.depth_unit!r})"
         text = re.sub(r"\bz\b", z, self.formula)
         return Formula(text if self.unit == 1 else f"{self.unit!r}*({text})")
 
 
-def _kind_of_profile(value: Any) -> str:
+def _kind_of_profile(value: object) -> str:
     if not isinstance(value, dict):
         return "one value"
     return "a formula" if "formula" in value else "a law" if "law" in value else "a table"
@@ -129,6 +145,23 @@ Poisson = Annotated[
 ]
 
 
+def _five_constants(table: LayerTable | HalfSpaceTable) -> tuple[float, float, float, float, float] | None:
+    """Elastic constants of a transversely isotropic material, which has the fields along z; None of all others."""
+    young, poisson, axial, poisson_axial, shear = (
+        getattr(table, name) for name in ("young", "poisson", "young_axial", "poisson_axial", "shear")
+    )
+    if axial is None and poisson_axial is None and shear is None:
+        return None
+    if axial is None or poisson_axial is None or shear is None:
+        raise ValueError(
+            "young_axial, poisson_axial and shear belong together: give all three for a transversely isotropic material, whose "
+            "young and poisson are those of the plane."
+        )
+    if not (isinstance(young, float) and isinstance(poisson, float)):
+        raise ValueError("young and poisson must be single values in a transversely isotropic layer.")
+    return young, axial, poisson, poisson_axial, shear
+
+
 class LayerTable(Table):
     """[[layers]]: one layer; repeat it from the free surface down."""
 
@@ -136,15 +169,35 @@ class LayerTable(Table):
     poisson: Poisson
     thickness: Length
     bonded: Switch = True
+    lifts_off: Switch | None = None
+    interface_normal: InterfaceStiffness | None = None
+    interface_shear: InterfaceStiffness | None = None
+    young_axial: Pressure | None = None
+    poisson_axial: Number | None = None
+    shear: Pressure | None = None
 
-    def build(self, folder: Path) -> Layer | GradedLayer:
+    def build(self, folder: Path) -> AnyLayer:
         """Return the layer."""
+        bonded = self._lower_face()
+        constants = _five_constants(self)
+        if constants is not None:
+            return TransverselyIsotropicLayer(*constants, self.thickness, bonded)
         young, poisson = (
             value.over(self.thickness) if isinstance(value, _Profile) else value for value in (self.young, self.poisson)
         )
         if isinstance(young, float) and isinstance(poisson, float):
-            return Layer(young, poisson, self.thickness, self.bonded)
-        return GradedLayer(young, poisson, self.thickness, self.bonded)
+            return Layer(young, poisson, self.thickness, bonded)
+        return GradedLayer(young, poisson, self.thickness, bonded)
+
+    def _lower_face(self) -> bool | Interface:
+        if self.interface_normal is None and self.interface_shear is None:
+            return self.bonded
+        if not self.bonded:
+            raise ValueError(
+                "interface_normal and interface_shear are springs of a bonded face; leave bonded out. interface_shear = '0 Pa/m' "
+                "slides."
+            )
+        return Interface(self.interface_normal, self.interface_shear)
 
 
 class HalfSpaceTable(Table):
@@ -154,15 +207,22 @@ class HalfSpaceTable(Table):
     kind: Literal["half-space"]
     young: Pressure
     poisson: Number
+    young_axial: Pressure | None = None
+    poisson_axial: Number | None = None
+    shear: Pressure | None = None
 
-    def build(self, folder: Path) -> HalfSpace:
+    def build(self, folder: Path) -> ElasticBase:
         """Return the half-space."""
+        constants = _five_constants(self)
+        if constants is not None:
+            return TransverselyIsotropicHalfSpace(*constants)
         return HalfSpace(self.young, self.poisson)
 
 
 class PowerLawTable(Table):
     """[base] kind = "power-law-half-space": E(z) = modulus (z/depth)^exponent; no layers on top."""
 
+    describes: ClassVar[type] = PowerLawHalfSpace
     section: ClassVar[str] = "base"
     kind: Literal["power-law-half-space"]
     modulus: Pressure
@@ -170,20 +230,13 @@ class PowerLawTable(Table):
     exponent: Number
     poisson: Number
 
-    def build(self, folder: Path) -> PowerLawHalfSpace:
-        """Return the half-space."""
-        return PowerLawHalfSpace(self.modulus, self.depth, self.exponent, self.poisson)
-
 
 class RigidTable(Table):
     """[base] kind = "rigid"."""
 
+    describes: ClassVar[type] = RigidBase
     section: ClassVar[str] = "base"
     kind: Literal["rigid"]
-
-    def build(self, folder: Path) -> RigidBase:
-        """Return the rigid base."""
-        return RigidBase()
 
 
 BaseTable = Annotated[
@@ -198,26 +251,70 @@ class BodyTable(Table):
     layers: list[LayerTable] = Field(default=[])
     base: BaseTable
 
-    def build(self, folder: Path) -> Any:
+    def build(self, folder: Path) -> ElasticBase | Medium | PowerLawHalfSpace | RigidBase:
         """Return the body."""
-        return stack(self.layers, self.base.built, allow_rigid=True)
+        base = self.base.built
+        return base if isinstance(base, RigidBase) and not self.layers else stack(self.layers, base)
 
 
-def stack(layers: list[LayerTable], base: Any, *, allow_rigid: bool = False) -> Any:
+def stack(
+    layers: list[LayerTable], base: ElasticBase | PowerLawHalfSpace | RigidBase
+) -> ElasticBase | Medium | PowerLawHalfSpace:
     """Return layers on a base, or the base by itself where that is a body."""
-    if not layers and (
-        isinstance(base, (HalfSpace, PowerLawHalfSpace)) or (allow_rigid and isinstance(base, RigidBase))
-    ):
+    if not layers and isinstance(base, ElasticBase | PowerLawHalfSpace):
         return base
+    if any(table.lifts_off for table in layers):
+        raise _lifts_off(layers, "goes with neither two bodies, fits, rough surfaces nor other programs; leave it out.")
     if isinstance(base, PowerLawHalfSpace):
         raise ValueError("layers on a power-law half-space are not solved; give graded layers on a half-space instead.")
     return Medium([table.built for table in layers], base=base)
 
 
-def body(layers: list[LayerTable], base: Any, upper: BodyTable | None, lower: BodyTable | None) -> Any:
-    """Return one body from layers and base, or two from upper and lower."""
+def body(
+    layers: list[LayerTable],
+    base: HalfSpaceTable | PowerLawTable | RigidTable | None,
+    upper: BodyTable | None,
+    lower: BodyTable | None,
+) -> Solid:
+    """Return one body from layers and base, or two from upper and lower; all layers are held down."""
     if (upper is None) != (lower is None) or (upper is None) == (base is None) or (upper is not None and layers):
         raise ValueError("give either one body ([[layers]] and [base]) or two ([upper] and [lower], each with a base).")
     if upper is not None and lower is not None:
         return TwoBodies(upper.built, lower.built)
+    assert base is not None
     return stack(layers, base.built)
+
+
+def pressed(
+    layers: list[LayerTable],
+    base: HalfSpaceTable | PowerLawTable | RigidTable | None,
+    upper: BodyTable | None,
+    lower: BodyTable | None,
+) -> Solid | FreeLayer:
+    """Return what `body` does, or the layer that lifts off."""
+    if base is None or upper is not None or lower is not None or not any(table.lifts_off for table in layers):
+        return body(layers, base, upper, lower)
+    layer, below = layers[0].built, base.built
+    springs = isinstance(layer, Layer) and isinstance(layer.bonded, Interface)
+    if len(layers) > 1 or not isinstance(layer, Layer) or springs or not isinstance(below, HalfSpace | RigidBase):
+        raise _lifts_off(
+            layers,
+            "is solved for one homogeneous isotropic layer without springs, on a rigid base or a half-space of that kind.",
+        )
+    return FreeLayer(layer.young, layer.poisson, layer.thickness, below)
+
+
+def _lifts_off(layers: list[LayerTable], why_not: str) -> BadValue:
+    """Error of the first layer that lifts off."""
+    at = next(i for i, table in enumerate(layers) if table.lifts_off)
+    return BadValue(f"layers[{at}].lifts_off", "true", why_not)
+
+
+class MaterialTable(Table):
+    """[material]: law of the whole sample at large strains."""
+
+    finite_strain: Literal["neo-hookean"]
+
+    def build(self, folder: Path) -> str:
+        """Return the law."""
+        return self.finite_strain

@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, model_validator
 
 from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, positive, shown, values, whole
+from flatpunch._support.checks import ROUNDING, Array, BadValue, positive, shown, values, whole
 from flatpunch.files.tables.fields import Count, Force, Length, Table, Time
 
 
-class _RangeTable(Table):
+class RangeTable(Table):
     """Evenly spaced steps: { start, stop, points, spacing }."""
 
     start: float
@@ -26,8 +26,8 @@ class _RangeTable(Table):
     def build(self, folder: Path) -> Array:
         """Return the steps."""
         if self.points < 2:
-            raise ValueError(
-                f"points = {shown(self.points)} must be 2 or more; for a single step write the quantity itself."
+            raise BadValue(
+                "points", shown(self.points), "must be 2 or more; for a single step write the quantity itself."
             )
         whole("points", self.points, 2, most=STEPS)
         if self.start == self.stop:
@@ -35,45 +35,46 @@ class _RangeTable(Table):
         if self.spacing == "linear":
             steps = np.linspace(self.start, self.stop, self.points)
             # a range that crosses zero has a step at zero, not at a rounding error beside it
-            return np.where(np.abs(steps) < 1e-12 * abs(self.stop - self.start), 0.0, steps)
+            return np.where(np.abs(steps) < ROUNDING * abs(self.stop - self.start), 0.0, steps)
         for name in ("start", "stop"):
             positive(name, getattr(self, name), "spacing = 'log' has no zero; start from a small value.")
         return np.geomspace(self.start, self.stop, self.points)
 
 
-class LengthRange(_RangeTable):
+class LengthRange(RangeTable):
     """Range of depths or radii."""
 
     start: Length
     stop: Length
 
 
-class ForceRange(_RangeTable):
+class ForceRange(RangeTable):
     """Range of forces."""
 
     start: Force
     stop: Force
 
 
-class TimeRange(_RangeTable):
+class TimeRange(RangeTable):
     """Range of times."""
 
     start: Time
     stop: Time
 
 
-def _kind_of_steps(value: Any) -> str:
+def kind_of_steps(value: object) -> str:
+    """Tag of the form in which steps are given."""
     return "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"
 
 
 _A_QUANTITY, _A_LIST, _A_RANGE = Tag("a quantity"), Tag("a list"), Tag("a range")
 LengthSteps = Annotated[
     Annotated[Length, _A_QUANTITY] | Annotated[list[Length], _A_LIST] | Annotated[LengthRange, _A_RANGE],
-    Discriminator(_kind_of_steps),
+    Discriminator(kind_of_steps),
 ]
 ForceSteps = Annotated[
     Annotated[Force, _A_QUANTITY] | Annotated[list[Force], _A_LIST] | Annotated[ForceRange, _A_RANGE],
-    Discriminator(_kind_of_steps),
+    Discriminator(kind_of_steps),
 ]
 TimeSteps = Annotated[
     Annotated[list[Time], _A_LIST] | Annotated[TimeRange, _A_RANGE],
@@ -81,9 +82,9 @@ TimeSteps = Annotated[
 ]
 
 
-def steps_of(value: Any) -> Any:
+def steps_of(value: object) -> Any:
     """Steps of a quantity, a list or a range [SI]."""
-    return value.built if isinstance(value, _RangeTable) else value
+    return value.built if isinstance(value, RangeTable) else value
 
 
 class ControlTable(Table):
@@ -95,7 +96,7 @@ class ControlTable(Table):
 
     def build(self, folder: Path) -> tuple[str, Array]:
         """Return the name of the given quantity and its steps."""
-        name, value = _only_one(self, ("depth", "force", "radius"))
+        name, value = only_one(self, ("depth", "force", "radius"))
         return name, values(name, steps_of(value), minimum=-np.inf)
 
     @model_validator(mode="after")
@@ -107,13 +108,13 @@ class ControlTable(Table):
         given = getattr(self, name)
         try:
             values(name, given if isinstance(given, (float, list)) else steps)
-        except ValueError as error:
+        except BadValue as error:
             hint = "" if name == "radius" else " Below zero it takes a work_of_adhesion."
-            raise ValueError(f"{error}{hint}") from None
+            raise BadValue(error.field, error.value, f"{error.text}{hint}") from None
         return self
 
 
-def _only_one(table: Table, names: tuple[str, ...]) -> tuple[str, Any]:
+def only_one(table: Table, names: tuple[str, ...]) -> tuple[str, Any]:
     """Name and value of the one field that is given."""
     given = {name: value for name in names if (value := getattr(table, name)) is not None}
     if len(given) != 1:
@@ -137,9 +138,7 @@ class SegmentTable(Table):
         """Return the targets by name: one, or none where the segment leaves it open."""
         positive("duration", self.duration, "A sudden step is written as lists whose first value is not zero.")
         if self.points < 1:
-            raise ValueError(
-                f"points = {shown(self.points)} must be 1 or more: the number of time steps of the segment."
-            )
+            raise BadValue("points", shown(self.points), "must be 1 or more: the number of time steps of the segment.")
         whole("points", self.points, 1, most=STEPS)
         given = {name: value for name in ("depth", "force") if (value := getattr(self, name)) is not None}
         if self.kind == "hold" and given:
@@ -179,7 +178,7 @@ class HistoryTable(Table):
     def _listed_values(self) -> History:
         if self.time is None:
             raise ValueError("give either time with depth or force, or segments.")
-        name, value = _only_one(self, ("depth", "force"))
+        name, value = only_one(self, ("depth", "force"))
         time = values("time", steps_of(self.time), minimum=-np.inf)
         found = values(name, steps_of(value), minimum=-np.inf if name == "depth" else 0.0)
         if time.size < 2 or time.size != found.size:
@@ -188,7 +187,7 @@ class HistoryTable(Table):
             )
         for i, (before, after) in enumerate(pairwise(time)):
             if after <= before:
-                raise ValueError(f"time[{i + 1}] = {after:.6g} s must be after time[{i}] = {before:.6g} s.")
+                raise BadValue(f"time[{i + 1}]", f"{after:.6g} s", f"must be after time[{i}] = {before:.6g} s.")
         return History(name, time, found)
 
 

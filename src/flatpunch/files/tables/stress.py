@@ -4,25 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from flatpunch._support.checks import Array, non_negative
+from flatpunch._support.paths import Plain
 from flatpunch.fields import Strength
-from flatpunch.files.tables.fields import Angle, Length, Number, Pressure, Table
-from flatpunch.files.tables.steps import LengthRange
-from flatpunch.media import TwoBodies, underlying
-
-Places = Annotated[
-    Annotated[Length, Tag("a quantity")]
-    | Annotated[list[Length], Tag("a list")]
-    | Annotated[LengthRange, Tag("a range")],
-    Discriminator(
-        lambda value: "a range" if isinstance(value, dict) else "a list" if isinstance(value, list) else "a quantity"
-    ),
-]
+from flatpunch.files.tables.fields import Angle, Number, Pressure, Table
+from flatpunch.files.tables.steps import LengthSteps, steps_of
+from flatpunch.media import Body, TwoBodies, underlying
 
 
 @dataclass(frozen=True)
@@ -61,7 +53,7 @@ class StressCase:
         """Whether there is a strength to check."""
         return any(strength != Strength() for strength in self.strengths + self.upper_strengths)
 
-    def critical(self, medium: Any) -> dict[str, Any]:
+    def critical(self, medium: Body) -> Plain:
         """What `critical_load` takes by name besides the medium and the tip."""
         strengths: Any = list(self.strengths)
         if isinstance(underlying(medium), TwoBodies):
@@ -85,7 +77,7 @@ class StressCase:
         return x, y, z
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> Plain:
         """What `fields` takes by name besides the contact."""
         return {
             "friction": self.friction,
@@ -98,29 +90,20 @@ class StressCase:
 class StrengthTable(Table):
     """[[stress.strengths]]: of one layer, in the order of the layers; the one after the last layer is the base."""
 
+    describes: ClassVar[type] = Strength
     yield_stress: Pressure | None = None
     tensile: Pressure | None = None
     shear: Pressure | None = None
     interface_tension: Pressure | None = None
     interface_shear: Pressure | None = None
 
-    def build(self, folder: Path) -> Strength:
-        """Return the strength."""
-        return Strength(
-            yield_stress=self.yield_stress,
-            tensile=self.tensile,
-            shear=self.shear,
-            interface_tension=self.interface_tension,
-            interface_shear=self.interface_shear,
-        )
-
 
 class StressTable(Table):
     """[stress]: points, sliding, residual stresses, strengths."""
 
-    x: Places | None = None
-    y: Places | None = None
-    z: Places | None = None
+    x: LengthSteps | None = None
+    y: LengthSteps | None = None
+    z: LengthSteps | None = None
     at: Literal["grid", "points"] = "grid"
     friction: Number = 0.0
     direction: Angle = 0.0
@@ -131,7 +114,8 @@ class StressTable(Table):
 
     def build(self, folder: Path) -> StressCase:
         """Return the points and settings."""
-        places = {name: _array(getattr(self, name)) for name in ("x", "y", "z")}
+        given = {name: steps_of(getattr(self, name)) for name in ("x", "y", "z")}
+        places = {name: None if found is None else np.atleast_1d(found) for name, found in given.items()}
         if self.at == "points":
             sizes = {value.size for value in places.values() if value is not None} - {1}
             if any(value is None for value in places.values()) or len(sizes) > 1:
@@ -150,9 +134,3 @@ class StressTable(Table):
             strengths=tuple(table.built for table in self.strengths),
             upper_strengths=tuple(table.built for table in self.upper_strengths),
         )
-
-
-def _array(value: Any) -> Array | None:
-    if value is None:
-        return None
-    return np.atleast_1d(np.asarray(value.built if isinstance(value, LengthRange) else value, dtype=float))

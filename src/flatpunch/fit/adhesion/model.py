@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, shown
+from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, shown
 from flatpunch.compliance import compliance
 from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
@@ -31,9 +31,11 @@ def adhesive_method(indenter: Any, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name
     if name not in _METHODS or (name == "first-order" and not indenter.round):
-        raise ValueError(
-            f"method = {shown(name)} does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known "
-            "to second order for others."
+        raise BadValue(
+            "method",
+            shown(name),
+            "does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known to "
+            "second order for others.",
         )
     return "first-order" if indenter.round else "second-order"
 

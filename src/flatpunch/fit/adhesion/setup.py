@@ -14,15 +14,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
+from flatpunch.fit.elastic.background import asks_for_tilt
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
+from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.segments import approach_end, arrival, forwards, retract_start, turning
-from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of
+from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of, spread_of
 from flatpunch.fit.parameters.sample import WORK
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -58,8 +59,13 @@ class Segment:
 
 def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """The retract, or the whole cycle, against a model with adhesion."""
-    curve, notes = _oriented(curve, settings)
-    segments = _segments(curve, settings)
+    found, notes = _oriented(approach_of(curve, settings.direction, back=True), settings)
+    curve, segments = found.cycle, _segments(found, settings)
+    if settings.baseline == "auto":
+        far = np.sort(np.concatenate([s.free for s in segments]))
+        asks = asks_for_tilt(curve.position[far], curve.force[far])
+        settings = replace(settings, baseline="linear" if asks else "constant")
+        segments = _segments(found, settings) if asks else segments
     chosen = np.sort(np.concatenate([s.points for s in segments]))
     part = curve.taken(chosen)
     place = {int(i): j for j, i in enumerate(chosen)}
@@ -83,24 +89,22 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
     return start.setup(used, notes)
 
 
-def _oriented(curve: Curve, settings: Settings) -> tuple[Curve, tuple[str, ...]]:
-    """The curve with depth growing into the sample and force positive when pressing, as far as a whole cycle shows it."""
-    notes: tuple[str, ...] = ()
-    if turning(curve) < 0:
-        curve, notes = forwards(curve)
-    force = curve.force - _background(curve, settings)
+def _oriented(found: Approach, settings: Settings) -> tuple[Approach, tuple[str, ...]]:
+    """The cycle with a force that is positive when pressing, as far as it shows it, and notes."""
+    curve = found.cycle
+    force = curve.force - _background(found, settings)
     noise = noise_of(np.diff(force)) / np.sqrt(2)
     deepest = float(np.median(force[np.argsort(curve.position)[-max(force.size // 200, 3) :]]))
     # pressed and pulled the other way round
     if deepest < -CLEAR * noise and force.max() > CLEAR * noise and force.max() < -force.min():
-        curve = curve.turned(force=-1.0)
-        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    return curve, notes
+        note = "The force falls while the tip presses; it was taken with its sign turned (positive when pressing)."
+        return found.signed(-1.0), (*found.notes, note)
+    return found, found.notes
 
 
-def _background(curve: Curve, settings: Settings) -> Array:
+def _background(found: Approach, settings: Settings) -> Array:
     """Force without contact [N], from the far ends of the curve: a constant, or a straight line where one is fitted."""
-    top = _deepest(curve)[0]
+    curve, top = found.cycle, found.end - found.begin - 1
     n = curve.force.size
     far = np.zeros(n, dtype=bool)
     far[top + int((1 - _FREE) * (n - top)) :] = True
@@ -113,23 +117,10 @@ def _background(curve: Curve, settings: Settings) -> Array:
     return np.asarray(slope * position + level)
 
 
-def _deepest(curve: Curve) -> tuple[int, int]:
-    """First and last point of the turning at the deepest place; a pause lies between them."""
-    position = curve.position
-    if curve.segment is not None and turning(curve) > 0 and np.unique(curve.segment).size > 1:
-        return approach_end(curve) - 1, retract_start(curve)
-    reached = np.flatnonzero(position >= position.max() - arrival(position))
-    return int(reached[0]), int(reached[-1])
-
-
-def _segments(curve: Curve, settings: Settings) -> list[Segment]:
-    for name, column, unit in (("force", curve.force, "N"), ("depth", curve.depth, "m")):
-        if np.ptp(column) == 0:
-            raise CurveError(
-                f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
-            )
-    n, force = curve.force.size, curve.force - _background(curve, settings)
-    top, leaves = _deepest(curve)
+def _segments(found: Approach, settings: Settings) -> list[Segment]:
+    curve = found.cycle
+    n, force = curve.force.size, curve.force - _background(found, settings)
+    top, leaves = found.end - found.begin - 1, found.leaves - found.begin
     out, back = np.arange(leaves, n), np.arange(top, -1, -1)
     if out.size < FEWEST or np.ptp(curve.position[leaves:]) < 0.02 * np.ptp(curve.position):
         raise CurveError(
@@ -164,7 +155,7 @@ def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: f
         )
     far = force[-max(int(_FREE * force.size), FEWEST) :]
     baseline = float(np.median(far))
-    noise = float(1.4826 * np.median(np.abs(np.diff(far))) / np.sqrt(2))
+    noise = spread_of(np.diff(far)) / float(np.sqrt(2))
     lowest = int(np.argmin(force))
     dip = baseline - float(force[lowest])
     if reference - baseline > max(CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
@@ -233,6 +224,7 @@ class _Start:
             lower,
             upper,
             lambda: _scanned(objective, lower, upper, (low, high)) if start is None else start,
+            self.settings,
             notes,
             again=None if start is not None else lambda x: self._behind(objective, used, x),
         )
@@ -315,7 +307,7 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
         predicted = model.evaluate(inside, trial)[0].reshape(places.size, -1)
         factor = np.ones(places.size)
         if works and moduli:
-            factor = np.maximum(predicted @ data / np.maximum(np.sum(predicted**2, axis=1), 1e-300), 1e-9)
+            factor = np.maximum(predicted @ data / np.maximum(np.sum(predicted**2, axis=1), TINY), 1e-9)
         misfit = np.sum((factor[:, None] * predicted - data) ** 2, axis=1)
         for i in range(places.size):
             x = trial.copy()

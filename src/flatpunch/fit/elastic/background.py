@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import TINY, Array, Flags
 from flatpunch.fit.least_squares.blocks import uniform
-from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.signal import memory_of
+from flatpunch.fit.measured.curve import FEWEST, Curve
+from flatpunch.fit.measured.signal import EXACT, independent, memory_of
 
 WAVES = 160
 """Stretches of the background in which a wave is looked for."""
@@ -18,7 +18,7 @@ def over_line(part: Curve, before: Flags) -> Array:
     position = part.position - part.position[before].mean()
     here, force = position[before], part.force[before]
     level = force.mean()
-    slope = float(here @ (force - level)) / max(float(here @ here), 1e-300)
+    slope = float(here @ (force - level)) / max(float(here @ here), TINY)
     return np.asarray(part.force - level - slope * position)
 
 
@@ -26,30 +26,39 @@ def line_error(part: Curve, before: Flags) -> Array:
     """Standard error of the straight line through the points before the contact, at all points, over that of a reading."""
     position = part.position - part.position[before].mean()
     here = position[before]
-    return np.asarray(np.sqrt(1 / here.size + position**2 / max(float(here @ here), 1e-300)))
+    return np.asarray(np.sqrt(1 / here.size + position**2 / max(float(here @ here), TINY)))
 
 
-def tilt_note(position: Array, force: Array, deepest: float, rise: float) -> tuple[str, ...]:
-    """A tilted background that is fitted as a constant moves contact point and modulus.
+def asks_for_tilt(position: Array, force: Array) -> bool:
+    """Whether a straight line describes the force without contact better than a constant, by the Bayesian information criterion.
+
+    Correlated readings count as fewer independent ones.
 
     Parameters
     ----------
     position, force : ndarray, shape (n,)
-        Readings, or means of equal numbers of readings, before the contact [m, N].
-    deepest, rise : float
-        Of the contact [m, N].
+        Readings before the contact [m, N].
     """
+    if force.size < FEWEST:
+        return False
     here, level = position - position.mean(), force - force.mean()
-    slope = float(here @ level) / max(float(here @ here), 1e-300)
-    error = float(np.std(level - slope * here)) / max(float(np.sqrt(here @ here)), 1e-300)
-    share = slope * deepest / rise
-    # tilt over the depth of the contact, as a share of the rise, that is worth a note when none is fitted
-    if abs(share) < 0.02 or abs(slope) < 5 * error:
-        return ()
-    return (
-        f"The force without contact is tilted: {share:+.1%} of the rise over the depth of the contact. baseline = 'linear' fits "
-        "the tilt; a constant baseline biases contact point and modulus.",
-    )
+    left = level - float(here @ level) / max(float(here @ here), TINY) * here
+    return describes_better(force, left, level)
+
+
+def describes_better(force: Array, left: Array, other: Array) -> bool:
+    """Whether residuals are smaller than others by the Bayesian information criterion, with one parameter more.
+
+    Correlated readings count as fewer independent ones, and data without noise have their rounding.
+
+    Parameters
+    ----------
+    force, left, other : ndarray, shape (n,)
+        Measured force, and the residuals of either description [N].
+    """
+    readings = max(independent(left), 2.0)
+    least = force.size * (EXACT * float(np.abs(force).max())) ** 2 + TINY
+    return bool(readings * np.log((other @ other + least) / (left @ left + least)) > np.log(readings))
 
 
 def waves(means: Array, rise: float) -> bool:

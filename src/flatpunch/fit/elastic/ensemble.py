@@ -20,8 +20,10 @@ _NEWTON = 8
 
 
 def applies(objective: Any) -> bool:
-    """Whether residuals can be had at once: elastic contacts without adhesion or memory."""
-    return isinstance(objective, Objective) and isinstance(objective.model, ForwardModel) and objective.loaded is None
+    """Whether residuals can be had at once: elastic contacts without adhesion or memory, from a table."""
+    if not isinstance(objective, Objective) or not isinstance(objective.model, ForwardModel):
+        return False
+    return objective.loaded is None and objective.model.tabulated
 
 
 def residuals(objective: Objective, x: Array, spring_constant: Array, sensitivity: Array) -> Array:

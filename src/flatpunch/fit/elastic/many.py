@@ -8,8 +8,7 @@ of force and position are kept, as two points
 each of half of its weight: their sum of squares against a model that is linear within the block is that of all readings, up to
 a constant. Then all curves are scanned for their contact points, and descend by Gauss-Newton, side by side.
 
-Only what is plain is fitted here: a curve with anything to judge (adhesion, saturation, a wave, a short contact, a poor
-minimum) is left to the fit of single curves.
+Whether a curve has anything unusual is judged afterwards, as for single curves (`flatpunch.fit.many`).
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.blocks import CONTACT, FREE
+from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.segments import approach, forwards, without_pause
-from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.settings import Baseline, Settings
 
 _SCANNED = 48
 """Blocks, and contact points, of a scan."""
@@ -34,40 +33,27 @@ _NODES = 2048
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """An approach, its readings and the blocks they are reduced to.
+    """An approach reduced to blocks.
 
     Attributes
     ----------
-    curve : Curve
-        The approach.
-    position, force : ndarray, shape (n,)
-        Position of the cantilever's base (of the tip without one) [m], force [N].
-    edges : ndarray of int, shape (blocks + 1,)
-        Readings at which blocks begin.
+    spring : float
+        Of its cantilever [N/m]; infinite without one.
+    first : float
+        Least position of the cantilever's base (of the tip without one) [m].
+    counts : ndarray, shape (blocks,)
+        Readings of each block.
     mean, spread, level, slope : ndarray, shape (blocks,)
         <p> and s [m], <F> [N], cov/s^2 [N/m].
-    off : ndarray, shape (n,)
-        Position over the mean of its block [m].
     """
 
-    curve: Curve
-    position: Array
-    force: Array
-    edges: Indices
+    spring: float
+    first: float
+    counts: Array
     mean: Array
     spread: Array
     level: Array
     slope: Array
-    off: Array
-
-    @property
-    def counts(self) -> Array:
-        """Readings of each block."""
-        return np.diff(self.edges).astype(float)
-
-    def spreaded(self, values: Array) -> Array:
-        """One value a block, repeated for its readings."""
-        return np.repeat(values, np.diff(self.edges))
 
 
 def reduced(curve: Curve, position: Array, edges: Indices) -> Reduced:
@@ -77,8 +63,12 @@ def reduced(curve: Curve, position: Array, edges: Indices) -> Reduced:
     mean, level = (np.add.reduceat(c, first) / counts for c in (position, force))
     off = position - np.repeat(mean, counts)
     variance = np.add.reduceat(off * off, first) / counts
-    slope = np.add.reduceat(off * force, first) / counts / np.maximum(variance, 1e-300)
-    return Reduced(curve, position, force, edges, mean, np.sqrt(variance), level, slope, off)
+    slope = np.add.reduceat(off * force, first) / counts / np.maximum(variance, TINY)
+    k = curve.spring_constant or np.inf
+    return Reduced(k, float(position.min()), counts.astype(float), mean, np.sqrt(variance), level, slope)
+
+
+Costs = tuple[float, float, float, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,43 +77,34 @@ class Found:
 
     Attributes
     ----------
-    data : Reduced
     x : ndarray, shape (2 or more,)
         ln E, contact point [m], and the baseline [N] and tilt [N/m] as far as they are fitted.
-    variances : ndarray
-        Of x, over the variance of the noise [N^2].
-    residual : ndarray, shape (n,)
-        Measured minus fitted force of all readings [N].
-    fitted : ndarray, shape (blocks,)
-        Fitted force at the means of the blocks [N].
+    baseline : str
+        Which of them are.
+    costs : tuple of float and int
+        Of the scan: sum of squares, that of the background alone, that of the best contact of negative force, and freedom.
     """
 
-    data: Reduced
     x: Array
-    variances: Array
-    residual: Array
-    fitted: Array
+    baseline: Baseline
+    costs: Costs
 
 
 def at_once(curves: Sequence[Curve], model: ForwardModel, settings: Settings) -> list[Found | None]:
-    """Fit curves side by side; None for those that are no plain ones.
+    """Fit curves side by side; None for those whose search does not settle.
 
     Parameters
     ----------
     curves : sequence of Curve
+        Approaches of `plain` curves.
     model : ForwardModel
         One modulus is free.
     settings : Settings
         Contact point fitted, baseline "constant", "linear" or "none", least squares.
     """
-    parts = [_plain(curve) for curve in curves]
     result: list[Found | None] = [None] * len(curves)
     for springy in (False, True):
-        chosen = [
-            (i, part)
-            for i, part in enumerate(parts)
-            if part is not None and (part.spring_constant is not None) == springy
-        ]
+        chosen = [(i, curve) for i, curve in enumerate(curves) if (curve.spring_constant is not None) == springy]
         if chosen:
             for place, found in _side_by_side(chosen, model, settings):
                 result[place] = found
@@ -137,26 +118,26 @@ def supported(model: object, settings: Settings) -> bool:
         and len(model.free) == 1
         and model.free[0].endswith("young")
         and settings.contact == "free"
-        and settings.baseline in ("constant", "linear", "none")
+        and settings.baseline in ("auto", "constant", "linear", "none")
         and settings.loss == "linear"
         and settings.drag == 0
         and settings.depth_to is None
         and settings.force_to is None
-        and settings.engine == "normal-equations"
+        and settings.quick
         and settings.segment in ("auto", "approach")
+        and settings.direction == "auto"
     )
 
 
-def _plain(curve: Curve) -> Curve | None:
-    """The approach of a curve that has nothing unusual about its position."""
+def plain(curve: Curve) -> Approach | None:
+    """Approach of a curve that can be reduced to blocks; None if it is too short, or its force or calibration is uncertain."""
     if curve.meta.get("calibration"):
         return None
     try:
-        curve, notes = forwards(curve)
-        part = None if notes else without_pause(approach(curve))
+        found = approach_of(curve)
+        return found if found.pressing > 0 and found.part.depth.size >= 4 * _SCANNED else None
     except CurveError:
         return None
-    return part if part is not None and part.depth.size >= 4 * _SCANNED else None
 
 
 def _side_by_side(
@@ -169,7 +150,7 @@ def _side_by_side(
         for (_, part), position in zip(chosen, positions, strict=True)
     ]
     fitted = ["baseline"] * (settings.baseline != "none") + ["tilt"] * (settings.baseline == "linear")
-    starts, good = _scan(coarse, model, fitted)
+    starts, good, costs = _scan(coarse, model, fitted)
     fine = []
     for i in np.flatnonzero(good).tolist():
         part, position = chosen[i][1], positions[i]
@@ -181,16 +162,10 @@ def _side_by_side(
     if not fine:
         return
     batch = _Batch(model, fine, fitted)
-    x, normal, ahead, good_end = batch.descend(starts[good, :-1])
-    variances = _variances(normal)
-    for data, row, n, a, converged, i in zip(
-        fine, x, variances, ahead, good_end, np.flatnonzero(good).tolist(), strict=True
-    ):
-        if converged:
-            low, high = a.reshape(2, -1)
-            middle, rise = (low + high) / 2, (high - low) / (2 * np.maximum(data.spread, 1e-300))
-            residual = data.force - data.spreaded(middle) - data.spreaded(rise) * data.off
-            yield places[i], Found(data, row, n, residual, middle)
+    x, converged = batch.descend(starts[good, :-1])
+    for row, settled, i in zip(x, converged, np.flatnonzero(good).tolist(), strict=True):
+        if settled:
+            yield places[i], Found(row, settings.baseline, costs[i])
 
 
 def _in_readings(position: Array, contact: float) -> int:
@@ -209,9 +184,9 @@ def _equal(size: int, parts: int) -> Indices:
     return np.arange(parts + 1) * size // max(parts, 1)
 
 
-def _scan(coarse: Sequence[Reduced], model: ForwardModel, fitted: Sequence[str]) -> tuple[Array, Flags]:
-    """Best contact points; rows of starts (x, then the position of the contact), and which of them are plain."""
-    k = np.array([c.curve.spring_constant or np.inf for c in coarse])[:, None]
+def _scan(coarse: Sequence[Reduced], model: ForwardModel, fitted: Sequence[str]) -> tuple[Array, Flags, list[Costs]]:
+    """Best contact points: starts (x, then the position of the contact), which of them are inner ones, sums of squares."""
+    k = np.array([c.spring for c in coarse])[:, None]
     position, level = (np.array([getattr(c, name) for c in coarse]) for name in ("mean", "level"))
     counts = np.array([c.counts for c in coarse])
     depth = position - level / k
@@ -222,24 +197,24 @@ def _scan(coarse: Sequence[Reduced], model: ForwardModel, fitted: Sequence[str])
         depth = depth + slope[:, None] * (position - position[:, :1]) / k
     theta = np.full(len(coarse), float(model.start()[0]))
     for _ in range(4):
-        best, better, contact, background, good = _tried(model, theta, depth, position, level, counts, fitted)
+        best, better, contact, background, good, costs = _tried(model, theta, depth, position, level, counts, fitted)
         shift, theta = better - theta, better
         if not model.bends or np.abs(shift[good]).max(initial=0.0) < 0.5:
             break
     rows = np.arange(len(coarse))
     place = position[rows, best]
-    return np.column_stack([theta, contact, *background, place]), good
+    return np.column_stack([theta, contact, *background, place]), good, costs
 
 
 def _tried(
     model: ForwardModel, theta: Array, depth: Array, position: Array, level: Array, counts: Array, fitted: Sequence[str]
-) -> tuple[Indices, Array, Array, list[Array], Flags]:
+) -> tuple[Indices, Array, Array, list[Array], Flags, list[Costs]]:
     """All block means as contact points; amplitude and background by linear least squares."""
     size = len(theta)
     best = np.zeros(size, dtype=np.intp)
     better, contact = theta.copy(), np.zeros(size)
     background: list[Array] = [np.zeros(size) for _ in fitted]
-    good = np.zeros(size, dtype=bool)
+    good, costs = np.zeros(size, dtype=bool), []
     reach = float(np.ptp(depth, axis=1).max())
     grid = np.linspace(0, reach, _NODES)[1:]
     shapes: dict[float, Array] = {}
@@ -263,13 +238,14 @@ def _tried(
             basis, corner = np.linalg.qr(columns.T)
             left = data - basis @ (basis.T @ data)
             without = force - (force @ basis) @ basis.T
-        square = np.maximum(np.einsum("ij,ij->i", without, without), 1e-300)
+        square = np.maximum(np.einsum("ij,ij->i", without, without), TINY)
         amount = without @ left
         gain = amount**2 / square
         up, down = np.where(amount > 0, gain, 0.0), np.where(amount < 0, gain, 0.0)
         j = int(np.argmax(up))
-        # a contact that covers a tenth of the way, with as much before it, and presses upwards
-        good[i] = bool(along[j] > 0.1 and j < up.size - 1 and up[j] > 2 * down.max())
+        total = float(left @ left)
+        costs.append((total - float(up[j]), total, total - float(down.max()), data.size - len(fitted) - 2))
+        good[i] = bool(0 < j < up.size - 1 and up[j] > 0)
         if good[i]:
             better[i] = near + np.log(amount[j] / square[j])
         best[i], contact[i] = j, depth[i, j]
@@ -282,7 +258,7 @@ def _tried(
             found = np.linalg.solve(corner, basis.T @ (data - amount[j] / square[j] * force[j]))
             for values, value, name in zip(background, found, fitted, strict=True):
                 values[i] = value / (1.0 if name == "baseline" else position[i, -1] - position[i, 0])
-    return best, better, contact, background, good
+    return best, better, contact, background, good, costs
 
 
 class _Batch:
@@ -294,7 +270,6 @@ class _Batch:
         width = 2 * max(d.mean.size for d in data)
         shape = (len(data), width)
         self.position, self.force, self.weight = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self.sizes = [d.mean.size for d in data]
         for i, d in enumerate(data):
             n = 2 * d.mean.size
             step = d.slope * d.spread
@@ -302,14 +277,14 @@ class _Batch:
             self.force[i, :n] = np.append(d.level - step, d.level + step)
             self.weight[i, :n] = np.tile(d.counts / 2, 2)
             self.position[i, n:], self.force[i, n:] = d.mean[0], d.level[0]
-        self.first = np.array([[d.position.min()] for d in data])
-        self.readings = np.array([d.force.size for d in data], dtype=float)
-        self.spring = np.array([d.curve.spring_constant or np.inf for d in data])[:, None]
+        self.first = np.array([[d.first] for d in data])
+        self.readings = np.array([d.counts.sum() for d in data])
+        self.spring = np.array([d.spring for d in data])[:, None]
         self.along = self.position - self.first
         self.depth = self.position - self.force / self.spring
 
-    def descend(self, x: Array) -> tuple[Array, Array, list[Array], Flags]:
-        """Gauss-Newton from starts; x, normal matrices, fitted force at the points, and which have converged."""
+    def descend(self, x: Array) -> tuple[Array, Flags]:
+        """Gauss-Newton from starts; x, and which have converged."""
         x = x.copy()
         residual = np.zeros_like(self.force)
         converged = np.zeros(len(x), dtype=bool)
@@ -328,15 +303,14 @@ class _Batch:
             if (converged | lost).all():
                 break
             step = -_solved(normal, gradient)
-            size = np.einsum("bi,bij,bj->b", step, normal, step) * self.readings / np.maximum(cost, 1e-300)
+            size = np.einsum("bi,bij,bj->b", step, normal, step) * self.readings / np.maximum(cost, TINY)
             moving = ~lost & ~converged
             largest = np.maximum(np.abs(step[:, 0]), np.abs(step[:, 1]) / (0.3 * np.ptp(self.depth, axis=1)))
             step *= (1 / np.maximum(largest, 1.0))[:, None]
             x = np.where(moving[:, None], x + step, x)
             # A step this small against the standard errors is the last one
             converged |= moving & (size < 1e-3**2)
-        ahead = [row[: 2 * n] for row, n in zip(self.force + residual, self.sizes, strict=True)]
-        return x, normal, ahead, converged & ~lost
+        return x, converged & ~lost
 
     def _evaluated(self, x: Array, residual: Array) -> tuple[Array, Array]:
         """Residuals [N] and their derivatives, with one step of Newton's method behind a cantilever."""
@@ -372,19 +346,8 @@ class _Batch:
         return force, stiffness, force
 
 
-def _variances(normal: Array) -> Array:
-    """Diagonals of the inverse normal matrices; infinite for singular ones."""
-    unit = 1 / np.sqrt(np.maximum(np.einsum("bii->bi", normal), 1e-300))
-    scaled = normal * unit[:, :, None] * unit[:, None, :]
-    try:
-        inverse = np.einsum("bii->bi", np.linalg.inv(scaled))
-    except np.linalg.LinAlgError:
-        return np.full(unit.shape, np.inf)
-    return np.asarray(inverse * unit**2)
-
-
 def _solved(normal: Array, gradient: Array) -> Array:
     """Newton steps of all curves, in variables scaled to unit diagonal; a trace of damping keeps singular ones finite."""
-    unit = 1 / np.sqrt(np.maximum(np.einsum("bii->bi", normal), 1e-300))
-    scaled = normal * unit[:, :, None] * unit[:, None, :] + 1e-12 * np.eye(normal.shape[1])
+    unit = 1 / np.sqrt(np.maximum(np.einsum("bii->bi", normal), TINY))
+    scaled = normal * unit[:, :, None] * unit[:, None, :] + ROUNDING * np.eye(normal.shape[1])
     return np.asarray(unit * np.linalg.solve(scaled, (unit * gradient)[:, :, None])[:, :, 0])

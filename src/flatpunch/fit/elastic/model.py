@@ -20,10 +20,11 @@ from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
+from flatpunch.contact.finite_strain import strained
 from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
-from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.fit.parameters.settings import FiniteStrain, FitMethod
 from flatpunch.indenters import Cylinder
 from flatpunch.punch import UnresolvedLayer
 
@@ -65,6 +66,8 @@ class ForwardModel(FreeParameters):
         Names such as "layers[0].young", "base.poisson", "indenter.radius".
     method : str or method
         Contact method, or "auto".
+    finite_strain : {"neo-hookean"}, optional
+        Corrects forces for large strains, as in `indent`.
 
     See Also
     --------
@@ -84,6 +87,7 @@ class ForwardModel(FreeParameters):
     indenter: Any
     free: tuple[str, ...] = ()
     method: FitMethod = "auto"
+    finite_strain: FiniteStrain | None = None
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: Any = field(init=False, repr=False, compare=False)
 
@@ -93,15 +97,26 @@ class ForwardModel(FreeParameters):
         method = method_for(self.indenter, self.method)
         object.__setattr__(self, "method", method)
         found = scaling(self.medium, self.indenter, free)
+        if self.finite_strain is not None:
+            strained(self.medium, self.indenter)
+            if "indenter.inclination" in free:
+                raise ValueError(
+                    "indenter.inclination cannot be fitted with finite_strain, whose factor depends on it."
+                )
         forms = [self.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
         start = found.problem([c.offset for c in found.coordinates])
-        object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method))
+        object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method, self.finite_strain))
 
     @property
     def bends(self) -> bool:
         """Whether the free parameters change the shape of the force curve in a double logarithmic plot, or only shift it."""
         return bool(self._forms[0].size > 2)
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether forces come from a table; with many free parameters each is solved."""
+        return self._table.tabulated
 
     def value(self, name: str) -> float:
         """Value of a parameter in the case, free or not, SI."""
@@ -186,7 +201,9 @@ class ForwardModel(FreeParameters):
     def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
         """The same without tables, from `indent`, and the notes of the method."""
         medium, indenter = self.case(values)
-        curve = indent(medium, indenter, depth=depth, method=method_for(indenter, self.method), angles=_FEW_ANGLES)
+        method = method_for(indenter, self.method)
+        law = self.finite_strain
+        curve = indent(medium, indenter, depth=depth, method=method, angles=_FEW_ANGLES, finite_strain=law)
         # outlines are no part of a fit
         notes = [note for note in str(curve.attrs["notes"]).splitlines() if "the outline" not in note]
         if not indenter.round:
@@ -200,12 +217,14 @@ def free_coordinates(found: Scaling) -> tuple[str, ...]:
     return tuple(c.name for c in found.coordinates)
 
 
-def _table(medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: MethodName | Method) -> Table:
+def _table(
+    medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: Any, finite_strain: FiniteStrain | None
+) -> Table:
     try:
-        return _shared(_Family(medium, indenter, tuple(names), method, found))
+        return _shared(_Family(medium, indenter, tuple(names), method, finite_strain, found))
     except TypeError:
         # an unhashable part (a user's own indenter): a table of its own
-        solve, limit = _solver(found, method)
+        solve, limit = _solver(found, method, finite_strain is not None)
         return Table(solve, found.coordinates, limit)
 
 
@@ -217,12 +236,13 @@ class _Family:
     indenter: Any
     names: tuple[str, ...]
     method: MethodName | Method
+    finite_strain: FiniteStrain | None
     scaling: Scaling = field(compare=False)
 
 
 @byte_cached
 def _shared(family: _Family) -> Table:
-    solve, limit = _solver(family.scaling, family.method)
+    solve, limit = _solver(family.scaling, family.method, family.finite_strain is not None)
     return Table(solve, family.scaling.coordinates, limit)
 
 
@@ -231,7 +251,7 @@ def forget_tables() -> None:
     _shared.cache_clear()
 
 
-def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
+def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[Any, Any]:
     """The exact solution of the scaled problem, and how deep it goes."""
 
     def limit(q: tuple[float, ...]) -> float:
@@ -248,7 +268,7 @@ def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
 
     def solve(q: tuple[float, ...], delta: Array) -> Array:
         medium, indenter = found.problem(q)
-        inside = np.log(delta) < limit(q)
+        inside = np.ones(delta.shape, dtype=bool)
         phi = np.full(delta.shape, np.nan)
         while inside.any():
             try:
@@ -258,9 +278,18 @@ def _solver(found: Scaling, method: MethodName | Method) -> tuple[Any, Any]:
                 if delta[inside].max() < _THIRD_OF_DECADE * delta[inside].min():
                     raise
                 inside &= delta < delta[inside].max() / _THIRD_OF_DECADE
+            except ValueError:
+                # deeper than the shape of the tip goes
+                reached = np.log(delta) < limit(q)
+                if reached[inside].all():
+                    raise
+                inside &= reached
             else:
                 phi[inside] = curve["force"].values
                 break
+        if large:
+            # beyond the table its last value
+            phi *= strained(medium, indenter).ratio(delta)[0]
         return phi
 
     return solve, limit

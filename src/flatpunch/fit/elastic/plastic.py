@@ -32,10 +32,17 @@ def plastic_cycles(curve: Curve) -> bool:
     return unloaded - loaded > IMPRINT * (float(curve.depth[peak]) - loaded)
 
 
-def depth_reached(depth: Array, over: Array, rise: float) -> float:
-    """Depth at which a tenth of the largest force is reached [m]; as many readings lie beyond it as have that force.
+def imprint(depth: Array, over: Array, rise: float) -> float:
+    """Depth at which an unloading ends, from those at a half and a tenth of the largest force [m].
 
-    Nan where all have it: the tip did not withdraw.
+    As many readings lie beyond each of these as have that force. In between the force is taken for that of a paraboloid whose
+    contact ends there, (d - d0)^1.5; for that of a cone, d^2, the depth is 11 % of the largest. Nan where all readings have a
+    tenth: the tip did not withdraw.
     """
-    pressed = over > 0.1 * rise
-    return float("nan") if pressed.all() else float(np.quantile(depth, 1 - pressed.mean()))
+    shares = np.array([0.1, 0.5])
+    pressed = [float(np.mean(over > share * rise)) for share in shares]
+    if max(pressed) == 1:
+        return float("nan")
+    low, high = (float(np.quantile(depth, 1 - each)) for each in pressed)
+    near, far = shares ** (2 / 3)
+    return low - (high - low) * float(near / (far - near))

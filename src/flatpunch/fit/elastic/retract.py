@@ -10,25 +10,25 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import over_line
 from flatpunch.fit.least_squares.speed import shows_drag, speed_of
+from flatpunch.fit.measured.approach import Approach
 from flatpunch.fit.measured.curve import FEWEST, Curve
-from flatpunch.fit.measured.segments import approach_end, leaves
-from flatpunch.fit.measured.signal import noise_of
+from flatpunch.fit.measured.signal import EXACT, noise_of
 from flatpunch.fit.parameters.settings import Settings
 
 
-def free_retract(curve: Curve, part: Curve, before: Flags) -> Indices:
+def free_retract(cycle: Approach, part: Curve, before: Flags) -> Indices:
     """Points of the retraction that are as far out as the background of the approach; none where the tip still sticks there.
 
     Parameters
     ----------
-    curve : Curve
+    cycle : Approach
         The whole cycle, of which `part` is the beginning.
     part : Curve
         The approach.
     before : ndarray of bool
         Its points that show the background alone.
     """
-    begin = max(leaves(curve), approach_end(curve))
+    curve, begin = cycle.cycle, cycle.leaves - cycle.begin
     if before.sum() < FEWEST or curve.depth.size - begin < FEWEST:
         return np.zeros(0, dtype=np.intp)
     out = curve.position[begin:] <= float(part.position[before].max())
@@ -38,7 +38,7 @@ def free_retract(curve: Curve, part: Curve, before: Flags) -> Indices:
     back = curve.taken(found)
     noises = [noise_of(over_line(c, few)[few]) for c, few in ((part, before), (back, np.ones(found.size, dtype=bool)))]
     # a tip that still sticks bends the force; rounding of clean data bends it by 1e-9
-    return found if noises[1] < 2 * noises[0] + 1e-9 * float(np.ptp(part.force)) else found[:0]
+    return found if noises[1] < 2 * noises[0] + EXACT * float(np.ptp(part.force)) else found[:0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class FreeOfContact:
     Attributes
     ----------
     points : ndarray of int
-        Indices into the whole curve.
+        Indices into the cycle.
     speed : ndarray
         Of the approach and of these points [m/s].
     level, drag : float
@@ -62,21 +62,21 @@ class FreeOfContact:
 
 
 def free_of_contact(
-    curve: Curve, part: Curve, before: Flags, background: Callable[[Curve], Array], settings: Settings
+    cycle: Approach, part: Curve, before: Flags, background: Callable[[Curve], Array], settings: Settings
 ) -> FreeOfContact | None:
     """What the parts of approach and retraction without contact show of the drag; None if they do not.
 
     Parameters
     ----------
-    curve, part, before
+    cycle, part, before
         As for `free_retract`.
     background : callable
         Force of the background at a curve's positions, without level and drag [N].
     settings : Settings
         With the drag free.
     """
-    found = free_retract(curve, part, before)
-    back = curve.taken(found) if found.size else None
+    found = free_retract(cycle, part, before)
+    back = cycle.cycle.taken(found) if found.size else None
     if back is None or not shows_drag([part.taken(before), back], settings):
         return None
     approaching, leaving = speed_of(part, settings), speed_of(back, settings)

@@ -17,6 +17,7 @@ from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.byte_cache import PROCESS
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.progress import reporting
 from flatpunch.fit.parameters.scaling import Coordinate
 
 PER_DECADE = 24
@@ -32,6 +33,12 @@ _DECADES = 5
 
 _MARGIN = 4
 """Depths beyond either end that are solved for the splines; with none their ends would be off."""
+
+_TABULATED = 2
+"""Coordinates of a table at most; with more, six knots along each cost more solutions than a fit has steps."""
+
+_SHIFT = 1e-3
+"""Change of a coordinate, in distances of knots, for its derivative where nothing is tabulated over it; it errs by as much."""
 
 _KNOTS = 6
 """Points across each coordinate that are interpolated; with four the force is off by 1e-5 of its largest, with eight by 1e-8."""
@@ -129,10 +136,12 @@ class Table:
     _limits: dict[tuple[int, ...], float] = field(default_factory=dict)
     _stacks: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], Piecewise] | None = None
+    _count: int = 0
+    _slopes: tuple[Window, Array, Array] | None = None
 
     def at(self, q: Sequence[float], highest: float) -> Piecewise:
         """Interpolant at coordinates q, good for ln delta up to `highest`."""
-        window = self._widened(min(highest, self.highest(q)))
+        window = self._widened(highest if highest < self._safe else min(highest, self.highest(q)))
         key = (*q, *window)
         if self._last is None or self._last[0] != key:
             self._last = (key, Piecewise(window[0] * STEP, self._combined(q, window)))
@@ -190,6 +199,11 @@ class Table:
             self._pieces = {place: piece for place, piece in self._pieces.items() if place[0] == window}
             self._stacks.clear()
 
+    @cached_property
+    def _safe(self) -> float:
+        """ln delta that can be solved at any coordinates of interest, a decade below what can be at the first."""
+        return float(self.limit(tuple(c.offset for c in self.coordinates)) - PER_DECADE * STEP)
+
     def highest(self, q: Sequence[float]) -> float:
         """Where the table must end, at the knot next to q, with a little to spare."""
         return self._end(tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True)))
@@ -214,12 +228,33 @@ class Table:
 
     def _combined(self, q: Sequence[float], window: Window) -> Array:
         """Coefficients of ln phi and of its derivatives by the coordinates, shape (1 + coordinates, 6, intervals)."""
+        if not self.tabulated:
+            return self._solved(q, window)
         spans = [_span(c, value) for c, value in zip(self.coordinates, q, strict=True)]
         rows = [_tensor([span.weights for span in spans])]
         for j in range(len(spans)):
             rows.append(_tensor([s.derivatives if i == j else s.weights for i, s in enumerate(spans)]))
         knots = self._knots(tuple(span.first for span in spans), window)
         return np.asarray(np.array(rows) @ knots).reshape(len(rows), _DEGREE + 1, window[1] - window[0])
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether there is a table over the coordinates; otherwise each is solved where it is asked for."""
+        return len(self.coordinates) <= _TABULATED
+
+    def _solved(self, q: Sequence[float], window: Window) -> Array:
+        """The same without knots; derivatives by the coordinates from differences, taken anew beyond the distance of knots."""
+        here, steps = self._spline(tuple(q), window), [c.step for c in self.coordinates]
+        if self._slopes is None or self._slopes[0] != window or np.any(np.abs(self._slopes[1] - q) > steps):
+            rows = []
+            for j, c in enumerate(self.coordinates):
+                # away from a limit of the coordinate
+                inwards = -1.0 if c.highest is not None and q[j] + c.step > c.offset + c.step * c.highest else 1.0
+                shift = inwards * _SHIFT * c.step
+                moved = tuple(value + shift * (i == j) for i, value in enumerate(q))
+                rows.append((self._spline(moved, window) - here) / shift)
+            self._slopes = (window, np.array(q), np.array(rows))
+        return np.concatenate([here[None], self._slopes[2]])
 
     def _widened(self, highest: float) -> Window:
         """The window grown in thirds of a decade, so that neighbouring curves share it."""
@@ -234,16 +269,20 @@ class Table:
 
     def _knot(self, index: tuple[int, ...], window: Window) -> Array:
         if (window, index) not in self._pieces:
-            self._pieces[window, index] = self._spline(index, window)
+            self._pieces[window, index] = self._spline(self._values(index), window, self._nodes.setdefault(index, {}))
             PROCESS.grown(2 * self._pieces[window, index].nbytes)
         return self._pieces[window, index]
 
-    def _spline(self, index: tuple[int, ...], window: Window) -> Array:
+    def _spline(self, q: tuple[float, ...], window: Window, nodes: dict[int, float] | None = None) -> Array:
+        """Coefficients of ln phi at coordinates q, from solved nodes and those that are missing."""
         low, high = window
-        nodes = self._nodes.setdefault(index, {})
+        nodes = {} if nodes is None else nodes
+        self._count += 1
+        with reporting("Solving", None) as report:
+            report(self._count, 0)
         wanted = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if i not in nodes]
         if wanted:
-            phi = self.solve(self._values(index), np.exp(STEP * np.array(wanted)))
+            phi = self.solve(q, np.exp(STEP * np.array(wanted)))
             # without sign where the theory has no answer: such nodes are left out below
             with np.errstate(invalid="ignore"):
                 nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))

@@ -18,17 +18,16 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
-from flatpunch.compliance import compliance
 from flatpunch.fit.films.formulas import by_formulas, differentiated
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
+from flatpunch.fit.half_space.contact_area import punch_modulus
 from flatpunch.fit.least_squares.minimum import covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
-from flatpunch.media import HalfSpace, Medium
-from flatpunch.punch.family import punch_family
+from flatpunch.media import HalfSpace, Medium, TransverselyIsotropicLayer
 
 _FRAME = "frame"
 
@@ -164,8 +163,7 @@ class TenthRule:
 
 def normalised_stiffness(medium: Any, radius: Array) -> Array:
     """Exact Kbar of flat punches of `radius` [m], shape (n,)."""
-    kernel = compliance(medium)
-    return np.asarray(np.pi * punch_family(kernel).flat(radius / kernel.length)[:, 0])
+    return np.asarray(punch_modulus(medium, radius) / medium.surface_modulus)
 
 
 def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
@@ -300,7 +298,7 @@ def fit_film(
     >>> print(f"{result['layers[0].young'] / 1e9:.1f} GPa")
     22.8 GPa
     """
-    top = "base.young" if isinstance(sample, HalfSpace) or not sample.layers else "layers[0].young"
+    top = "base.young" if not isinstance(sample, Medium) or not sample.layers else "layers[0].young"
     names = tuple(free) if free is not None else (top,)
     problem = _Stiffness(curve, tip, sample, names, depths, frame)
     count = problem.points(frame).depth.size
@@ -313,7 +311,7 @@ def fit_film(
     medium, used_frame = problem.case(found.x)
     points = problem.points(used_frame)
     misfit = float(np.sqrt(np.mean(found.residual**2)))
-    notes = []
+    notes = list(curve.meta.get("notes", ()))
     if isinstance(sample, Medium) and points.contact_depth.max() > medium.length:
         notes.append(
             f"{int((points.contact_depth > medium.length).sum())} points are deeper than the film is thick; the tip has gone "
@@ -325,11 +323,21 @@ def fit_film(
             f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
             "The intervals are those of the scatter only."
         )
-    film = isinstance(sample, Medium) and len(sample.layers) == 1 and isinstance(sample.base, HalfSpace)
+    film = _isotropic(sample)
     others = by_formulas(points, tip, medium) if film and compare else {}
     rule = tenth_rule(medium, tip) if film else None
     model = medium.surface_modulus * normalised_stiffness(medium, points.radius)
     return FilmResult(_named(problem, found.x, spread), medium, points, model, others, misfit, rule, tuple(notes))
+
+
+def _isotropic(sample: Any) -> bool:
+    """Whether it is one isotropic film on a half-space, as the published formulas suppose."""
+    return (
+        isinstance(sample, Medium)
+        and len(sample.layers) == 1
+        and not isinstance(sample.layers[0], TransverselyIsotropicLayer)
+        and isinstance(sample.base, HalfSpace)
+    )
 
 
 def _minimum(problem: _Stiffness) -> tuple[Any, Array]:

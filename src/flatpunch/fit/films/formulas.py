@@ -10,18 +10,25 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip
 from flatpunch.fit.half_space import published
 from flatpunch.fit.least_squares.minimum import minimise
-from flatpunch.media import HalfSpace, Medium
+from flatpunch.media import HalfSpace, Layer, Medium
 
 _STEP = 1e-5
 """Step of central differences over logarithms of moduli."""
 Law = Callable[[OliverPharr, float, float], Array]
 
 
+def _poisson(fitted: Medium) -> float:
+    """Poisson ratio of an isotropic film."""
+    (film,) = fitted.layers
+    assert isinstance(film, Layer)
+    return film.poisson
+
+
 def _laws(fitted: Medium) -> dict[str, tuple[Law, bool]]:
     """Equivalent plane-strain moduli by published formulas over (points, film modulus, alpha), and whether alpha is fitted."""
     base = fitted.base
     assert isinstance(base, HalfSpace)
-    t, nu, substrate = fitted.length, float(fitted.layers[0].poisson), base.surface_modulus
+    t, nu, substrate = fitted.length, _poisson(fitted), base.surface_modulus
     return {
         "Gao": (lambda p, e, _: published.gao(p.radius / t, e, substrate, nu), False),
         "Perriot-Barthel": (lambda p, e, _: published.perriot_barthel(p.radius / t, e, substrate), False),
@@ -51,7 +58,7 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tupl
     fitted : Medium
         Film and substrate; the film's modulus is where the search begins.
     """
-    nu = float(fitted.layers[0].poisson)
+    nu = _poisson(fitted)
     results = {}
     for name, (law, alpha_free) in _laws(fitted).items():
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, non_negative, positive, shown, values
+from flatpunch._support.checks import TINY, Array, non_negative, positive, shown, values
 from flatpunch._support.readable import readable
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.media import HalfSpace
@@ -150,7 +150,7 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
     measured = curve.stiffness
     good = np.isfinite(measured) & (measured > 0) & (curve.force > 0) & (curve.depth > 0)
     h, force, measured = curve.depth[good], curve.force[good], measured[good]
-    stiffness = 1 / np.maximum(1 / measured - frame, 1e-300)
+    stiffness = 1 / np.maximum(1 / measured - frame, TINY)
     contact_depth = h - frame * force - tip.epsilon * force / stiffness
     good = contact_depth > 0
     h, force, stiffness, contact_depth = h[good], force[good], stiffness[good], contact_depth[good]

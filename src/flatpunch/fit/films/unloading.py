@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import covariance, minimise
 from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
@@ -29,6 +29,8 @@ class Unloading:
         m [-]; between 1 (flat end) and 2 (cone).
     final_depth : float
         h_f [m].
+    notes : tuple of str
+        Why the power law does not describe this unloading: its exponent is outside 1 to 2, or on the limit of the search.
 
     See Also
     --------
@@ -50,6 +52,7 @@ class Unloading:
     stderr: float
     exponent: float
     final_depth: float
+    notes: tuple[str, ...] = ()
 
 
 def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloading:
@@ -87,7 +90,7 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     37500 N/m, exponent 1.50
     """
     if not 0 < lower < upper <= 1:
-        raise ValueError(f"lower = {lower!r} and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+        raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
     top = float(curve.force.max())
     # during a hold the depth creeps on: unloading begins where it is largest
     held = np.flatnonzero(curve.force >= 0.98 * top)
@@ -115,7 +118,8 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     slope = float(np.polyfit(h / depth, p / force, 1)[0])
     start = np.array([1.5 * np.log(max(slope / 1.5, 1e-3)), 1 - 1.5 / max(slope, 1e-3), 1.5])
     limit = float(h.min() / depth) - 1e-6
-    found = minimise(evaluate, start, np.array([-50.0, -10.0, 0.8]), np.array([50.0, limit, 4.0]))
+    lowest, highest = 0.8, 4.0
+    found = minimise(evaluate, start, np.array([-50.0, -10.0, lowest]), np.array([50.0, limit, highest]))
     if not found.converged:
         raise CurveError(f"{curve.name}: the unloading does not follow a power law.")
     b, final, m = found.x
@@ -126,7 +130,14 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     spread = covariance(found.normal, ~found.at_bound, found.cost / max(p.size - 3, 1))[0]
     error = stiffness * float(np.sqrt(max(by @ spread @ by, 0.0)))
     unit = force / depth
-    return Unloading(depth, force, stiffness * unit, error * unit, float(m), float(final) * depth)
+    notes: tuple[str, ...] = ()
+    if found.at_bound[2] or not 1 - 2 * np.sqrt(spread[2, 2]) <= m <= 2 + 2 * np.sqrt(spread[2, 2]):
+        where = f"on the limit of the search ({m:.1f})" if found.at_bound[2] else f"{m:.2f}"
+        notes = (
+            f"the exponent of the unloading is {where}; a flat end has 1, a cone 2. Creep, drift or a tail shapes the unloading: "
+            "the stiffness is uncertain by more than its standard error. Hold longer, or choose another part (upper, lower).",
+        )
+    return Unloading(depth, force, stiffness * unit, error * unit, float(m), float(final) * depth, notes)
 
 
 def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
@@ -141,10 +152,15 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     name : str
         Of the result.
 
+    Returns
+    -------
+    Curve
+        meta["notes"] names tests that are left out because they cannot be evaluated, and unloadings whose exponent is odd.
+
     Raises
     ------
     CurveError
-        If there is no unloading, or one of them cannot be evaluated.
+        If there are too few unloadings.
 
     See Also
     --------
@@ -161,24 +177,40 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     >>> print(points.stiffness[[0, -1]].round())
     [18750. 75000.]
     """
-    found = []
+    found: list[Unloading] = []
+    odd: list[str] = []
+    bad: list[str] = []
     for curve in curves:
         cycles = load_cycles(curve.force)
         if not cycles:
-            raise CurveError(
-                f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading."
-            )
+            bad.append(f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading.")
         for number, (begin, peak, end) in enumerate(cycles):
             one = curve.taken(slice(begin, end + 1))
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
             least = max(lower, 1.05 * float(one.force[-1]) / float(curve.force[peak]))
-            found.append(unloading(replace(one, name=label), upper=upper, lower=least))
+            try:
+                found.append(unloading(replace(one, name=label), upper=upper, lower=least))
+            except CurveError as error:
+                bad.append(str(error))
+                continue
+            odd += [f"{label}: {note}" for note in found[-1].notes]
     if len(found) < FEWEST_STIFF:
-        raise CurveError(
-            f"{name}: {len(found)} unloading{'s' if len(found) != 1 else ''} found. A film's modulus follows from the stiffness "
-            f"at several depths: {FEWEST_STIFF} or more load cycles, or continuous stiffness, are needed."
+        plural = "s" if len(found) != 1 else ""
+        what = (
+            f"{name}: {len(found)} unloading{plural} found. A film's modulus follows from the stiffness at several depths: "
+            f"{FEWEST_STIFF} or more load cycles, or continuous stiffness, are needed."
         )
+        raise CurveError(" ".join([what, *bad]))
     found.sort(key=lambda point: point.depth)
     depth, force, stiffness = (np.array([getattr(p, key) for p in found]) for key in ("depth", "force", "stiffness"))
-    return Curve(depth, force, stiffness=stiffness, name=name)
+    notes = (*(f"Left out: {reason}" for reason in bad), *_listed(odd, len(found)))
+    return Curve(depth, force, stiffness=stiffness, name=name, meta={"notes": notes})
+
+
+def _listed(odd: list[str], count: int) -> tuple[str, ...]:
+    """One line about all unloadings whose exponent is odd."""
+    if not odd:
+        return ()
+    more = f" So are {len(odd) - 1} more of {count} unloadings." if len(odd) > 1 else ""
+    return (f"{odd[0]}{more}",)

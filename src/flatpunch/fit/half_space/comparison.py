@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from flatpunch.contact import Method, MethodName, indent
 from flatpunch.files import Case
 from flatpunch.files.units import text
 from flatpunch.fit.half_space.formulas import Formula, Reported, formulas, half_space_models, layer_on_top
-from flatpunch.media import Medium
+from flatpunch.media import Interface, Medium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,19 +33,23 @@ def compare_formulas(
     force: Any = None,
     radius: Any = None,
     method: MethodName | Method | None = None,
+    finite_strain: Literal["neo-hookean"] | None = None,
 ) -> xr.Dataset:
     """Compare published formulas with the exact contact.
 
     Parameters
     ----------
     medium : Medium
-        The sample: a homogeneous layer on top of others or of the base. Formulas are for one layer on a base.
+        The sample: a homogeneous layer on top of others or of the base. Formulas are for one layer on a base; of a stack they
+        see the layer at the surface and the base, and `remark` says so.
     indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
         The tip.
     depth, force, radius : array_like
         Exactly one of them, as for `indent`: where they are compared [m], [N], [m].
     method : str or method, optional
         Contact method of the exact force, as for `indent`.
+    finite_strain : {"neo-hookean"}, optional
+        The exact force is corrected for large strains, as in `indent`.
 
     Returns
     -------
@@ -76,12 +81,12 @@ def compare_formulas(
     top = layer_on_top(medium)
     given = {"depth": depth, "force": force, "radius": radius}
     control: dict[str, Any] = {name: values for name, values in given.items() if values is not None}
-    result = indent(medium, indenter, method=method, angles=8, **control)
+    result = indent(medium, indenter, method=method, angles=8, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
     star = 1 / (1 - top.poisson**2)
     laws = [
         *(_bare(model, star) for model in half_space_models(indenter).values()),
-        *formulas(medium, indenter),
+        *_of_one_layer(medium, indenter),
     ]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         forces = np.array([law.force(depths, top.young) for law in laws])
@@ -115,6 +120,18 @@ def _bare(model: Reported, star: float) -> Formula:
     return Formula(model.name.capitalize(), lambda d, young: young * star * model.force(d), remark="no correction")
 
 
+def _of_one_layer(medium: Medium, indenter: Any) -> list[Formula]:
+    """The formulas for the layer at the surface on the base, with a remark on what they do not see."""
+    top = layer_on_top(medium)
+    rest = len(medium.layers) - 1
+    unseen = [f"without the {rest} layers below" if rest > 1 else "without the layer below"] if rest else []
+    if isinstance(top.bonded, Interface):
+        top = replace(top, bonded=True)
+        unseen.append("without springs")
+    laws = formulas(Medium([top], medium.base), indenter)
+    return [replace(law, remark="; ".join(filter(None, (*unseen, law.remark)))) for law in laws]
+
+
 def compare_case(case: Case) -> xr.Dataset:
     """Compare the formulas at the steps of a case.
 
@@ -132,7 +149,7 @@ def compare_case(case: Case) -> xr.Dataset:
         raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
     if case.work_of_adhesion is not None:
         raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
-    given: dict[str, Any] = {case.control: case.values, "method": case.method}
+    given: dict[str, Any] = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
     return compare_formulas(case.medium, case.indenter, **given)
 
 

@@ -2,7 +2,8 @@
 
 The software fitted F = c E* d^n to a curve that a layer on a base produced. Which layer gives that E*? Either at the one depth
 d, or by least squares over the curve up to d, contact point known (both are offered; most software does the second). Beside it
-stand the moduli that published corrections would give for the same reported value.
+stand the moduli that published corrections would give for the same reported value. Moduli after Oliver and Pharr follow from the
+stiffness of the contact (`contact_area`).
 """
 
 from __future__ import annotations
@@ -17,13 +18,21 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from flatpunch._support.checks import Array, poisson_ratio, positive
+from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.half_space.formulas import Formula, formulas, half_space_model, layer_on_top
+from flatpunch.fit.half_space.contact_area import apparent_modulus, area_laws, remark, section_radius
+from flatpunch.fit.half_space.formulas import (
+    OLIVER_PHARR,
+    Formula,
+    formulas,
+    half_space_model,
+    has_half_space_model,
+    layer_on_top,
+)
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
@@ -36,6 +45,8 @@ Over = Literal["curve", "depth"]
 
 _POINTS = 200
 """Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
+
+_NO_FILM = "no film modulus gives the reported value"
 
 _WIDEST = math.log(1e6)
 """Largest ratio of the layer's modulus to the reported one, either way, as its logarithm."""
@@ -163,9 +174,11 @@ def correct(
     indenter : object
         The tip.
     depth : float
-        Depth of the fit [m].
+        Depth of the fit [m]; for "oliver-pharr" the contact depth.
     model : str, optional
-        Half-space formula of the software, see `half_space_model`.
+        Half-space formula of the software, see `half_space_model`, or "oliver-pharr": the modulus followed from the stiffness at
+        the beginning of unloading and the area of the tip at the contact depth. That is taken for tips without a formula, such as
+        Berkovich's and area functions; `over` is "depth" then.
     reported_poisson : float, optional
         Poisson ratio that the software used; that of the layer if left out.
     over : "curve" or "depth"
@@ -198,6 +211,8 @@ def correct(
     top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
+    if (isinstance(model, str) and model == OLIVER_PHARR) or (model is None and not has_half_space_model(indenter)):
+        return _by_area(reported, medium, indenter, depth, nu)
     formula = half_space_model(indenter, model)
     grid = depth * (np.arange(1, _POINTS + 1) / _POINTS if over == "curve" else np.ones(1))
     target = reported / (1 - nu**2)
@@ -211,14 +226,42 @@ def correct(
         return float(weight @ exact.force(grid, {"layers[0].young": young}))
 
     young = _solved(seen, target, reported)
-    step = 1e-4
-    growth = (math.log(seen(young * (1 + step))) - math.log(seen(young * (1 - step)))) / (2 * step)
     others, why = _others(medium, indenter, grid, weight, target)
     notes = tuple(exact.exact(grid[-1:], {"layers[0].young": young})[1].splitlines())
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     apparent = exact.force(along, {"layers[0].young": young}) / formula.force(along) * (1 - nu**2)
-    sensitivity = 1 / growth if growth > 0 else math.inf
+    sensitivity = _sensitivity(seen, young)
     return Correction(young, reported, reported / young, others, why, sensitivity, over, notes, along, apparent)
+
+
+def _by_area(reported: float, medium: Medium, indenter: Any, depth: float, nu: float) -> Correction:
+    """The layer behind a modulus after Oliver and Pharr at a contact depth."""
+    along = depth * np.arange(1, _POINTS + 1) / _POINTS
+    radius = section_radius(indenter, along)
+    at, target = radius[-1:], reported / (1 - nu**2)
+
+    def seen(young: float) -> float:
+        return float(apparent_modulus(medium, young, at)[0])
+
+    young = _solved(seen, target, reported)
+    others, why = {}, {}
+    for name, law in area_laws(medium, float(at[0])).items():
+        try:
+            others[name] = _solved(law, target, reported)
+        except ValueError:
+            others[name], why[name] = math.nan, _NO_FILM
+    apparent = apparent_modulus(medium, young, radius) * (1 - nu**2)
+    notes = (remark(float(at[0])),)
+    return Correction(
+        young, reported, reported / young, others, why, _sensitivity(seen, young), "depth", notes, along, apparent
+    )
+
+
+def _sensitivity(seen: Callable[[float], float], young: float) -> float:
+    """d ln(true)/d ln(reported)."""
+    step = 1e-4
+    growth = (math.log(seen(young * (1 + step))) - math.log(seen(young * (1 - step)))) / (2 * step)
+    return 1 / growth if growth > 0 else math.inf
 
 
 def _solved(seen: Callable[[float], float], target: float, guess: float) -> float:
@@ -239,7 +282,7 @@ def _solved(seen: Callable[[float], float], target: float, guess: float) -> floa
             f"software would report plane-strain moduli of {min(bounds):.3g} to {max(bounds):.3g} Pa, not {target:.3g}. Base, "
             "thickness and depth do not go together with it."
         )
-    return math.exp(brentq(miss, low, high, xtol=1e-12)) if low < high else math.exp(low)
+    return math.exp(brentq(miss, low, high, xtol=ROUNDING)) if low < high else math.exp(low)
 
 
 def _others(
@@ -260,7 +303,5 @@ def _others(
         if formula.remark:
             why[formula.name] = formula.remark
         if not math.isfinite(results[formula.name]):
-            why[formula.name] = (
-                "the depth is outside its range" if formula.linear else "no film modulus gives the reported value"
-            )
+            why[formula.name] = "the depth is outside its range" if formula.linear else _NO_FILM
     return results, why

@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.kinds import one_of
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import HalfSpace, Interface, Layer, Medium, RigidBase
+
+OLIVER_PHARR = "oliver-pharr"
+"""Name of the evaluation by stiffness and contact area, which goes with every tip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +72,14 @@ def half_space_models(indenter: Any) -> dict[str, Reported]:
     )
 
 
+def has_half_space_model(indenter: Any) -> bool:
+    """Whether a half-space formula is in use for a tip."""
+    try:
+        return bool(half_space_models(indenter))
+    except ValueError:
+        return False
+
+
 def half_space_model(indenter: Any, name: str | None = None) -> Reported:
     """One of the half-space formulas for a tip.
 
@@ -113,11 +124,11 @@ def layer_on_top(medium: Any) -> Layer:
 
     Raises
     ------
-    TypeError
+    ValueError
         If there is none.
     """
     if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
-        raise TypeError("layers[0] must be a homogeneous layer on top of a Medium: its modulus is looked for.")
+        raise BadValue("layers[0]", "", "must be a homogeneous layer on top of a Medium: its modulus is looked for.")
     return medium.layers[0]
 
 
@@ -131,7 +142,7 @@ def formulas(medium: Medium, indenter: Any) -> list[Formula]:
     indenter : object
         A tip for which there is a half-space model.
     """
-    if len(medium.layers) != 1:
+    if len(medium.layers) != 1 or isinstance(medium.layers[0].bonded, Interface):
         return []
     found = list(_thin_layer(medium, indenter))
     return [*found, *_substrate(medium, indenter)] if isinstance(medium.base, HalfSpace) else found
@@ -140,7 +151,7 @@ def formulas(medium: Medium, indenter: Any) -> list[Formula]:
 def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
     """Factors on the half-space force of layers on rigid bases."""
     top = layer_on_top(medium)
-    nu, h, tip = top.poisson, top.thickness, half_space_model(indenter)
+    nu, h, tip, bonded = top.poisson, top.thickness, half_space_model(indenter), bool(top.bonded)
     star = 1 / (1 - nu**2)
     rigid = "" if isinstance(medium.base, RigidBase) else "for a rigid base"
     half = "" if nu == 0.5 else "for nu = 0.5"
@@ -155,25 +166,27 @@ def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
         def x(d: Array) -> Array:
             return np.sqrt(radius * d) / h
 
-        yield factor("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, top.bonded))
-        if top.bonded:
+        yield factor("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
+        if bonded:
             yield factor("Garcia", lambda d: published.garcia(x(d), "paraboloid"), half)
+            if published.LONG[0] <= radius / h < published.LONG[1]:
+                yield factor("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
             yield Formula(
                 "Chadwick",
                 lambda d, young: published.chadwick(radius, d, young, h),
                 remark="for bonded incompressible layers much thinner than the contact",
             )
-    elif isinstance(indenter, Cylinder) and top.bonded:
+    elif isinstance(indenter, Cylinder) and bonded:
         yield factor("Garcia", lambda d: published.garcia(np.full_like(d, indenter.radius / h), "flat"), half)
     elif isinstance(indenter, (Cone, Pyramid)):
         slope = 1 / math.tan(indenter.inclination)
-        if top.bonded:
+        if bonded:
             made_for = "" if isinstance(indenter, Cone) else "for cones"
             yield factor("Garcia", lambda d: published.garcia(slope * d / h, "cone"), made_for, half)
         if isinstance(indenter, Pyramid):
             ours = published.PYRAMID_FORCE[4] * slope / tip.factor
             yield factor(
-                "flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, top.bonded), "of this project", half
+                "flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, bonded), "of this project", half
             )
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from flatpunch.fit.half_space.comparison import WITHIN
 from flatpunch.fit.half_space.correction import Correction
-from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, StyleName, panels, scale_of, styled
+from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, THIN, StyleName, panels, scale_of, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,7 @@ def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | 
         drawn, (factors, errors) = panels(chosen, 2, title=title)
         length, unit = scale_of(found["depth"].values, "m")
         depth, bare = found["depth"].values * length, found["formula_force"].values[0]
-        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * chosen.line, alpha=0.4, label="exact")
+        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * THIN, alpha=0.4, label="exact")
         for i, name in enumerate(found["formula"].values):
             look: Any = {
                 "color": (ORANGE, GREEN, GREY)[i % 3],

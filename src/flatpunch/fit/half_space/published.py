@@ -1,7 +1,8 @@
 """Formulas that are in use today, to be shown beside the exact solution. None of them is exact; none is used by the fits.
 
 Thin layers (factor on the half-space force; X = sqrt(R d)/h for paraboloids, d tan(alpha)/h for cones, a/h for flat ends, alpha
-the half opening angle): Dimitriadis et al. 2002, Garcia et al. 2018, Chadwick 2002, Clifford and Seah 2009. Films on substrates
+the half opening angle): Dimitriadis et al. 2002, Garcia et al. 2018, Chadwick 2002, Clifford and Seah 2009, Long et al. 2011
+(large strains, Biophys. J. 101, 643). Films on substrates
 (equivalent modulus over x = a/t): Gao, Chiu and Lee 1992, Perriot and Barthel 2004, Bec et al. 2006, King 1987 in the form of
 Doerner and Nix, Saha and Nix 2002. Coefficients as collected in the project's reference tables, from open implementations.
 """
@@ -51,6 +52,18 @@ _GARCIA = {
 def garcia(x: Array, shape: str) -> Array:
     """Factor for incompressible bonded layers; shape is "paraboloid", "cone" or "flat"."""
     return np.asarray(np.polynomial.polynomial.polyval(x, _GARCIA[shape]))
+
+
+LONG = (0.3, 2.0)
+"""R/h of the formula of Long et al.; above, programs use other coefficients."""
+
+
+def long(x: Array, ratio: float) -> Array:
+    """Factor for spheres on incompressible bonded layers, fitted to finite elements at large strain; `ratio` is R/h."""
+    w = np.asarray(x) ** 3
+    alpha = 10.05 - 0.63 * np.sqrt(1 / ratio) * (3.1 + ratio**-2)
+    beta = 4.8 - 4.23 * ratio**-2
+    return np.asarray((1 + 1.15 * w ** (1 / 3) + alpha * w + beta * w**2) / (1 + 2.3 * w))
 
 
 PYRAMID = {

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch.fit.least_squares.objective import Objective
 
 CONTACT, FREE = 200, 50
@@ -22,8 +22,8 @@ def blocked(objective: Objective, contact: float) -> Objective:
     position = objective.position
     first, last = float(position.min()), float(position.max())
     begin = min(max(contact - 0.3 * (last - contact), first), last)
-    free = np.minimum((position - first) * (FREE / max(begin - first, 1e-300)), FREE - 1)
-    inside = FREE + np.minimum((position - begin) * (CONTACT / max(last - begin, 1e-300)), CONTACT - 1)
+    free = np.minimum((position - first) * (FREE / max(begin - first, TINY)), FREE - 1)
+    inside = FREE + np.minimum((position - begin) * (CONTACT / max(last - begin, TINY)), CONTACT - 1)
     return objective.averaged(np.where(position < begin, free, inside).astype(np.intp))
 
 
@@ -37,11 +37,11 @@ def towards_the_end(objective: Objective) -> Objective:
     left = objective.position.max() - objective.position
     shortest = 1.5 * float(left.max()) / left.size
     # stretches for each doubling of the distance to the deepest point, where the contact point is looked for
-    index = (6 * np.log2(1 + left / max(shortest, 1e-300))).astype(np.intp)
+    index = (6 * np.log2(1 + left / max(shortest, TINY))).astype(np.intp)
     return objective.averaged(index.max() - index)
 
 
 def uniform(position: Array, count: int) -> Indices:
     """Index of equal stretches of position."""
     low, way = float(position.min()), float(np.ptp(position))
-    return np.minimum((position - low) * (count / max(way, 1e-300)), count - 1).astype(np.intp)
+    return np.minimum((position - low) * (count / max(way, TINY)), count - 1).astype(np.intp)

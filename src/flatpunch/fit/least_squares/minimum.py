@@ -5,8 +5,7 @@ tried once more along the parabola that the refused residuals r(x + v) determine
 step becomes v - (J^T J)^-1 J^T r'' v v/2 (geodesic acceleration, Transtrum and Sethna 2012).
 
 Few parameters, many points, derivatives at hand, all unknowns of order one: then the normal equations lose nothing and an
-iteration costs one evaluation. lmfit finds the same minimum (a test compares them) at several times the cost per curve; it
-polishes single fits, batches go without.
+iteration costs one evaluation. lmfit finds the same minimum (a test compares them) at several times the cost per curve.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
@@ -24,7 +23,7 @@ _DAMPING = (1e-12, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
-ROUNDING = 1e-10
+LEAST = 1e-10
 """Root mean square by which a step that ends the search changes residuals, which are of order one; models are no more exact."""
 SOON = 1e-3
 """The same for batches: the step is taken; half or twice as much moves E by less than 2e-4 standard errors."""
@@ -67,6 +66,7 @@ def minimise(
     fixed: Flags | None = None,
     settled: float = SETTLED,
     longest: float = 1.0,
+    steps: int = 200,
 ) -> Minimum:
     """Least squares from a start within bounds.
 
@@ -81,6 +81,8 @@ def minimise(
         Step over standard error at which to stop.
     longest : float
         Largest change of a parameter in one step; internal parameters are logarithms, so 1 is a factor e.
+    steps : int
+        Steps at most; ten are usual, twenty where a valley bends, 170 have been seen in one that hardly ends.
     """
     x = np.clip(start, lower, upper)
     frozen = np.zeros(x.size, dtype=bool) if fixed is None else fixed
@@ -88,8 +90,7 @@ def minimise(
     cost, damping, evaluations = float(residual @ residual), 1e-6, 1
     normal, gradient = jacobian @ jacobian.T, jacobian @ residual
     converged = False
-    # steps at most; ten are usual, twenty where a valley bends, 170 have been seen in one that hardly ends
-    for _ in range(200):
+    for _ in range(steps):
         pushed = ((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0))
         live = np.flatnonzero(~(frozen | pushed))
         if not live.size:
@@ -100,9 +101,9 @@ def minimise(
         # noise leave residuals at rounding, and steps that change them by less are the last ones as well
         whole = _within(normal, gradient, live, ends, _DAMPING[0])
         change, variance = float(whole @ normal @ whole), cost / max(residual.size - live.size, 1)
-        if change < max(settled**2 * variance, ROUNDING**2 * residual.size):
+        if change < max(settled**2 * variance, LEAST**2 * residual.size):
             # directions without any information may be far to go
-            whole *= min(1.0, longest / max(float(np.abs(whole).max()), 1e-300))
+            whole *= min(1.0, longest / max(float(np.abs(whole).max()), TINY))
             last = evaluate(x + whole)
             evaluations += 1
             if not _larger(last[0], cost):
@@ -133,8 +134,8 @@ def minimise(
         else:
             damping = max(damping * 10, 1e-5)
     else:
-        # curved models close in by a constant factor a step; a hundredth of the standard errors is close enough
-        converged = change < 0.01**2 * variance
+        # curved models close in by a constant factor a step; a hundred times the last step is close enough
+        converged = change < (100 * settled) ** 2 * variance
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
 
@@ -162,13 +163,13 @@ def _larger(residual: Array, cost: float) -> bool:
 
 def _solved(normal: Array, gradient: Array, damping: float) -> Array:
     """(N + damping diag N)^-1 g in variables scaled to unit diagonal; the least-norm solution if N is singular."""
-    unit = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    unit = 1 / np.sqrt(np.maximum(np.diag(normal), TINY))
     scaled = normal * unit[:, None] * unit
     scaled[np.diag_indices_from(scaled)] += damping
     try:
         return np.asarray(unit * np.linalg.solve(scaled, unit * gradient))
     except np.linalg.LinAlgError:
-        return np.asarray(unit * np.linalg.lstsq(scaled, unit * gradient, rcond=1e-12)[0])
+        return np.asarray(unit * np.linalg.lstsq(scaled, unit * gradient, rcond=ROUNDING)[0])
 
 
 def covariance(normal: Array, free: Flags, variance: float) -> tuple[Array, Array]:
@@ -186,9 +187,9 @@ def covariance(normal: Array, free: Flags, variance: float) -> tuple[Array, Arra
     result = np.zeros((p, p))
     live = np.flatnonzero(free)
     part = normal[np.ix_(live, live)]
-    unit = 1 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+    unit = 1 / np.sqrt(np.maximum(np.diag(part), TINY))
     values, vectors = np.linalg.eigh(part * unit[:, None] * unit)
-    weak = values < 1e-12 * max(values.max(initial=0.0), 1e-300)
+    weak = values < ROUNDING * max(values.max(initial=0.0), TINY)
     inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T
     result[np.ix_(live, live)] = variance * inverse * unit[:, None] * unit
     undetermined = np.zeros((int(weak.sum()), p))

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
+from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.settings import Loss
 
 
@@ -27,7 +28,7 @@ def influence(loss: Loss, r: Array) -> tuple[Array, Array]:
 
 def robust_scale(residual: Array) -> float:
     """Spread of residuals without regard to outliers."""
-    return max(float(1.4826 * np.median(np.abs(residual - np.median(residual)))), 1e-300)
+    return max(spread_of(residual - np.median(residual)), TINY)
 
 
 def reweighted(objective: Any, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch.fit.least_squares.blocks import towards_the_end
 from flatpunch.fit.least_squares.objective import Objective
 
@@ -38,6 +38,8 @@ class Scan:
         Sum of squares of the best contact with a negative amplitude.
     freedom : int
         Block means less parameters.
+    settled : bool
+        Whether x is a minimum already.
     """
 
     x: Array
@@ -45,12 +47,13 @@ class Scan:
     without: float
     turned: float
     freedom: int
+    settled: bool = False
 
     @property
     def gain(self) -> float:
         """What a contact of either sign explains beyond the background, over the variance of the noise."""
         best = min(self.cost, self.turned)
-        return (self.without - best) / max(best / self.freedom, 1e-300)
+        return (self.without - best) / max(best / self.freedom, TINY)
 
     def contact(self, objective: Objective) -> float:
         """Contact point [m]."""
@@ -86,7 +89,7 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
 def _slope(position: Array, force: Array) -> float:
     """Slope of the straight line through points [N/m]; 0 where there are hardly any."""
     along = position - position.mean() if position.size > 2 else np.zeros(0)
-    return float(along @ force) / max(float(along @ along), 1e-300)
+    return float(along @ force) / max(float(along @ along), TINY)
 
 
 def _consistent(
@@ -109,7 +112,7 @@ def _consistent(
         moving = moving + miss
         if before is not None:
             change = last[1] - before[1]
-            part = float(change @ last[1]) / max(float(change @ change), 1e-300)
+            part = float(change @ last[1]) / max(float(change @ change), TINY)
             moving = moving - part * (last[0] - before[0] + change)
         before, theta = last, scan.x[: theta.size]
     return scan
@@ -157,7 +160,7 @@ def _one_scan(
     data = weight * (coarse.force - fixed - held) / span
     columns = np.array([weight * coarse.column(n, values, coarse.position, coarse.speed) for n in fitted])
     basis = np.linalg.qr(columns.T)[0] if fitted else np.zeros((data.size, 0))
-    steepness = model.max(axis=1) * span / np.maximum(inside.max(axis=1), 1e-300)
+    steepness = model.max(axis=1) * span / np.maximum(inside.max(axis=1), TINY)
     model *= weight
     square, along, total = beside(basis, model, data)
     # readings that must be in contact, or any curve fits them
@@ -171,7 +174,7 @@ def _one_scan(
         # -k is the position's own noise, F = k (p - depth)
         falls &= -along / square * steepness < 0.75 * coarse.spring
     down = float(np.max(np.where(falls, gain, 0.0), initial=0.0))
-    amplitude = max(float(along[best] / square[best]), 1e-12) if moduli and up[best] > 0 else 1.0
+    amplitude = max(float(along[best] / square[best]), ROUNDING) if moduli and up[best] > 0 else 1.0
     end = theta.copy()
     for j in moduli:
         end[j] += np.log(amplitude) / len(moduli)
@@ -201,7 +204,7 @@ def beside(basis: Array, shapes: Array, data: Array) -> tuple[Array, Array, floa
     left = data - basis @ (basis.T @ data)
     reduced = shapes - (shapes @ basis) @ basis.T
     square = np.einsum("ij,ij->i", reduced, reduced)
-    square = np.where(square > 1e-12 * np.einsum("ij,ij->i", shapes, shapes), square, np.inf)
+    square = np.where(square > ROUNDING * np.einsum("ij,ij->i", shapes, shapes), square, np.inf)
     return square, reduced @ left, float(left @ left)
 
 

@@ -29,11 +29,17 @@ class Setup:
         Limits of all of x.
     start : callable
         () -> x to descend from.
+    settings : Settings
+        With the background that was chosen.
     coarse : Objective, optional
         The same problem on block means with the same minimum, at a fraction of the cost.
     again : callable, optional
         x at the minimum -> the problem with other points left out, or None if it is settled.
     notes : tuple of str
+    tilted : bool
+        Whether the readings before the contact show a tilt where the user has not asked for one.
+    doubtful : bool
+        Whether the user left the baseline open, and a constant describes these readings.
     """
 
     part: Curve
@@ -42,9 +48,12 @@ class Setup:
     lower: Array
     upper: Array
     start: Callable[[], Array]
+    settings: Settings
     notes: tuple[str, ...] = ()
     coarse: Any = None
     again: Callable[[Array], Setup | None] | None = None
+    tilted: bool = False
+    doubtful: bool = False
 
 
 def enough(curve: Curve, objective: Any) -> None:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
+from flatpunch.fit.measured.approach import pieces
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.segments import pieces, wander
-from flatpunch.fit.measured.signal import CLEAR
+from flatpunch.fit.measured.signal import CLEAR, EXACT, wander
 from flatpunch.fit.parameters.settings import Settings
 
 
@@ -36,7 +36,7 @@ def speed_of(curve: Curve, settings: Settings) -> Array | None:
         if width:
             # a parabola through each window: exact to second order at the ends too
             way, time = (scipy.signal.savgol_filter(c[piece], width, 2, deriv=1) for c in (position, curve.time))
-            speed[piece] = way / np.maximum(time, 1e-300)
+            speed[piece] = way / np.maximum(time, TINY)
     return speed
 
 
@@ -47,8 +47,8 @@ def _window(position: Array, time: Array) -> tuple[int, float]:
     """
     if time.size < 3:
         return 0, 0.0
-    step = max(float(np.median(np.diff(time))), 1e-300)
-    way = max(float(np.median(np.abs(np.diff(position)))), 1e-300)
+    step = max(float(np.median(np.diff(time))), TINY)
+    way = max(float(np.median(np.abs(np.diff(position)))), TINY)
     noise = float(np.hypot(wander(position) / way, wander(time) / step))
     most = min(2 * max(time.size // 10, 2) + 1, time.size - 1 + time.size % 2)
     # slopes of parabolas have the variance 12/(w (w^2 - 1)) of the readings; 1 % of the speed adds 1 % of the drag to the noise
@@ -99,7 +99,7 @@ def shows_drag(curves: Sequence[Curve], settings: Settings) -> bool:
     fastest = float(np.abs(left).max())
     terms = [np.ones(left.size)] if settings.baseline != "none" else []
     if settings.baseline in ("linear", "sine"):
-        terms.append((place - place.mean()) / max(float(np.ptp(place)), 1e-300))
+        terms.append((place - place.mean()) / max(float(np.ptp(place)), TINY))
     if terms:
         columns = np.array(terms).T
         left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
@@ -109,7 +109,7 @@ def shows_drag(curves: Sequence[Curve], settings: Settings) -> bool:
     force = max(wander(curve.force) for curve in curves)
     # force range over which drag is judged; speeds that differ by rounding, 1e-9, are one
     span = max(float(np.ptp(curve.force)) for curve in curves)
-    return span * varies > CLEAR * force * fastest and varies > 1e-9 * fastest
+    return span * varies > CLEAR * force * fastest and varies > EXACT * fastest
 
 
 def no_drag(curve: Curve, settings: Settings, why: str) -> CurveError:

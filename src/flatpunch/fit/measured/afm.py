@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import re
+import struct
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
+from flatpunch.fit.measured.calibration import Constants, calibrated
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.igor import check_sizes
+from flatpunch.fit.measured.nanosurf import nanosurf_curves
 from flatpunch.fit.measured.ntmdt import free_tip_first
 from flatpunch.fit.measured.unpacked import unpacked
 
@@ -37,11 +39,11 @@ def read_afm(
     Parameters
     ----------
     path : path
-        Any file that afmformats knows (JPK, Asylum, HDF5, tab, NT-MDT, Chiaro), also inside a .zip.
+        Any file that afmformats knows (JPK, Asylum, HDF5, tab, NT-MDT, Chiaro), or a Nanosurf .nid, also inside a .zip.
     spring_constant : float, optional
-        Cantilever [N/m]; needed where the file does not say, otherwise it must be left out or takes the place of the file's.
+        Cantilever [N/m]; needed where the file does not say, otherwise it takes the place of the file's.
     sensitivity : float, optional
-        Deflection per signal [m/V] or [m/A], for files with raw signals.
+        Deflection per signal [m/V] or [m/A]; needed for files with raw signals, otherwise it takes the place of the file's.
     height : str
         Which height to use: "height (measured)" or "height (piezo)".
 
@@ -66,6 +68,7 @@ class AfmFile:
     path: Path
     data: Sequence[Any]
     height: str
+    given: Mapping[str, float]
 
     @classmethod
     def opened(
@@ -98,14 +101,14 @@ class AfmFile:
             raise CurveError(
                 f"{self.path.name}: there is no curve {index}; the file holds {len(self.data)}, counted from 0."
             )
-        return _curve(self.data[index], self.path, index, self.height)
+        return _curve(self.data[index], self.path, index, self.height, self.given)
 
 
 @lru_cache(maxsize=2)
 def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], height: str) -> AfmFile:
-    if path.suffix.lower() == ".zip":
-        return AfmFile(path, _zipped(path, dict(override)), height)
-    return AfmFile(path, _loaded(path, dict(override)), height)
+    given = dict(override)
+    found = _zipped(path, given) if path.suffix.lower() == ".zip" else _loaded(path, given)
+    return AfmFile(path, found, height, given)
 
 
 def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
@@ -138,6 +141,8 @@ def _columns_of(data: Any, path: Path) -> dict[str, Any]:
 
 
 def _loaded(path: Path, override: dict[str, float]) -> Any:
+    if path.suffix.lower() == ".nid":
+        return [_Columns(metadata, data) for metadata, data in nanosurf_curves(path, override)]
     try:
         import afmformats
     except ImportError:
@@ -149,7 +154,14 @@ def _loaded(path: Path, override: dict[str, float]) -> Any:
         check_sizes(path)
     with _explained(path):
         _forget_archive(path)
-        found = afmformats.load_data(path, meta_override=override)
+        try:
+            found = afmformats.load_data(path)
+        except afmformats.errors.MissingMetaDataError as error:
+            # constants of the file are replaced in `calibrated`; here only those that it does not have
+            missing = {name: override[name] for name in error.meta_keys if name in override}
+            if not missing:
+                raise
+            found = afmformats.load_data(path, meta_override=missing)
         if len(found) == 1 and "NT-MDT" in str(found[0].metadata.get("format", "")):
             columns = free_tip_first(path, override["sensitivity"] * override["spring constant"])
             return found if columns is None else [_Columns(dict(found[0].metadata), columns)]
@@ -197,10 +209,11 @@ def _explained(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
+def _curve(data: Any, path: Path, index: int, height: str, given: Mapping[str, float]) -> Curve:
     name = path.stem if index == 0 else f"{path.stem}-{index}"
     columns = list(data.columns)
-    k = data.metadata.get("spring constant")
+    own = Constants(_constant(data.metadata, "spring constant"), _constant(data.metadata, "sensitivity"))
+    k = own.spring_constant or given.get("spring constant")
     with _explained(path):
         force = np.asarray(data["force"], dtype=float)
         if height not in columns:
@@ -214,21 +227,63 @@ def _curve(data: Any, path: Path, index: int, height: str) -> Curve:
     used = "tip position" if "tip position" in columns else height
     meta = {
         "source": str(path.name),
-        "columns": f"depth from {used!r}, force from 'force'",
+        "read": (f"{path.name}, curve {index}: depth from {used!r}, force from 'force'",),
         "metadata": dict(data.metadata),
     }
-    k = float(k) if k is not None and np.isfinite(k) else None
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
     more: dict[str, Any] = {"name": name, "meta": meta, "time": time, "segment": segment}
     try:
         if "tip position" in columns:
-            return Curve(-position, force, spring_constant=k, **more)
-        if k is not None:
-            return Curve.from_piezo(-position, force, k, **more)
+            curve = Curve(-position, force, spring_constant=k, **more)
+        elif k is not None:
+            curve = Curve.from_piezo(-position, force, k, **more)
+        else:
+            curve = None
     except ValueError as error:
         raise CurveError(f"{path.name}: {error}") from None
+    if curve is not None:
+        return calibrated(curve, own, given.get("spring constant"), given.get("sensitivity"), inwards=True)
     raise CurveError(
         f'{path.name}: the file does not say the cantilever\'s spring constant. Write [curve] spring_constant = "0.05 N/m" '
         "into the case file, or pass spring_constant=... [N/m]."
     )
+
+
+def _constant(metadata: Any, name: str) -> float | None:
+    """A constant that a file was written with; None where it has none that is a positive number."""
+    value = metadata.get(name)
+    return float(value) if value is not None and np.isfinite(value) and value > 0 else None
+
+
+_HEADERS = {1: "hi h", 2: "hiii h", 3: "hiiii h", 5: "hh15i"}
+"""Version of the format -> fields of its first header: the version, a checksum and the sizes of the parts that follow."""
+_SIZES = {1: slice(1, 2), 2: slice(1, 3), 3: slice(1, 4), 5: slice(2, 15)}
+"""Which of these fields are sizes of parts of the file [bytes]."""
+
+
+def check_sizes(path: Path) -> None:
+    """Refuse an Igor binary wave whose parts are longer than its file: its reader believes the header, and loops or allocates.
+
+    Layout: WaveMetrics, Technical Note 003, "Igor Binary Format".
+
+    Raises
+    ------
+    CurveError
+        If a size is negative, or all of them together are more than there is.
+    """
+    with path.open("rb") as file:
+        start = file.read(64)
+    length = path.stat().st_size
+    # the version is a small number: its first byte is zero where the larger byte comes first
+    order = ">" if start[:1] == b"\0" else "<"
+    version = struct.unpack_from(f"{order}h", start)[0] if len(start) >= 2 else 0
+    form = order + _HEADERS.get(version, "")
+    if version not in _HEADERS or len(start) < struct.calcsize(form):
+        raise CurveError(f"{path.name}: no Igor binary wave, or cut off. Export it anew.")
+    sizes = struct.unpack_from(form, start)[_SIZES[version]]
+    # older versions count 16 bytes of padding, which may be missing at the end of a file
+    if min(sizes) < 0 or struct.calcsize(form) + sum(sizes) > length + 16:
+        raise CurveError(
+            f"{path.name}: its header announces more than the {length} bytes of the file. It is damaged; copy or export it anew."
+        )

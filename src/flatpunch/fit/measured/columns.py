@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -13,13 +13,10 @@ import numpy as np
 
 from flatpunch._support.checks import Array, shown
 from flatpunch.files import units
+from flatpunch.fit.measured.calibration import SIGNALS, Constants, signal_size
 from flatpunch.fit.measured.curve import FEWEST, CurveError
 
 STIFFNESS = units.Dimension("stiffness", "N/m", "120 N/m", ("N/m", "mN/nm", "uN/nm", "N/mm", "mN/um"))
-SIGNALS = (
-    units.Dimension("voltage", "V", "0.5 V", ("V", "mV")),
-    units.Dimension("current", "A", "2 nA", ("A", "nA")),
-)
 TIME = units.Dimension("time", "s", "0.5 s", ("s", "ms", "min", "us"))
 
 ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
@@ -28,25 +25,37 @@ ROLES: dict[str, tuple[units.Dimension, tuple[str, ...]]] = {
         (
             r"^depth$|^indentation( depth)?$|^h$|^pd$",
             r"(displacement|disp\b).*(surface|sample)|tip.*position|indentation|indent.*disp",
-            r"\bdepth\b|displacement|\bdispl?\b|\bseparation\b",
+            r"\bdepth\b|displacement|\bdispl?\b|\bsep(aration)?\b",
         ),
     ),
     "force": (
         units.FORCE,
         (r"^force$|^load$|^[fFpP]$|^fn$", r"(load|force).*sample|indent.*(load|force)", r"\bforce\b|\bload\b"),
     ),
-    "piezo": (units.LENGTH, (r"^piezo$|^z$|^zsnsr$", r"\bpiezo\b|\bheight\b|\bz\b", r"\bextension\b|\bramp\b")),
+    "piezo": (
+        units.LENGTH,
+        (
+            r"^piezo$|^z$|^zsnsr$",
+            r"(gauge|sensor|measured) ?height|height.*(sensor|measured)",
+            r"\bpiezo\b|\bheight\b|\bz\b",
+            r"\bextension\b|\bramp\b",
+        ),
+    ),
     "deflection": (units.LENGTH, (r"deflection|\bdefl\b|cantilever",)),
     "stiffness": (STIFFNESS, (r"^stiffness$|contact stiffness", r"stiffness")),
-    "time": (TIME, (r"^time$|^t$", r"\btime\b")),
+    "time": (TIME, (r"^series ?time$", r"^time$|^t$", r"\btime\b")),
 }
 """What a column can be: its dimension, and how its name is recognised, the surest patterns first."""
 _DERIVED = re.compile(
     r"\bamp|amplitude|contact depth|\bact\b|actuat|\braw\b|\brate\b|noise|\bstd|error|phase|hardness|modulus|correction|drift"
+    r"|^h ?deflection|lateral|horizontal|\blsb\b|^smoothed|\bmax(imum)?\b|\btarget\b|\bmean\b|\baverage|\bavg\b"
 )
-"""Columns that are derived from others, or of the machine: no depth and no force of the contact."""
+"""Columns that are derived from others, of the machine, or of results: no depth and no force along a test."""
 
-_SEGMENT = re.compile(r"^(segment|seg)( (number|no|index|name|type|id))?$")
+_BY_UNIT = {"force": re.compile(r"deflection|\bdefl\b")}
+"""Names of columns that have a role if their unit is of its kind: a deflection in newtons is a force."""
+
+_SEGMENT = re.compile(r"^(segment|seg) ?(number|no|index|name|type|id)?$")
 
 _UNIT = re.compile(r"^(.*?)\s*(?:\(([^()]*)\)|\[([^\[\]]*)\]|/\s*([^/\s]+)|,\s*(\S+))\s*$")
 _NO_VALUE = 1e300
@@ -65,6 +74,10 @@ class Table:
     first_row: int = 1
     breaks: tuple[int, ...] = ()
     """Rows before which the file has blank lines."""
+    constants: Constants = field(default_factory=Constants)
+    """Spring constant and sensitivity that are written above the numbers."""
+    segment: Array | None = None
+    """Number of the segment of each row, where the file sets segments apart."""
 
 
 def split_name(title: str) -> tuple[str, str | None]:
@@ -73,10 +86,10 @@ def split_name(title: str) -> tuple[str, str | None]:
     if match is not None:
         unit = next(group for group in match.groups()[1:] if group is not None).strip()
         return match[1].strip(), unit or None
-    for mark in "_ ":
+    for mark, more in (("_", SIGNALS), (" ", ())):
         name, _, unit = title.strip().rpartition(mark)
         plain = re.sub("[µμ]", "u", unit)
-        if name and any(plain in dimension.common for dimension in (*units.DIMENSIONS, STIFFNESS, TIME)):
+        if name and any(plain in dimension.common for dimension in (*units.DIMENSIONS, STIFFNESS, TIME, *more)):
             return name.replace("_", " "), unit
     return title.strip(), None
 
@@ -92,10 +105,10 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
     found: dict[str, int] = {}
     for role, title in (wanted or {}).items():
         found[role] = _named(table, role, title)
-    for role, (dimension, patterns) in ROLES.items():
+    for role in ROLES:
         if role in found:
             continue
-        hits = _recognised(table, patterns, dimension, set(found.values()))
+        hits = _recognised(table, role, set(found.values()))
         # the piezo and the deflection are used where there is no depth, no force
         needed = role in ("depth", "force") or {"piezo": "depth", "deflection": "force"}.get(role, role) not in found
         if len(hits) > 1 and needed and role not in ("stiffness", "time"):
@@ -111,8 +124,9 @@ def chosen_columns(table: Table, wanted: Mapping[str, str | int] | None) -> dict
     return found
 
 
-def _recognised(table: Table, patterns: tuple[str, ...], dimension: units.Dimension, taken: set[int]) -> list[int]:
+def _recognised(table: Table, role: str, taken: set[int]) -> list[int]:
     """Columns that the surest pattern finds; those whose unit is of another kind only if there is nothing else."""
+    dimension, patterns = ROLES[role]
     # a capital H is a hardness
     names = [name if name == "H" else name.lower().replace("_", " ") for name in table.names]
     wrong: list[int] = []
@@ -126,7 +140,21 @@ def _recognised(table: Table, patterns: tuple[str, ...], dimension: units.Dimens
         if right:
             return right
         wrong += hits
-    return wrong[:1]
+    by_unit = _BY_UNIT.get(role)
+    right = [
+        i
+        for i, name in enumerate(names)
+        if by_unit and by_unit.search(name) and not _DERIVED.search(name) and table.units[i] and i not in taken
+    ]
+    return [i for i in right if _fits(table.units[i], dimension)] or wrong[:1]
+
+
+def names_a_curve(titles: Iterable[tuple[str, str | None]]) -> bool:
+    """Whether columns, by name and unit, are a force or deflection and a position."""
+    names, found = zip(*titles, strict=True)
+    table = Table("", names, found, ())
+    has = {role for role in ROLES if _recognised(table, role, set())}
+    return bool(has & {"force", "deflection"} and has & {"depth", "piezo"})
 
 
 def _fits(unit: str | None, dimension: units.Dimension) -> bool:
@@ -152,9 +180,9 @@ def _named(table: Table, role: str, title: str | int) -> int:
         if not 0 <= title < len(table.names):
             raise CurveError(f"{table.source}: column {title} for {role} does not exist; there are {len(table.names)}.")
         return title
-    bare = split_name(title)[0].lower()
+    meant = {part.lower().replace("_", " ") for part in (title, split_name(title)[0])}
     for i, name in enumerate(table.names):
-        if name.lower() in (title.lower(), bare):
+        if name.lower().replace("_", " ") in meant:
             return i
     near = difflib.get_close_matches(title, table.names, n=1, cutoff=0.5)
     advice = f" Did you mean {near[0]!r}?" if near else ""
@@ -177,7 +205,7 @@ def in_si(
             f"{table.source}: column {name!r} ({role}) has no unit. Write it into the header, '{name} ({usual})', or into the "
             f'case file, [curve.units] {role} = "{usual}" (Python: units={{{role!r}: {usual!r}}}).'
         )
-    if role == "deflection" and (signal := _signal(unit)) is not None:
+    if role == "deflection" and (signal := signal_size(unit)) is not None:
         if sensitivity is None:
             raise CurveError(
                 f"{table.source}: column {name!r} (deflection) is a signal ({unit}); a length needs the sensitivity. Write "
@@ -196,6 +224,8 @@ def segments_of(table: Table) -> tuple[str, Array] | None:
 
     Segments are runs of equal cells, whatever they are called. A column that changes all the time is none of segments.
     """
+    if table.segment is not None:
+        return "blocks of the file", table.segment
     for index, name in enumerate(table.names):
         if not _SEGMENT.match(name.lower().replace("_", " ")):
             continue
@@ -208,15 +238,7 @@ def segments_of(table: Table) -> tuple[str, Array] | None:
 
 def is_signal(table: Table, index: int, given: Mapping[str, str] | None) -> bool:
     """Whether a column is a voltage or a current."""
-    return _signal((given or {}).get("deflection") or table.units[index] or "1") is not None
-
-
-def _signal(unit: str) -> float | None:
-    """Size of a unit of a detector's signal, in V or A."""
-    for dimension in SIGNALS:
-        if _fits(unit, dimension):
-            return units.to_si(f"1 {unit}", dimension)
-    return None
+    return signal_size((given or {}).get("deflection") or table.units[index] or "1") is not None
 
 
 def column_numbers(table: Table, index: int) -> Array:

@@ -8,8 +8,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.measured.segments import wander
-from flatpunch.fit.measured.signal import CLEAR
+from flatpunch.fit.measured.signal import CLEAR, wander
 
 
 def smoothed(values: Array) -> Array:

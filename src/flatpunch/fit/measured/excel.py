@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.archives import check_archive
 from flatpunch._support.checks import shown
-from flatpunch._support.reading import Unreadable
+from flatpunch._support.reading import Unreadable, check_archive
 from flatpunch.fit.measured.columns import Table, split_name
 from flatpunch.fit.measured.curve import CurveError
 
@@ -60,8 +59,6 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
             book.close()
     except Unreadable as error:
         raise CurveError(f"{path.name}: {error}.") from None
-    except ImportError as error:
-        raise CurveError(f"{path.name}: reading it needs {error.name}: pip install 'flatpunch[fit]'.") from None
     # xlrd and openpyxl index and unpack damaged bytes unchecked: KeyError, struct.error, zlib.error, AssertionError, ...
     except Exception:
         raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None

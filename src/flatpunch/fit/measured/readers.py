@@ -9,6 +9,7 @@ A table needs the force, and the depth or the piezo position with the cantilever
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -17,13 +18,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.archives import check_archive
-from flatpunch._support.checks import Array, non_negative, positive, shown, switch, whole
+from flatpunch._support.checks import Array, BadValue, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
-from flatpunch._support.reading import Unreadable, as_path, is_file, shown_path
+from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
+from flatpunch.fit.measured.calibration import PRINTED, Constants, calibrated, ratio_of
 from flatpunch.fit.measured.columns import ROLES, Table, check_title, chosen_columns, in_si, is_signal, segments_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.records import records_in
+from flatpunch.fit.measured.sides import without_sides
 from flatpunch.fit.measured.text import text_tables
 from flatpunch.fit.measured.unpacked import unpacked
 
@@ -31,8 +33,13 @@ if TYPE_CHECKING:
     from flatpunch.fit.measured.afm import AfmFile
 
 EXCEL = (".xls", ".xlsx", ".xlsm")
-AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5")
-TEXT = (".csv", ".tsv", ".txt", ".dat")
+AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5", ".nid")
+TEXT = (".csv", ".tsv", ".txt", ".dat", ".asc", "")
+"""Endings of text files; exports of some instruments have none."""
+_NANOSCOPE = re.compile(r"\.(spm|pfc|[0-9]{3})")
+"""Endings of Bruker's NanoScope."""
+_RESULTS = re.compile(r"\b(results?|summary|statistics?|overview)\b")
+_TESTS = re.compile(r"(test|indent|indentation|sample|site|location)( ?(no\.?|number|name|id|#))?")
 KEPT = 20_000_000
 """Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
@@ -56,7 +63,8 @@ def read_curve(
     Parameters
     ----------
     path : path
-        .csv, .tsv, .txt, .dat (text), .xls, .xlsx (Excel), a file that afmformats reads, or a .zip of such files or of texts.
+        .csv, .tsv, .txt, .dat, .asc or no ending (text), .xls, .xlsx (Excel), a file that afmformats or NSFopen reads, or a .zip
+        of such files or of texts.
     columns : mapping, optional
         Which column is what, {"force": "Load", "piezo": 3}; keys are depth, force, piezo, deflection, stiffness, time. What is
         not named is recognised by its title.
@@ -67,7 +75,8 @@ def read_curve(
     sheet : str, optional
         Sheet of an Excel file; the first one with such columns if left out.
     spring_constant : float, optional
-        Of the cantilever [N/m].
+        Of the cantilever [N/m]. It takes the place of the file's: forces are this constant times the deflection, and deflections
+        stay as they are.
     skip_nan : bool
         Drop rows in which a number is missing; otherwise they are an error.
     flip : bool
@@ -122,11 +131,7 @@ def read_curve(
     if not isinstance(found, tuple):
         file = found
         curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
-        where = "given" if spring_constant is not None else "from the file"
-        known = [f"spring constant {curve.spring_constant:.4g} N/m ({where})"] if curve.spring_constant else []
-        known += [_given(sensitivity)] if sensitivity else []
-        lines = (f"{path.name}, curve {index or 0}: {curve.meta['columns']}", *known)
-        return replace(curve, meta={**curve.meta, "read": lines, "calibration": spread})
+        return replace(curve, meta={**curve.meta, "calibration": spread})
     table = found[_only(path, [t.source for t in found], index)]
     curve = curve_of(
         table, path.stem, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
@@ -141,7 +146,7 @@ def _calibration(given: Mapping[str, float] | None) -> dict[str, float]:
         one_of("calibration", name, ("spring_constant", "sensitivity"))
         spread[name] = non_negative(f"calibration[{name!r}]", std, "0.1 stands for 10 %.", unit="1")
         if spread[name] >= 1:
-            raise ValueError(f"calibration[{name!r}] = {spread[name]!r} must be below 1: 0.1 stands for 10 %.")
+            raise BadValue(f"calibration[{name!r}]", repr(spread[name]), "must be below 1: 0.1 stands for 10 %.")
     return spread
 
 
@@ -161,10 +166,6 @@ def _only(path: Path, found: list[str], index: int | None) -> int:
     return index or 0
 
 
-def _given(sensitivity: float) -> str:
-    return f"sensitivity {sensitivity:.4g} m/V or m/A (given)"
-
-
 def _opened(
     path: Path,
     spring_constant: float | None,
@@ -178,6 +179,7 @@ def _opened(
     Archives and text files with a sensitivity may be either.
     """
     kind = path.suffix.lower()
+    tables: tuple[Table, ...] = ()
     if kind not in (*AFM, ".zip") and "height" not in afm:
         tables = tables_in(path, columns, decimal, sheet)
         if "sensitivity" not in afm or any("deflection" in _roles(table, columns) for table in tables):
@@ -188,7 +190,9 @@ def _opened(
     try:
         return AfmFile.opened(path, spring_constant=spring_constant, **afm)
     except UnknownFormat:
-        if kind == ".zip" and (tables := tables_in(path, columns, decimal, sheet)):
+        if kind == ".zip":
+            tables = tables_in(path, columns, decimal, sheet)
+        if tables:
             return tables
         raise
 
@@ -211,8 +215,11 @@ def tables_in(
         check_title(role, title)
     one_of("decimal", decimal, (".", ","))
     kind = path.suffix.lower()
+    if _NANOSCOPE.fullmatch(kind):
+        # their text exports are read, the binary files are named for what they are
+        kind = ""
     if kind not in (*TEXT, *EXCEL, ".zip"):
-        known = ", ".join((*TEXT, *EXCEL, *AFM))
+        known = ", ".join(filter(None, (*TEXT, *EXCEL, *AFM)))
         raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
     try:
         changed = path.stat()
@@ -241,7 +248,7 @@ def _kept(
         tables = _with_columns(excel_tables(path, sheet), wanted, path)
     else:
         tables = text_tables(path, decimal)
-    return tuple(record for table in tables for record in records_in(table, wanted))
+    return tuple(record for table in tables for record in records_in(without_sides(table, wanted), wanted))
 
 
 def _zipped(path: Path, columns: Mapping[str, str | int] | None, decimal: str) -> tuple[Table, ...]:
@@ -256,7 +263,7 @@ def _zipped(path: Path, columns: Mapping[str, str | int] | None, decimal: str) -
             except CurveError:
                 # a text without rows of numbers beside the curves
                 continue
-            tables += [record for table in found for record in records_in(table, columns)]
+            tables += [record for table in found for record in records_in(without_sides(table, columns), columns)]
     return tuple(
         table for table in tables if "force" in _roles(table, columns) or "deflection" in _roles(table, columns)
     )
@@ -299,13 +306,14 @@ def _check_size(path: Path) -> None:
 
 
 def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> list[Table]:
-    """The tables with a column of forces, long enough to be curves; the longest if none is."""
+    """The tables with a column of forces, long enough to be curves; sheets of results only if there is nothing else."""
     found, reasons = [], []
+    # a test that was cut off has the titles of the others, a short sheet of results has its own
+    titles = {table.names for table in tables if len(table.rows) >= FEWEST}
     for table in tables:
         try:
             positions = chosen_columns(table, columns)
-            # a sheet of results has force and depth as well, one row for each test
-            if "force" in positions and {"depth", "piezo"} & set(positions) and len(table.rows) >= FEWEST:
+            if "force" in positions and {"depth", "piezo"} & set(positions) and table.names in titles:
                 found.append(table)
         except CurveError as error:
             if len(tables) == 1:
@@ -317,7 +325,19 @@ def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, 
         names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
         why = " ".join(reasons) or "Name the columns with columns=...."
         raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. {why}")
-    return found
+    return [table for table in found if not _of_results(table)] or found
+
+
+def _of_results(table: Table) -> bool:
+    """Whether a sheet has one row a test: by its name, or by a column that numbers or names the tests."""
+    if _RESULTS.search(table.source.rpartition("sheet ")[2].lower()):
+        return True
+    for index, name in enumerate(table.names):
+        if _TESTS.fullmatch(name.lower().strip()):
+            cells = [str(row[index]) for row in table.rows if index < len(row) and row[index] not in (None, "")]
+            # a number of the test beside each reading is the same all the time
+            return 2 * len(set(cells)) > len(cells)
+    return False
 
 
 def curve_of(
@@ -334,21 +354,26 @@ def curve_of(
     """Make a curve of a table's columns."""
     positions = chosen_columns(table, columns)
     explicit = set(columns or ())
-    roles = _needed(table, positions, explicit, spring_constant)
-    data = {role: in_si(table, role, positions[role], units, sensitivity) for role in roles}
+    own = _own_constants(table, positions, units, spring_constant)
+    k = own.spring_constant or spring_constant
+    roles = _needed(table, positions, explicit, k)
+    if own.spring_constant is None and spring_constant is not None and _is_length(table, positions, units):
+        # no constant relates the forces of the file to its deflections: the deflections are what was measured
+        roles = (roles[0], "deflection")
+    if "deflection" in roles and is_signal(table, positions["deflection"], units):
+        own = replace(own, sensitivity=sensitivity or own.sensitivity, spring_constant=spring_constant or k)
+        k = own.spring_constant
+    data = {role: in_si(table, role, positions[role], units, own.sensitivity) for role in roles}
     if "stiffness" in positions and "stiffness" not in data:
         data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
     used = ", ".join(
         f"{role} from {table.names[positions[role]]!r} ({(units or {}).get(role) or table.units[positions[role]]})"
-        for role in roles
+        for role in data
     )
-    known = [f"spring constant {spring_constant:.4g} N/m (given)"] if spring_constant is not None else []
-    if sensitivity is not None and "deflection" in roles and is_signal(table, positions["deflection"], units):
-        known.append(_given(sensitivity))
     if (segments := segments_of(table)) is not None:
         data["segment"] = segments[1]
         used += f", segments from {segments[0]!r}"
-    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}", *known)}
+    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}",)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
         try:
@@ -363,7 +388,36 @@ def curve_of(
     if "time" in data and not np.isfinite(data["time"]).all():
         bad = int(np.argmin(np.isfinite(data.pop("time"))))
         meta["no time"] = f"{table.source}: row {table.first_row + bad} has no time."
-    return _assembled(name, data, spring_constant, -1.0 if flip else 1.0, meta)
+    try:
+        curve = _assembled(name, data, k, -1.0 if flip else 1.0, meta)
+    except CurveError as error:
+        # which of several tests
+        raise CurveError(f"{table.source}: {str(error).removeprefix(f'{name}: ')}") from None
+    return calibrated(curve, own, spring_constant, sensitivity, inwards="piezo" in roles)
+
+
+def _own_constants(
+    table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, given: float | None
+) -> Constants:
+    """Constants that a table was written with: the ratio of its forces to its deflections, or what is written above it."""
+    if "force" not in positions or not _is_length(table, positions, units):
+        return table.constants
+    ratio = ratio_of(*(in_si(table, role, positions[role], units) for role in ("force", "deflection")))
+    if ratio is None:
+        return table.constants
+    written = table.constants.spring_constant
+    for known in (written, given):
+        if known is not None and abs(ratio / known - 1) < PRINTED:
+            return replace(table.constants, spring_constant=known)
+    why = "force over deflection in the file" + ("" if written is None else f", whose header has {written:.4g}")
+    return replace(table.constants, spring_constant=ratio, origin=why)
+
+
+def _is_length(table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None) -> bool:
+    """Whether there is a column of deflections that are lengths."""
+    at = positions.get("deflection")
+    unit = None if at is None else (units or {}).get("deflection") or table.units[at]
+    return unit is not None and at is not None and not is_signal(table, at, units)
 
 
 def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: float | None) -> tuple[str, ...]:

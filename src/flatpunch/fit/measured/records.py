@@ -17,7 +17,8 @@ def records_in(table: Table, columns: Mapping[str, str | int] | None) -> list[Ta
     """The records of a table, or the table if it holds one.
 
     A record ends where the position jumps by more than half of its range from one reading to the next, which with times may be a
-    fast step, and at blank lines and where time begins again, except between approach, pause and retract of one cycle.
+    fast step, and at blank lines and where time begins again, except where the tip goes on as before and between approach, pause
+    and retract of one cycle.
     """
     try:
         positions = chosen_columns(table, columns)
@@ -54,9 +55,17 @@ def records_in(table: Table, columns: Mapping[str, str | int] | None) -> list[Ta
     ]
 
 
+def _goes_on(way: Array, at: int) -> bool:
+    """Whether the tip moves across a break as before and after it: one way, without a gap."""
+    few = max(FEWEST, way.size // 50)
+    steps = [float(part[-1] - part[0]) for part in (way[max(at - few, 0) : at], way[at : at + few])]
+    across = float(way[at] - way[at - 1])
+    return steps[0] * steps[1] > 0 and abs(across) < min(map(abs, steps))
+
+
 def _ends(way: Array, breaks: list[int], span: float) -> list[int]:
     """Breaks at which a record ends, which are not those between approach, pause and retract of one cycle."""
-    blocks = list(pairwise([0, *breaks, way.size]))
+    blocks = list(pairwise([0, *(at for at in breaks if not _goes_on(way, at)), way.size]))
     if min(end - begin for begin, end in blocks) < FEWEST:
         # blank lines for readability
         return []

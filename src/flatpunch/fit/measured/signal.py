@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.optimize import isotonic_regression
+from scipy.special import ndtri
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import TINY, Array, Flags, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
 Adhesion = Literal["refuse", "above", "ignore"]
 
 CLEAR = 6.0
 """Noise levels that a rise or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
+EXACT = 1e-9
+"""Relative differences of data without noise, which were computed or printed, that are rounding."""
+RARE = 1e-3
+"""Probability with which noise alone makes a drop somewhere in a curve; twice as much lowers the smallest drop by 2 %."""
 DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing.
 
@@ -43,7 +51,7 @@ def converter_step(force: Array) -> float:
         return 0.0
     gaps = np.diff(levels)
     # levels that differ by rounding are one
-    gaps = gaps[gaps > 1e-9 * float(np.abs(levels).max())]
+    gaps = gaps[gaps > EXACT * float(np.abs(levels).max())]
     return float(gaps.min()) if gaps.size else 0.0
 
 
@@ -56,19 +64,54 @@ def noise_of(force: Array, step: float = 0.0) -> float:
         return float(step / np.sqrt(12))
     if step:
         return max(float(np.std(force)), float(step / np.sqrt(12)))
-    return float(1.4826 * np.median(np.abs(force - np.median(force))))
+    return spread_of(force - np.median(force))
+
+
+def middle(values: Array) -> float:
+    """Median; a fifth of the time of NumPy's, which is what reading thousands of curves costs."""
+    half = values.size // 2
+    if values.size % 2:
+        return float(np.partition(values, half)[half])
+    ordered = np.partition(values, (half - 1, half))
+    return float(ordered[half - 1] + ordered[half]) / 2
+
+
+def spread_of(values: Array) -> float:
+    """Standard deviation of normal values about zero, from the median of their sizes, which single ones far off do not move."""
+    return middle(np.abs(values)) / float(ndtri(0.75))
+
+
+def wander(position: Array, lag: int = 1) -> float:
+    """Standard deviation of the noise of readings, from second differences at a lag, in which steady motion cancels."""
+    # neighbours of a thousand points show as much as those of all
+    # points from which the noise of a position is taken
+    at = np.arange(0, max(position.size - 2 * lag, 0), max(position.size // 1000, 1))
+    second = position[at + 2 * lag] - 2 * position[at + lag] + position[at]
+    return spread_of(second) / float(np.sqrt(6)) if second.size else 0.0
+
+
+def noise_of_readings(force: Array) -> float:
+    """Noise of a force as neighbouring readings show it, whatever the background [N]; never below that of rounding."""
+    return max(wander(force), float(converter_step(force) / np.sqrt(12)))
 
 
 def memory_of(values: Array) -> float:
     """Correlation of neighbours among values about zero: near 0 for independent noise, near 1 for a drift."""
-    return float(values[1:] @ values[:-1] / max(float(values @ values), 1e-300))
+    return float(values[1:] @ values[:-1] / max(float(values @ values), TINY))
+
+
+def independent(values: Array) -> float:
+    """Number of independent values about zero whose mean is as certain: n (1 - m)/(1 + m), m the correlation of neighbours."""
+    memory = max(memory_of(values), 0.0)
+    return values.size * (1 - memory) / (1 + memory)
 
 
 def without_spikes(force: Array) -> Array:
     """Median of each reading and its two neighbours: a single reading is no rise, no dip and no end of a contact."""
     result = force.copy()
     if force.size > 2:
-        result[1:-1] = np.median([force[:-2], force[1:-1], force[2:]], axis=0)
+        low, high = np.minimum(force[:-2], force[1:-1]), np.maximum(force[:-2], force[1:-1])
+        result[1:-1] = np.maximum(low, np.minimum(high, force[2:]))
     return result
 
 
@@ -141,7 +184,8 @@ def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> lis
     """Lengths of the ends of an approach, in readings, over which the force stays where it is.
 
     The force of a contact grows ever faster. An end that is less steep than a quarter of what is before it, in the upper half of
-    the rise, is flat: by more than the noise explains (`sure`), or as far as the noise allows to see.
+    the rise, is flat if the force is constant within its noise: by more than the noise explains (`sure`), or as far as the noise
+    allows to see.
     """
     if force.size < 2 * _SHORTEST:
         return []
@@ -153,16 +197,14 @@ def flat_ends(position: Array, force: Array, noise: float, *, sure: bool) -> lis
     size = force.size - begin
     if size < 2 * _SHORTEST:
         return []
-    found = []
-    for end in np.unique(np.geomspace(_SHORTEST, size - _SHORTEST, _ENDS).astype(int)).tolist():
-        onset = force.size - end
-        (before, doubt), (after, error) = (
-            _steepness(position[part], force[part], noise) for part in (slice(begin, onset), slice(onset, None))
-        )
-        margin = CLEAR * np.hypot(doubt / _FLATTER, error)
-        if before > CLEAR * doubt and before / _FLATTER - after > (margin if sure else -margin):
-            found.append(end)
-    return found
+    ends = np.unique(np.geomspace(_SHORTEST, size - _SHORTEST, _ENDS).astype(int))
+    before, doubt = _steepness(position[begin:], force[begin:], noise, size - ends)
+    after, error = _steepness(position[begin:][::-1], force[begin:][::-1], noise, ends)
+    margin = CLEAR * np.hypot(doubt / _FLATTER, error)
+    # constant within the noise, or within rounding
+    constant = np.abs(after) <= np.maximum(CLEAR * error, EXACT * before)
+    less = before / _FLATTER - after > (margin if sure else -margin)
+    return [int(end) for end in ends[constant & (before > CLEAR * doubt) & less]]
 
 
 def saturated(curve: Curve, force: Array, end: int, counted: str = "above its baseline") -> CurveError:
@@ -174,13 +216,118 @@ def saturated(curve: Curve, force: Array, end: int, counted: str = "above its ba
     )
 
 
-def _steepness(position: Array, force: Array, noise: float) -> tuple[float, float]:
-    """Slope of a straight line through readings, and its standard error [N/m]."""
-    along = position - position.mean()
-    square = float(along @ along)
-    if square <= 0:
-        return 0.0, np.inf
-    return float(along @ force) / square, noise / np.sqrt(square)
+def _steepness(position: Array, force: Array, noise: float, counts: Indices) -> tuple[Array, Array]:
+    """Slopes of straight lines through so many first readings, and their standard errors [N/m]."""
+    x, y = position - position[0], force - force[0]
+    sums = [np.cumsum(column)[counts - 1] for column in (x, y, x * x, x * y)]
+    square = sums[2] - sums[0] ** 2 / counts
+    flat = square <= 0
+    square = np.where(flat, 1.0, square)
+    return np.where(flat, 0.0, (sums[3] - sums[0] * sums[1] / counts) / square), np.where(
+        flat, np.inf, noise / np.sqrt(square)
+    )
+
+
+@dataclass(frozen=True)
+class Drop:
+    """A fall of the force of a contact while the tip goes on.
+
+    Attributes
+    ----------
+    at : int
+        Last point before it.
+    size, largest : float
+        Of the fall, and of the force over its background [N].
+    gradual : bool
+        Whether the force falls steadily to the end of the approach.
+    """
+
+    at: int
+    size: float
+    largest: float
+    gradual: bool = False
+
+    def note(self, depth: float, cut: bool) -> str:
+        """What was found at a depth [m], and what is fitted: what lies before it, or the part that the user gave."""
+        size, place = f"{text(self.size, 'N')} ({self.size / self.largest:.1%} of the largest force)", text(depth, "m")
+        return (
+            (
+                f"From {place} on the force falls by {size} until the tip turns (the load is taken back, or the sample yields): "
+                if self.gradual
+                else f"The force drops by {size} at {place} while the tip goes on (breakthrough, slip or pop-in): "
+            )
+            + ("what lies before it is fitted; " if cut else "it is in the part that is fitted; ")
+            + "depth_to or force_to choose the part."
+        )
+
+
+def breaks(force: Array) -> list[int]:
+    """Readings before which a force steps by more than its noise explains, in order; the step is a few readings later.
+
+    Straight lines through the readings on either side are extended to the step, so that neither a slope nor a corner is one. The
+    noise is that of these steps.
+    """
+    along = np.arange(FEWEST) - (FEWEST - 1) / 2
+    side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
+    if force.size < 2 * FEWEST:
+        return []
+    steps = np.abs(np.convolve(without_spikes(force), np.append(side, -side[::-1]), "valid"))
+    clear = np.flatnonzero(steps > CLEAR * spread_of(steps))
+    runs = np.split(clear, np.flatnonzero(np.diff(clear) > FEWEST) + 1) if clear.size else []
+    return [int(run[np.argmax(steps[run])]) for run in runs]
+
+
+def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
+    """The fall of the force of a contact by more than its noise explains, the first of several of about the same size.
+
+    Single readings are compared, and means of 4 and of 16, which show smaller falls.
+
+    Parameters
+    ----------
+    read, over : ndarray, shape (n,)
+        Force as read and over its background, in the order of the approach [N]. The reading falls as well: over a
+        background that the flat end of a saturated detector falsified the force does, its reading does not.
+    free : ndarray of bool, shape (n,)
+        Points without contact; they show noise that is slower than readings.
+    noise : float
+        Of neighbouring readings [N].
+    """
+    found = []
+    for count in (1, 4, 16):
+        if read.size < 4 * count:
+            break
+        means, as_read = (np.convolve(c, np.full(count, 1 / count), "valid") for c in (over, read))
+        alone = free[: means.size] & free[-means.size :]
+        # neighbours may be equal, or filtered
+        own = max(noise / np.sqrt(count), noise_of(means[alone]), wander(means, max(count, 4)))
+        # noise makes two of so many independent means differ by this much with the probability RARE
+        pairs = (means.size / count) ** 2 / 2
+        least, rise = float(-ndtri(RARE / pairs) * np.sqrt(2) * own), float(means.max())
+        top, risen = np.maximum.accumulate(means), np.maximum.accumulate(means - np.minimum.accumulate(means))
+        # share of the rise, and noise levels, below which a rise is none of a contact
+        fall = np.where(risen > max(least, 0.1 * rise), top - means, 0.0)
+        # of several drops the first that is half as large as the largest
+        fallen = fall > max(least, float(fall.max()) / 2)
+        if fallen.any():
+            end = int(np.argmax(fallen))
+            at = int(np.argmax(means[:end]))
+            higher = np.flatnonzero(means[end:] > means[at])
+            until = end + int(higher[0]) if higher.size else means.size
+            lowest = float(means[at:until].min())
+            # below the background the tip is pulled in, which is judged as adhesion
+            if as_read[at] - as_read[at:until].min() > least and lowest > -least:
+                found.append(Drop(at, float(means[at]) - lowest, rise))
+    drop = max(found, key=lambda drop: drop.size, default=None)
+    return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
+
+
+def _falls_steadily(force: Array) -> bool:
+    """Whether a force falls along a parabola from its first value, and not at once to what then stays or rises."""
+    along, fallen = np.arange(force.size, dtype=float), force - force[0]
+    columns = np.array([along, along**2]).T
+    left = fallen - columns @ np.linalg.lstsq(columns, fallen, rcond=None)[0]
+    apart = force[1:] - isotonic_regression(force[1:]).x
+    return float(left @ left) < float(apart @ apart)
 
 
 def adhesion_dip(

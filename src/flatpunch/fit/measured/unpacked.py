@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import zipfile
 import zlib
@@ -35,8 +36,13 @@ def unpacked(path: Path) -> Iterator[Iterator[Path]]:
         ) from None
 
 
+def by_number(name: str) -> list[tuple[int, str]]:
+    """Key that sorts names as people count: curve2 before curve10."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]
+
+
 def _files(archive: zipfile.ZipFile, folder: Path) -> Iterator[Path]:
-    for name in sorted(name for name in archive.namelist() if not name.endswith("/")):
+    for name in sorted((name for name in archive.namelist() if not name.endswith("/")), key=by_number):
         # members of the same name in two folders are read before the next one takes their place
         inner = folder / Path(name).name
         inner.write_bytes(archive.read(name))

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, real
+from flatpunch._support.checks import Array, BadValue, positive, real
 from flatpunch._support.readable import readable
 
 
@@ -166,7 +166,7 @@ class Uniform:
         for name in ("low", "high"):
             object.__setattr__(self, name, real(f"Uniform.{name}", getattr(self, name)))
         if not self.low < self.high:
-            raise ValueError(f"Uniform.low = {self.low!r} must be below Uniform.high = {self.high!r}.")
+            raise BadValue("Uniform.low", repr(self.low), f"must be below Uniform.high = {self.high!r}.")
 
     @property
     def support(self) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import positive, shown
+from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
@@ -65,7 +65,9 @@ class Sample:
             action = positive("range_of_action", self.range_of_action, unit="m")
             object.__setattr__(self, "range_of_action", action)
             if self.work_of_adhesion is None:
-                raise ValueError(f"range_of_action = {self.range_of_action!r} has no meaning without work_of_adhesion.")
+                raise BadValue(
+                    "range_of_action", repr(self.range_of_action), "has no meaning without work_of_adhesion."
+                )
         if self.work_of_adhesion is not None:
             work = positive(
                 "work_of_adhesion",

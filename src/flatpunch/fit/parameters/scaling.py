@@ -13,24 +13,29 @@ fixed ones where there are any, so that there are no more q than free parameters
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from flatpunch._support.checks import shown
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+from flatpunch.media import (
+    ElasticBase,
+    GradedLayer,
+    HalfSpace,
+    Interface,
+    Layer,
+    Medium,
+    RigidBase,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+    TwoBodies,
+    paths,
+)
 
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
-
-
-_NAME = re.compile(
-    r"(?:(upper|lower)\.)?(?:layers\[(\d+)\]\.(young|poisson|thickness)|base\.(young|poisson))|indenter\.(radius|inclination)"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +83,17 @@ def parameter_names(medium: Any, indenter: Any) -> list[str]:
         for i, layer in enumerate(layers):
             if isinstance(layer, Layer):
                 names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "poisson", "thickness")]
-        if isinstance(body, HalfSpace) or (isinstance(body, Medium) and isinstance(body.base, HalfSpace)):
+            elif isinstance(layer, TransverselyIsotropicLayer):
+                # one modulus, the others at their ratios: more is not in a curve
+                names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "thickness")]
+            if isinstance(layer.bonded, Interface):
+                springs = [kind for kind in ("normal", "shear") if getattr(layer.bonded, kind)]
+                names += [f"{prefix}layers[{i}].bonded.{kind}" for kind in springs]
+        base = body.base if isinstance(body, Medium) else body
+        if isinstance(base, HalfSpace):
             names += [f"{prefix}base.young", f"{prefix}base.poisson"]
+        elif isinstance(base, TransverselyIsotropicHalfSpace):
+            names.append(f"{prefix}base.young")
     if isinstance(indenter, (Paraboloid, Sphere, Cylinder)):
         names.append("indenter.radius")
     if isinstance(indenter, (Cone, Pyramid)):
@@ -96,49 +110,22 @@ def _bodies(medium: Any) -> dict[str, Any]:
 
 def value_of(medium: Any, indenter: Any, name: str) -> float:
     """Value of a named parameter, SI."""
-    owner, attribute = _owner(medium, indenter, name)
-    return float(getattr(owner, attribute))
+    _check(medium, indenter, (name,))
+    return paths.value_of(medium, indenter, name)
 
 
 def replaced(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
     """Medium and indenter with some parameters replaced."""
-    for name, value in values.items():
-        owner, attribute = _owner(medium, indenter, name)
-        new = dataclasses.replace(owner, **{attribute: float(value)})
-        if name.startswith("indenter"):
-            indenter = new
-        elif isinstance(medium, TwoBodies):
-            side, _, rest = name.partition(".")
-            body = _with(getattr(medium, side), rest, new)
-            medium = dataclasses.replace(medium, **{side: body})
-        else:
-            medium = _with(medium, name, new)
-    return medium, indenter
+    _check(medium, indenter, values)
+    return paths.with_values(medium, indenter, values)
 
 
-def _with(body: Any, name: str, new: Any) -> Any:
-    """A body with the part that `name` belongs to replaced."""
-    if isinstance(body, HalfSpace):
-        return new
-    if name.startswith("base"):
-        return Medium(body.layers, base=new)
-    # by its place: equal layers are equal objects
-    index = int(name[len("layers[") : name.index("]")])
-    return Medium([new if i == index else layer for i, layer in enumerate(body.layers)], base=body.base)
-
-
-def _owner(medium: Any, indenter: Any, name: str) -> tuple[Any, str]:
-    match = _NAME.fullmatch(name)
-    if match is None or name not in parameter_names(medium, indenter):
-        known = ", ".join(parameter_names(medium, indenter))
-        raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {known}.")
-    side, index, layer, base, tip = match.groups()
-    if tip:
-        return indenter, tip
-    body = getattr(medium, side) if side else medium
-    if base:
-        return (body if isinstance(body, HalfSpace) else body.base), base
-    return body.layers[int(index)], layer
+def _check(medium: Any, indenter: Any, names: Iterable[str]) -> None:
+    """Refuse names that are no parameters of this case."""
+    known = parameter_names(medium, indenter)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {', '.join(known)}.")
 
 
 _PLAIN = {
@@ -149,6 +136,9 @@ _PLAIN = {
 }
 """Parameters that are fitted as they are, and between which limits; of all others the logarithm is."""
 
+
+_SPRINGS = (".normal", ".shear")
+"""Ends of the names of interface stiffnesses."""
 
 OF = " @ "
 """Between the name of a parameter and that of the one curve that it belongs to."""
@@ -228,6 +218,8 @@ class Scaling:
         for name in shift:
             if name.endswith("young") and self.modulus:
                 shift[name] = u[self.modulus]
+            elif name.endswith(_SPRINGS):
+                shift[name] = (u[self.modulus] if self.modulus else 0.0) - (u[self.length] if self.length else 0.0)
             elif name.startswith("indenter") and self.indenter.exponent is not None:
                 # slope and curvature are units of their own
                 shift[name] = u[name]
@@ -242,8 +234,7 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     Media that are not made of homogeneous layers and tips without a size of their own do not scale; then the free parameters
     are coordinates themselves.
     """
-    for name in free:
-        _owner(medium, indenter, name)
+    _check(medium, indenter, free)
     names = parameter_names(medium, indenter)
     homogeneous = all(_homogeneous(body) for body in _bodies(medium).values())
     power = indenter.exponent is not None
@@ -270,6 +261,9 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     coordinates += [
         Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, -149) for name in names if name.endswith("poisson")
     ]
+    # springs scale like a modulus over a length
+    units = {**({modulus: -1.0} if modulus else {}), **({length: 1.0} if length else {})}
+    coordinates += [Coordinate(name, {name: 1.0, **units}, MODULUS_STEP) for name in names if name.endswith(_SPRINGS)]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, force, depth, moving, modulus, length)
 
@@ -277,8 +271,8 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
 def _homogeneous(body: Any) -> bool:
     """Whether all of a body scales with its moduli and thicknesses."""
     if isinstance(body, Medium):
-        return isinstance(body.base, (HalfSpace, RigidBase)) and all(isinstance(layer, Layer) for layer in body.layers)
-    return isinstance(body, (HalfSpace, RigidBase))
+        return not any(isinstance(layer, GradedLayer) for layer in body.layers)
+    return isinstance(body, ElasticBase | RigidBase)
 
 
 def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:

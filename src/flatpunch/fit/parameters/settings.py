@@ -7,19 +7,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
-from flatpunch._support.checks import real, shown
+from flatpunch._support.checks import BadValue, real, shown, switch
+from flatpunch._support.deprecation import deprecated
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
+from flatpunch.contact.finite_strain import NEO_HOOKEAN
+from flatpunch.fit.measured.approach import Direction
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
-Engine = Literal["lmfit", "normal-equations"]
-Baseline = Literal["constant", "linear", "sine", "none"]
+Baseline = Literal["auto", "constant", "linear", "sine", "none"]
 Segment = Literal["auto", "approach", "retract", "both"]
 FitMethod = Literal["auto"] | MethodName | Method
 """A contact method, its short name, or the choice of one."""
+FiniteStrain = Literal["neo-hookean"]
+"""Laws of the correction for large strains."""
 
 
 class SettingsOf(TypedDict, total=False):
@@ -33,9 +37,11 @@ class SettingsOf(TypedDict, total=False):
     force_to: float | None
     method: FitMethod
     level: float
-    engine: Engine
+    quick: bool
     segment: Segment
+    direction: Direction
     drag: Literal["free"] | float
+    finite_strain: FiniteStrain | None
 
 
 @readable
@@ -73,6 +79,12 @@ class Free:
                 object.__setattr__(self, name, real(f"Free.{name}", given))
 
 
+def _of_engine(engine: str) -> dict[str, bool]:
+    """What the engines of before are now."""
+    return {"quick": one_of("engine", engine, ("lmfit", "normal-equations")) == "normal-equations"}
+
+
+@deprecated(since="1.0", gone="2.0", instead="quick=True or False", keywords={"engine": _of_engine})
 @readable
 @dataclass(frozen=True, slots=True)
 class Settings:
@@ -82,8 +94,10 @@ class Settings:
     ----------
     contact : "free", float, (minimum, maximum) or {"min": ..., "max": ...}
         Contact point: fitted, given [m] on the curve's own depth axis, or fitted between limits.
-    baseline : "constant", "linear", "sine" or "none"
+    baseline : "auto", "constant", "linear", "sine" or "none"
         Force without contact: fitted constant, fitted straight line, straight line with a sine (laser interference), or zero.
+        By itself a straight line where the readings before the contact show a tilt (Bayesian information criterion); else a
+        constant, and the tilt that they do not exclude widens the intervals.
     drag : "free" or float
         Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times, and to
         be fitted another speed than one: of the approach, or of a retraction that ends without contact.
@@ -99,8 +113,13 @@ class Settings:
         Confidence level of intervals.
     segment : "auto", "approach", "retract" or "both"
         Which part of a cycle is fitted. By itself the approach; with adhesion the retract; with relaxation all of it.
-    engine : "lmfit" or "normal-equations"
-        The second is several times faster and made for batches; the results are the same.
+    direction : "auto", "growing" or "falling"
+        How the depth changes on the approach; by itself the long way decides.
+    quick : bool
+        For batches, several times faster: the minimum of means over a few readings each is taken for that of all, and the
+        limits of the theory are not examined. Values change by less than a hundredth of their standard errors.
+    finite_strain : {"neo-hookean"}, optional
+        Corrects forces for large strains, as in `indent`.
 
     See Also
     --------
@@ -115,27 +134,31 @@ class Settings:
     """
 
     contact: Any = "free"
-    baseline: Baseline = "constant"
+    baseline: Baseline = "auto"
     loss: Loss = "linear"
     adhesion: Adhesion = "refuse"
     depth_to: float | None = None
     force_to: float | None = None
     method: FitMethod = "auto"
     level: float = 0.95
-    engine: Engine = "lmfit"
+    quick: bool = False
     segment: Segment = "auto"
+    direction: Direction = "auto"
     drag: Literal["free"] | float = 0.0
+    finite_strain: FiniteStrain | None = None
 
     def __post_init__(self) -> None:
         choices = {
-            "baseline": ("constant", "linear", "sine", "none"),
+            "baseline": ("auto", "constant", "linear", "sine", "none"),
             "loss": ("linear", "soft_l1", "huber", "cauchy"),
             "adhesion": ("refuse", "above", "ignore"),
+            "direction": ("auto", "growing", "falling"),
             "segment": ("auto", "approach", "retract", "both"),
-            "engine": ("lmfit", "normal-equations"),
         }
         for name, known in choices.items():
             one_of(name, getattr(self, name), known)
+        if self.finite_strain is not None:
+            one_of("finite_strain", self.finite_strain, (NEO_HOOKEAN,), "None is linear theory.")
         if not isinstance(self.method, str) or self.method != "auto":
             method_of(self.method)
         object.__setattr__(self, "contact", _contact(self.contact))
@@ -144,8 +167,9 @@ class Settings:
         for name, unit in (("depth_to", "m"), ("force_to", "N")):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, real(name, getattr(self, name), unit))
+        object.__setattr__(self, "quick", switch("quick", self.quick))
         if not 0 < real("level", self.level, "1") < 1:
-            raise ValueError(f"level = {self.level!r} must lie between 0 and 1, such as 0.95.")
+            raise BadValue("level", repr(self.level), "must lie between 0 and 1, such as 0.95.")
 
     @property
     def nuisance(self) -> tuple[str, ...]:
@@ -188,7 +212,7 @@ def _contact(given: Any) -> Any:
         given = (given.get("min"), given.get("max"))
     if isinstance(given, (tuple, list)):
         if len(given) != 2:
-            raise ValueError(f"contact = {shown(given)} must be 'free', a position, or a pair of limits.")
+            raise BadValue("contact", shown(given), "must be 'free', a position, or a pair of limits.")
         low, high = (None if v is None else real("contact", v, "m") for v in given)
         if low is not None and high is not None and not low < high:
             raise ValueError(f"contact: the minimum {low!r} must be below the maximum {high!r}.")

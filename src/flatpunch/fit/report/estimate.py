@@ -65,6 +65,19 @@ class Estimate:
         return bool(np.isfinite(self.low) and np.isfinite(self.high) and self.by != "nothing")
 
 
+def value_text(estimate: Estimate, name: str) -> str:
+    """Value in words: a bound, or no number, where the data do not end its interval."""
+    unit = unit_of(name)
+    below, above = np.isfinite(estimate.low) and estimate.low != 0, np.isfinite(estimate.high)
+    if estimate.by == "nothing" or not (below or above):
+        return "not determined"
+    if not above:
+        return f"> {quantity(estimate.low, unit)}"
+    if not below and estimate.by == "profile":
+        return f"< {quantity(estimate.high, unit)}"
+    return quantity(estimate.value, unit)
+
+
 def interval_text(estimate: Estimate, name: str) -> str:
     """Interval in words."""
     unit = unit_of(name)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.signal import converter_step, noise_of
-from flatpunch.fit.report.estimate import interval_text
+from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import tilt_or_contact
 from flatpunch.fit.report.memory import correlated
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -88,27 +89,30 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     error = np.sqrt(np.diag(result.covariance))
     table = result.correlation
     wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > WIDE}
-    noted = set()
-    for j in range(len(free)):
-        for k in range(j):
-            # correlation from which two parameters count as hardly distinguished, if their intervals are wide as well
-            if abs(table[j, k]) > 0.98 and {names[j], names[k]} & wide:
-                noted |= {names[j], names[k]}
-                first, second = (interval_text(result.estimates[n], n) for n in (names[k], names[j]))
-                notes.append(
-                    f"The data hardly distinguish {names[k]} and {names[j]}: correlation {table[j, k]:.4f}, intervals "
-                    f"{first} and {second}. Fix one of them, or press deeper."
-                )
-    for name in free:
-        if result.estimates[name].by == "nothing":
-            noted.add(name)
-            notes.append(
-                f"{name} is not determined by the data: within its limits every value fits about as well. The value shown is "
-                "one of many."
-            )
-    for name in sorted(wide - noted):
-        interval = interval_text(result.estimates[name], name)
-        notes.append(f"{name} is poorly determined: {interval}. The curve hardly depends on it.")
+    # correlation from which two parameters count as hardly distinguished, if their intervals are wide as well
+    alike = [[k for k in range(len(free)) if k == j or abs(table[j, k]) > 0.98] for j in range(len(free))]
+    tangled = [
+        names[j] for j in range(len(free)) if any(len(alike[k]) > 1 and {names[j], names[k]} & wide for k in alike[j])
+    ]
+    nothing = [name for name in free if result.estimates[name].by == "nothing"]
+    together = [name for name in tangled if name not in nothing]
+    if len(together) > 1:
+        closest = max(abs(table[names.index(a), names.index(b)]) for a in together for b in together if a != b)
+        found = ", ".join(f"{name} {interval_text(result.estimates[name], name)}" for name in together)
+        notes.append(
+            f"The data hardly distinguish {' and '.join(together)}: correlation {closest:.4f}, intervals {found}. Fix "
+            f"{'one of them' if len(together) == 2 else 'all but one'}, or press deeper."
+        )
+    if nothing:
+        notes.append(
+            f"{' and '.join(nothing)} {'is' if len(nothing) == 1 else 'are'} not determined by the data: within the limits every "
+            "value fits about as well. The value shown is one of many."
+        )
+    poorly = sorted(wide - {*together, *nothing})
+    if poorly:
+        found = ", ".join(f"{name} {interval_text(result.estimates[name], name)}" for name in poorly)
+        hardly = "it" if len(poorly) == 1 else "them"
+        notes.append(f"Poorly determined: {found}. The curve hardly depends on {hardly}.")
     notes += [
         f"{name} = {quantity(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
         for name, e in result.estimates.items()
@@ -126,3 +130,22 @@ def about_contact(result: FitResult) -> tuple[str, ...]:
     if not outside:
         return ()
     return (f"{outside[0].upper()}{outside[1:]}. Contact point and modulus follow from the bend of the curve alone.",)
+
+
+def tilt_note(other: str, moved: Mapping[str, tuple[float, Estimate]]) -> tuple[str, ...]:
+    """A force without contact that is tilted, where a constant was asked for or would move a modulus out of its interval.
+
+    Parameters
+    ----------
+    other : str
+        The baseline that was not taken.
+    moved : mapping
+        By name: the modulus over the other baseline [Pa], and its estimate.
+    """
+    asked = other == "linear"
+    out = {name: (value, e) for name, (value, e) in moved.items() if asked or not e.low <= value <= e.high}
+    if not out:
+        return ()
+    would = ", ".join(f"{n} = {quantity(v, 'Pa')} ({v / e.value - 1:+.1%})" for n, (v, e) in out.items())
+    taken = "baseline = 'linear' is taken; " if other == "constant" else ""
+    return (f"The force without contact is tilted: {taken}with baseline = '{other}' {would}.",)

@@ -41,6 +41,11 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Arra
     if result.settings.loss != "linear":
         return estimates
     free = result.objective.model.free
+    if not getattr(result.objective.model, "tabulated", True):
+        # each step of a profile would solve the contact many times: what exceeds a factor e says nothing
+        errors = np.sqrt(np.diag(result.covariance))
+        unknown = [name for name, error in zip(free, errors, strict=False) if not error < 1]
+        return estimates | {name: replace(estimates[name], by="nothing") for name in unknown}
     cut = bool(result.minimum.at_bound.any()) or bool(len(result.undetermined)) or tilt_or_contact(result)
     for j, name in enumerate(free):
         error = float(np.sqrt(result.covariance[j, j]))
@@ -62,7 +67,8 @@ def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Arra
             reach = half_width(result.settings.level, max(result.minimum.residual.size - len(result.names), 1))
             more = reach * float(np.sqrt(shared[j, j]))
             x = float(result.minimum.x[j])
-            ends = [x + side * float(np.hypot(end - x, more)) for side, end in zip((-1, 1), ends, strict=True)]
+            wider = [x + side * float(np.hypot(end - x, more)) for side, end in zip((-1, 1), ends, strict=True)]
+            ends = [float(np.clip(end, result.bounds[0][j], result.bounds[1][j])) for end in wider]
         values = result.external(j, np.array(ends))
         by = "nothing" if all(open_ends) else "profile"
         estimates[name] = replace(estimates[name], low=float(values[0]), high=float(values[1]), by=by)

@@ -20,7 +20,7 @@ from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.estimate import Estimate, interval_text
+from flatpunch.fit.report.estimate import Estimate, interval_text, value_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
@@ -47,6 +47,8 @@ class JointResult:
         For each curve, the fall of its sum of squares over its noise when it is fitted alone, and its number of parameters.
     notes : tuple of str
         What to know before using the numbers.
+    unseen : ndarray, optional
+        The part of `covariance` from a tilt of the baseline that the data do not exclude.
 
     See Also
     --------
@@ -76,6 +78,7 @@ class JointResult:
     results: tuple[FitResult, ...] = ()
     excess: tuple[tuple[float, int], ...] = ()
     notes: tuple[str, ...] = ()
+    unseen: Array | None = None
 
     def _line_(self) -> str:
         """The shared values."""
@@ -85,7 +88,7 @@ class JointResult:
     def _table_(self) -> Table:
         """A row for each fitted value."""
         rows = tuple(
-            (label(name), quantity(e.value, unit_of(name)), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            (label(name), value_text(e, name), quantity(e.stderr, unit_of(name)), interval_text(e, name))
             for name, e in self.estimates.items()
         )
         header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
@@ -111,6 +114,11 @@ class JointResult:
     def memory(self) -> float:
         """Correlation of neighbouring residuals; 0 for independent noise."""
         return memory_of(self.minimum.residual)
+
+    @property
+    def variance(self) -> float:
+        """Of the residuals, each over the noise of its curve."""
+        return 1.0
 
     @property
     def agreement(self) -> float:
@@ -180,7 +188,7 @@ class JointResult:
         for name in self.objective.free:
             e = self.estimates[name]
             stated = "at its limit" if e.at_bound and e.by == "covariance" else f"{level} in {interval_text(e, name)}"
-            lines.append(f"  {label(name):<34} {quantity(e.value, unit_of(name)):>12}   {stated}")
+            lines.append(f"  {label(name):<34} {value_text(e, name):>12}   {stated}")
         for result in self.results:
             deepest, noise = quantity(float(result.depth.max()), "m"), quantity(result.noise, "N")
             lines.append(f"  {result.curve.name}: {int(result.used.sum())} points, deepest {deepest}, noise {noise}")

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.parameters.settings import Settings
@@ -33,8 +33,18 @@ class Fitted(Protocol):
         ...
 
     @property
+    def variance(self) -> float:
+        """Of independent residuals that would be as certain as these are."""
+        ...
+
+    @property
     def covariance(self) -> Array:
         """Of the internal parameters."""
+        ...
+
+    @property
+    def unseen(self) -> Array | None:
+        """The part of it from tilts that the data do not exclude."""
         ...
 
     @property
@@ -153,8 +163,7 @@ def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float
 
 def _held_root(result: Fitted, minima: list[Array], j: int, coarse: Any = None) -> Callable[[float], float]:
     """Signed root of the growth of the sum of squares when parameter j is held."""
-    freedom = max(result.objective.depth.size - len(result.names), 1)
-    variance = result.minimum.cost / freedom
+    variance = result.variance
     fixed = np.zeros(len(result.names), dtype=bool)
     fixed[j] = True
     problem = result.objective if coarse is None else coarse
@@ -169,10 +178,11 @@ def _held_root(result: Fitted, minima: list[Array], j: int, coarse: Any = None) 
         for start in starts:
             start[j] = value
         found = min(
-            (minimise(problem.evaluate, x, *result.bounds, fixed=fixed) for x in starts), key=lambda end: end.cost
+            (minimise(problem.evaluate, x, *result.bounds, fixed=fixed, settled=1e-2) for x in starts),
+            key=lambda end: end.cost,
         )
         warm["x"] = found.x
-        growth = max(found.cost - least, 0.0) / max(variance, 1e-300)
+        growth = max(found.cost - least, 0.0) / max(variance, TINY)
         return float(np.copysign(np.sqrt(growth), value - result.minimum.x[j]))
 
     return root
@@ -199,7 +209,7 @@ def tilt_or_contact(result: Fitted) -> bool:
     other = minimise(objective.evaluate, x, lower, upper, fixed=held)
     freedom = max(objective.depth.size - x.size, 1)
     reach = float(student.ppf((1 + result.settings.level) / 2, freedom))
-    return bool(before.any()) and other.cost - found.cost < reach**2 * found.cost / freedom
+    return bool(before.any()) and other.cost - found.cost < reach**2 * result.variance
 
 
 def _minima(result: Fitted, coarse: Any = None) -> list[Array]:
@@ -232,7 +242,7 @@ def _crossing(
     for _ in range(30):
         x = float(np.clip(x, result.bounds[0][j], result.bounds[1][j]))
         value = abs(root(x))
-        if abs(value - threshold) < 1e-3 * threshold:
+        if abs(value - threshold) < 1e-2 * threshold:
             return x
         offset = abs(x - best)
         if value < threshold:
@@ -245,7 +255,7 @@ def _crossing(
             grown = offset * min(max(threshold / max(value, 1e-9), 1.2), 3.0)
             x = best + side * grown
         else:
-            part = (threshold - inner[1]) / max(outer[1] - inner[1], 1e-12)
+            part = (threshold - inner[1]) / max(outer[1] - inner[1], ROUNDING)
             x = best + side * (inner[0] + float(np.clip(part, 0.05, 0.95)) * (outer[0] - inner[0]))
     return x
 
@@ -280,8 +290,7 @@ def ridge(result: Fitted, first: str, second: str, points: int = 25, width: floa
     reach = min(width * error, _FAR) if np.isfinite(error) else _FAR
     u = np.linspace(max(x[j] - reach, low[j]), min(x[j] + reach, high[j]), points)
     across = width * _held_error(result, j, k) * np.linspace(-1, 1, points)
-    freedom = max(result.objective.depth.size - len(result.names), 1)
-    variance = max(result.minimum.cost / freedom, 1e-300)
+    variance = max(result.variance, TINY)
     only = np.zeros(len(result.names), dtype=bool)
     only[j] = True
     fixed = only.copy()

@@ -4,8 +4,8 @@ With independent normal noise of unknown standard deviation s, prior 1/s, the in
 
     p(x | F) ~ prod over curves S_i(x)^(-n_i/2) p(x),
 
-S_i the sum of squares of curve i and n_i the number of its readings. On block means S falls by what the readings scatter within
-the blocks, which does not depend on x and is added back.
+S_i the sum of squares of curve i and n_i the number of its readings, of independent ones where neighbours are correlated. On
+block means S falls by what the readings scatter within the blocks, which does not depend on x and is added back.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.least_squares.blocks import blocked
 from flatpunch.fit.least_squares.joint import JointObjective
+from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import kind, plain_limits
 
@@ -88,15 +89,15 @@ class Part:
         Its residuals, on all readings or on block means.
     places : ndarray of int
         Where in x its parameters are.
-    count : int
-        Readings.
+    count : float
+        Independent readings that would be as certain as its own.
     within : float
         Sum of squares within the blocks.
     """
 
     objective: Any
     places: Indices
-    count: int
+    count: float
     within: float = 0.0
 
 
@@ -210,13 +211,12 @@ class LogPosterior:
         return replace(self, parts=tuple(parts))
 
 
-def parts_of(objective: Any) -> tuple[Part, ...]:
-    """The curves of a problem."""
+def parts_of(objective: Any, x: Array) -> tuple[Part, ...]:
+    """The curves of a problem, whose residuals at x show how many of their readings are independent."""
+    pairs = [(objective, np.arange(len(objective.names)))]
     if isinstance(objective, JointObjective):
-        return tuple(
-            Part(part, places, part.depth.size) for part, places in zip(objective.parts, objective.places, strict=True)
-        )
-    return (Part(objective, np.arange(len(objective.names)), objective.depth.size),)
+        pairs = list(zip(objective.parts, objective.places, strict=True))
+    return tuple(Part(part, places, max(independent(part.evaluate(x[places])[0]), 1.0)) for part, places in pairs)
 
 
 def _on_blocks(objective: Any, x: Array) -> Any:

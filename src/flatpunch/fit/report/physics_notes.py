@@ -6,12 +6,20 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.viscoelastic.model import HistoryModel
+from flatpunch.indenters import Paraboloid
+
+NOTABLE = 0.01
+"""Relative change of the force by the shape of the tip that is worth a note; few curves are calibrated better."""
+
+_WHOLE = 17.0
+"""Depth over radius at which the contact of a sphere is its equator, to rounding."""
 
 if TYPE_CHECKING:
     from flatpunch.fit.report.result import FitResult
@@ -20,15 +28,16 @@ if TYPE_CHECKING:
 def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     """Notes of the theory; those that take a cold solution for single fits only."""
     model, deepest = result.objective.model, float(result.depth.max())
-    bottom = base_depth(_medium(model, result.values))
+    bottom = base_depth(_sample(model, result.values)[0])
     if deepest >= bottom:
         return (
             f"The deepest point, {text(deepest, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
             "gets there. Thickness, contact point or calibration are wrong; the fitted values mean nothing.",
         )
-    if result.settings.engine != "lmfit" or deepest <= 0:
+    if result.settings.quick or deepest <= 0:
         return ()
     notes = model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines()
+    notes += _as_sphere(_sample(model, result.values)[1], deepest)
     if isinstance(model, AdhesiveModel):
         notes += _adhesion(result, model)
     if isinstance(model, HistoryModel):
@@ -36,8 +45,29 @@ def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _medium(model: Any, values: Mapping[str, float]) -> Any:
-    return model.case(values)[0] if isinstance(model, ForwardModel) else model.sample.replaced(values).medium
+def _as_sphere(tip: Any, depth: float) -> list[str]:
+    """Whether a sphere of the radius of a paraboloid needs another force: Sneddon's closed form for half-spaces."""
+    if not isinstance(tip, Paraboloid):
+        return []
+    # notation: s = a/R, depth/R = s artanh(s), F/(E* R^2) = (1 + s^2) artanh(s) - s
+    x = depth / tip.radius
+    s = brentq(lambda s: s * np.arctanh(s) - x, 0.0, 1 - 1e-15) if x < _WHOLE else 1.0
+    less = 1 - ((1 + s**2) * np.arctanh(s) - s) / (4 / 3 * x**1.5) if s < 1 else 0.0
+    if less < NOTABLE:
+        return []
+    return [
+        f"The tip is a paraboloid: at {text(depth, 'm')}, {x:.2g} of its radius, a sphere of this radius needs {100 * less:.1f} "
+        "% less force on a half-space, and the modulus would be higher by about as much. If it is a sphere, write "
+        "kind = 'sphere' (Python: Sphere)."
+    ]
+
+
+def _sample(model: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+    """Medium and tip at the fitted values."""
+    if isinstance(model, ForwardModel):
+        return model.case(values)
+    sample = model.sample.replaced(values)
+    return sample.medium, sample.indenter
 
 
 def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:

@@ -30,6 +30,8 @@ _UNITS = {
     "weights": "",
     "spring_constant": "N/m",
     "sensitivity": "",
+    "normal": "Pa/m",
+    "shear": "Pa/m",
 }
 
 
@@ -46,6 +48,8 @@ _WORDS = {
     "exponent": "exponent",
     "weights": "share",
     "times": "relaxation time",
+    "normal": "normal interface stiffness",
+    "shear": "shear interface stiffness",
     "spring_constant": "spring constant",
     "sensitivity": "relative sensitivity",
 }

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, Flags, shown
+from flatpunch._support.deprecation import deprecated
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
+from flatpunch._support.record import record
 from flatpunch._version import __version__
+from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.signal import memory_of
+from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.priors import Prior
+from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, kind, plain_limits
-from flatpunch.fit.report.estimate import Estimate, interval_text
+from flatpunch.fit.report.estimate import Estimate, half_width, interval_text, value_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.lmfit_problem import lmfit_problem
 from flatpunch.fit.report.posterior import Posterior
+from flatpunch.fit.report.pull_off import pull_off_force
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.sampling import draw
 
@@ -47,8 +55,8 @@ class FitResult:
         Standard deviation of the residuals [N].
     notes : tuple of str
         What to know before using the numbers.
-    lmfit : lmfit.minimizer.MinimizerResult or None
-        lmfit's own result.
+    unseen : ndarray, optional
+        The part of `covariance` from a tilt of the baseline that the data do not exclude.
 
     See Also
     --------
@@ -76,8 +84,8 @@ class FitResult:
     noise: float
     settings: Settings
     bounds: tuple[Array, Array]
-    lmfit: Any = None
     notes: tuple[str, ...] = ()
+    unseen: Array | None = None
 
     def __getitem__(self, name: str) -> float:
         """Best value of a parameter, SI."""
@@ -91,7 +99,7 @@ class FitResult:
     def _table_(self) -> Table:
         """A row for each fitted value."""
         rows = tuple(
-            (label(name), quantity(e.value, unit_of(name)), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            (label(name), value_text(e, name), quantity(e.stderr, unit_of(name)), interval_text(e, name))
             for name, e in self.estimates.items()
         )
         title = f"Fit of {self.curve.name}: {int(self.used.sum())} points, noise {quantity(self.noise, 'N')}"
@@ -120,16 +128,22 @@ class FitResult:
         return medium, indenter
 
     @property
+    def pull_off(self) -> Estimate | None:
+        """Pull-off force at the fitted values [N], the largest tension of the contact; None without adhesion."""
+        reach = half_width(self.settings.level, max(self.minimum.residual.size - len(self.names), 1))
+        return pull_off_force(self.objective.model, self.minimum.x, self.covariance, reach)
+
+    @cached_property
     def depth(self) -> Array:
         """Indentation depth at the points of the curve [m]."""
         return np.asarray(self.objective.indentation(self.curve, self.minimum.x))
 
-    @property
+    @cached_property
     def force(self) -> Array:
         """Fitted force at the points of the curve [N]."""
         return np.asarray(self.objective.over(self.curve, self.minimum.x))
 
-    @property
+    @cached_property
     def residual(self) -> Array:
         """Measured minus fitted force at the points of the curve [N]."""
         return np.asarray(self.curve.force - self.force)
@@ -138,6 +152,13 @@ class FitResult:
     def memory(self) -> float:
         """Correlation of neighbouring residuals; 0 for independent noise."""
         return memory_of(self.minimum.residual)
+
+    @property
+    def variance(self) -> float:
+        """Variance of independent readings, over the force range squared, that would be as certain as these are."""
+        size = self.minimum.residual.size
+        noise = self.minimum.cost / max(size - len(self.names), 1)
+        return noise * size / max(independent(self.minimum.residual), 1.0)
 
     def correlations(self) -> xr.DataArray:
         """Correlations of the estimates, shape (parameters, parameters)."""
@@ -159,6 +180,39 @@ class FitResult:
         depth = deepest * np.geomspace(1e-2, 1, points)
         exact = self.objective.model.exact(depth, self.values)[0]
         return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
+
+    def to_lmfit(self) -> Any:
+        """The same least-squares problem for lmfit, to which it needs to be installed.
+
+        Returns
+        -------
+        lmfit.Minimizer
+            Residuals in units of the force range of the curve, without the loss of a robust fit. Its `params` are the values
+            found, in internal form: log_layers_0_young is the natural logarithm of layers[0].young in Pa.
+
+        Raises
+        ------
+        ValueError
+            Without lmfit.
+
+        Examples
+        --------
+        >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+        >>> depth = np.linspace(-2e-7, 4e-7, 300)
+        >>> force = np.zeros(300)
+        >>> force[depth > 0] = fp.indent(gel, tip, depth=depth[depth > 0]).force
+        >>> curve = fp.Curve(depth=depth, force=force + 1e-11 * np.random.default_rng(0).normal(size=300))
+        >>> result = fp.fit(curve, gel, tip, ["base.young"])
+        >>> found = result.to_lmfit().leastsq()
+        >>> print(f"{np.exp(found.params['log_base_young'].value) / result['base.young']:.4f}")
+        1.0000
+        """
+        return lmfit_problem(self.objective, self.minimum, *self.bounds)
+
+    @property
+    def lmfit(self) -> Any:
+        """lmfit's result; deprecated, see `to_lmfit`."""
+        return _lmfit(self)
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
@@ -201,12 +255,13 @@ class FitResult:
         Raises
         ------
         ValueError, TypeError
-            On bad input, or without emcee.
+            On bad input.
 
         Notes
         -----
-        The noise is normal and independent; its unknown standard deviation is integrated out with the prior 1/s. The sampler is
-        the ensemble of Foreman-Mackey et al., PASP 125 (2013) 306, with moves by differential evolution.
+        The noise is normal, its unknown standard deviation is integrated out with the prior 1/s; readings with correlated
+        neighbours count as fewer independent ones. The sampler is the
+        ensemble of Foreman-Mackey et al., PASP 125 (2013) 306, with moves by differential evolution.
 
         Examples
         --------
@@ -244,6 +299,8 @@ class FitResult:
             line[f"{name} low"], line[f"{name} high"] = estimate.low, estimate.high
         line["deepest"] = float(self.depth.max())
         line["noise"] = self.noise
+        if (pull := self.pull_off) is not None:
+            line["pull-off force"], line["pull-off force stderr"] = pull.value, pull.stderr
         line["points"] = int(self.used.sum())
         if self.read:
             line["read"] = "; ".join(self.read)
@@ -269,10 +326,27 @@ class FitResult:
             "noise": self.noise,
             "notes": "\n".join(self.notes),
             "read": "\n".join(self.read),
+            **self._sample(),
             "flatpunch_version": __version__,
         }
         coordinates = {"point": np.arange(self.curve.depth.size), "parameter": names, "with": names}
         return xr.Dataset(data, coordinates, attributes)
+
+    def _sample(self) -> dict[str, str | float]:
+        """Sample and method as attributes of a file."""
+        model, values = self.objective.model, self.values
+        sample = model.sample.replaced(values) if hasattr(model, "sample") else Sample(*model.case(values))
+        method = method_for(sample.indenter, model.method)
+        found: dict[str, str | float] = {
+            "method": method if isinstance(method, str) else method.name,
+            "medium": json.dumps(record(sample.medium)),
+            "indenter": json.dumps(record(sample.indenter)),
+        }
+        if sample.work_of_adhesion is not None:
+            found["work_of_adhesion"] = sample.work_of_adhesion
+        if sample.relaxation is not None:
+            found["relaxation"] = json.dumps(record(sample.relaxation))
+        return found
 
     def summary(self) -> str:
         """The result in words."""
@@ -282,8 +356,17 @@ class FitResult:
         for name, e in self.estimates.items():
             interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
             stated = "at its limit" if e.at_bound and e.by == "covariance" else interval
-            lines.append(f"  {label(name):<24} {quantity(e.value, unit_of(name)):>12}   {stated}")
+            lines.append(f"  {label(name):<24} {value_text(e, name):>12}   {stated}")
+        if (pull := self.pull_off) is not None:
+            within = f"{100 * self.settings.level:g} % in {quantity(pull.low, 'N')} .. {quantity(pull.high, 'N')}"
+            lines.append(f"  {'pull-off force':<24} {quantity(pull.value, 'N'):>12}   {within}")
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+
+
+@deprecated(since="1.0", gone="2.0", instead="result.to_lmfit().leastsq()")
+def _lmfit(result: FitResult) -> Any:
+    """lmfit's own result."""
+    return result.to_lmfit().leastsq()
 
 
 def read_lines(curve: Curve, points: int) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, shown, whole
+from flatpunch._support.checks import TINY, Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.elastic import ensemble
@@ -67,9 +67,11 @@ def draw(
     count = whole("draws", draws, 1, "It is the number of draws that are returned.", most=10_000_000)
     whole("seed", seed, 0, "It starts the random numbers.")
     if result.settings.loss != "linear":
-        raise ValueError(
-            f"loss = {result.settings.loss!r} has no posterior: it is no likelihood. Fit with loss='linear', which takes the "
-            "noise as normal, and leave outliers out."
+        raise BadValue(
+            "loss",
+            repr(result.settings.loss),
+            "has no posterior: it is no likelihood. Fit with loss='linear', which takes the noise as normal, and "
+            "leave outliers out.",
         )
     density, x = _density(result, curves, dict(priors or {}))
     rng = np.random.default_rng(seed)
@@ -79,8 +81,9 @@ def draw(
         found = _sampled(quick, _starts(quick, middle, root, rng), count, rng, report)
         if not _alike(density, quick, found.positions):
             found = _sampled(density, _starts(density, middle, root, rng), count, rng, report)
+    positions = _moved(found.positions, result, density, rng)
     values = np.column_stack(
-        [density.external(name, column)[0] for name, column in zip(density.names, found.positions.T, strict=True)]
+        [density.external(name, column)[0] for name, column in zip(density.names, positions.T, strict=True)]
     )
     name = ", ".join(curve.name for curve in curves)
     notes = (*found.notes, *_notes(result, density, found.positions, values))
@@ -96,6 +99,16 @@ def draw(
         result.settings.level,
         notes,
     )
+
+
+def _moved(positions: Array, result: Fitted, density: LogPosterior, rng: np.random.Generator) -> Array:
+    """Draws with errors by a tilt of the baseline that the data do not exclude, as far as they stay within the limits."""
+    if result.unseen is None or not result.unseen.any():
+        return positions
+    places, moved = [density.names.index(name) for name in result.names], positions.copy()
+    moved[:, places] += rng.multivariate_normal(np.zeros(len(places)), result.unseen, len(moved), method="eigh")
+    inside = np.all((moved >= density.lower) & (moved <= density.upper), axis=1, keepdims=True)
+    return np.where(inside, moved, positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +142,10 @@ def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Any]) -> 
             given[name] = LogNormal(assumed[name], relative)
     names = tuple(objective.names) + tuple(name for name in CALIBRATION if name in given)
     _check_names(given, names, assumed, objective)
-    more = len(names) - x.size
+    more, parts = len(names) - x.size, parts_of(objective, x)
     x = np.append(x, [np.log(given[name].centre / assumed[name]) for name in names[x.size :]])
     lower, upper = np.append(lower, [-_FAR] * more), np.append(upper, [_FAR] * more)
-    density = LogPosterior(parts_of(objective), names, lower, upper, objective.scales(), assumed, given)
+    density = LogPosterior(parts, names, lower, upper, objective.scales(), assumed, given)
     return _supported(density), x
 
 
@@ -211,10 +224,8 @@ def _internal(density: LogPosterior, name: str, value: float) -> float:
 
 def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Generator, report: Report) -> _Found:
     """Run the chains until they are long enough."""
-    try:
-        import emcee
-    except ImportError:
-        raise ValueError("posterior needs emcee: pip install 'flatpunch[fit]'.") from None
+    import emcee
+
     chains = _CHAINS
     walkers, count = state.shape
     # not emcee's DESnookerMove, whose draws are too narrow: 0.85 of the standard deviation of a normal density of four parameters
@@ -256,7 +267,7 @@ def _parabola(density: LogPosterior, x: Array) -> tuple[Array, Array]:
         r = density.residuals(part, np.vstack([x, x + eye, x - eye]))
         slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * step)
         variance = (float(r[0] @ r[0]) + part.within) / max(part.count - x.size, 1)
-        information += slopes @ slopes.T / max(variance, 1e-300)
+        information += slopes @ slopes.T / max(variance, TINY)
     for name, prior in density.priors.items():
         j = density.names.index(name)
         ends = density.external(name, np.array([density.lower[j], density.upper[j]]))[0]

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array
-from flatpunch.fit.elastic.background import over_line
-from flatpunch.fit.elastic.setup import Approach
+from flatpunch._support.checks import TINY, Array
+from flatpunch.fit.elastic.background import asks_for_tilt, over_line
+from flatpunch.fit.elastic.problem import SAFE, Problem
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
+from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
-from flatpunch.fit.measured.segments import approach, approach_end, forwards, leaves
-from flatpunch.fit.measured.signal import CLEAR, check_rise, check_saturation, converter_step, noise_of
+from flatpunch.fit.measured.signal import CLEAR, DIP, check_rise, check_saturation, converter_step, noise_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
@@ -27,16 +27,14 @@ _BINS, _SCANNED = 500, 120
 def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """Approach, hold and retract against a model with memory."""
     _check_times(curve, settings)
-    curve, notes = forwards(curve)
-    turned = -1.0 if notes else 1.0
-    at = turns(curve.position)
-    # the first cycle, or all of a curve that has one
-    first = curve.taken(slice(0, at[1])) if len(at) > 1 else curve
-    contact, sign = _elastic_contact(first, model, limits, settings, turned)
+    found = approach_of(curve, settings.direction, first=True)
+    turned, notes = found.turned, found.notes
+    contact, sign = _elastic_contact(found, model, limits, settings)
     if sign < 0:
-        curve, first = curve.turned(force=-1.0), first.turned(force=-1.0)
+        found = found.signed(-1.0)
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    part, more = _checked(curve, settings, contact, approach_end(first) - 1)
+    part, chosen, more = _checked(found, settings, contact)
+    tilted, settings = chosen.baseline == "linear" != settings.baseline, chosen
     speed = speed_of(part, settings)
     if speed is not None:
         check_drag(part, settings)
@@ -62,7 +60,17 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     lower, upper = with_nuisance(objective, limits, ends)
     coarse = _binned(part, position, model, settings, _SCANNED, speed)
     used = np.ones(part.depth.size, dtype=bool)
-    return Setup(part, used, objective, lower, upper, lambda: _start(coarse, lower, upper, between), (*notes, *more))
+    return Setup(
+        part,
+        used,
+        objective,
+        lower,
+        upper,
+        lambda: _start(coarse, lower, upper, between),
+        settings,
+        (*notes, *more),
+        tilted=tilted,
+    )
 
 
 def _check_times(curve: Curve, settings: Settings) -> None:
@@ -86,12 +94,12 @@ def _check_times(curve: Curve, settings: Settings) -> None:
 
 
 def _elastic_contact(
-    curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings, turned: float
+    found: Approach, model: HistoryModel, limits: tuple[Array, Array], settings: Settings
 ) -> tuple[float, float]:
     """Contact point [m] and sign of the force by the elastic model of the approach."""
     plain = [name in model.elastic.free for name in model.free]
     elastic = (limits[0][: len(plain)][plain], limits[1][: len(plain)][plain])
-    problem = Approach(approach(curve), model.elastic, elastic, replace(settings, drag=0.0), turned)
+    problem = Problem(found.part, model.elastic, elastic, replace(settings, drag=0.0), found.turned)
     scan, sign = problem.scan(), 1.0
     if problem.presses_downwards(scan):
         problem, sign = replace(problem, part=problem.part.turned(force=-1.0)), -1.0
@@ -99,12 +107,14 @@ def _elastic_contact(
     return scan.contact(problem.objective()), sign
 
 
-def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tuple[Curve, tuple[str, ...]]:
-    """A rise, no saturation, no adhesion; judged over the background before the contact. The approach ends at `top`."""
-    n = curve.force.size
+def _checked(found: Approach, settings: Settings, contact: float) -> tuple[Curve, Settings, tuple[str, ...]]:
+    """A rise, no saturation, no adhesion; judged over the background before the contact, which is chosen here."""
+    curve, top, n = found.whole, found.end - 1, found.whole.force.size
     first = float(curve.depth[: top + 1].min())
-    # share of the way to the contact that shows the background alone
-    before = (np.arange(n) <= top) & (curve.depth < first + 0.6 * (contact - first))
+    before = (np.arange(n) <= top) & (curve.depth < first + SAFE * (contact - first))
+    if settings.baseline == "auto":
+        asks = asks_for_tilt(curve.position[before], curve.force[before])
+        settings = replace(settings, baseline="linear" if asks else "constant")
     # readings before the contact from which the background's level is judged; a tilt is judged from FEWEST
     if before.sum() >= 3:
         force = over_line(curve, before)
@@ -125,26 +135,26 @@ def _checked(curve: Curve, settings: Settings, contact: float, top: int) -> tupl
     up = np.arange(top + 1)
     order = up[np.argsort(curve.position[up], kind="stable")]
     check_saturation(curve, curve.position[order], force[order], noise)
-    # share of the rise below which a dip of the retract is no adhesion
-    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, 0.03 * rise))
+    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, DIP * rise))
     if not below.size or settings.adhesion == "ignore":
-        return curve, ()
+        return curve, settings, ()
     if settings.adhesion == "refuse":
-        begin = leaves(curve.taken(slice(0, top + 1 + int(below[0]))))
+        begin = min(found.leaves, top + 1 + int(below[0]))
         if begin <= top + 1:
             raise CurveError(
                 f"{curve.name}: on the way back the force dips {-smooth[top:].min():.3g} N below its start: the tip is held, and "
                 "without a hold before it the approach alone shows little of the relaxation. Adhesion of viscoelastic bodies is "
                 "not solved; adhesion = 'above' fits the retract as well, down to the start of the dip."
             )
-        return curve.taken(slice(0, begin)), (
+        note = (
             f"Adhesion: the retract dips {-smooth[top:].min():.3g} N below the start of the curve and is left out ({n - begin} "
             "points); approach and hold are fitted without adhesion, which is approximate: the adhesive force is small there, "
-            "not zero. adhesion = 'above' fits the retract down to the dip.",
+            "not zero. adhesion = 'above' fits the retract down to the dip."
         )
+        return curve.taken(slice(0, begin)), settings, (note,)
     back = top + int(np.argmax(smooth[top:] < 0))
     note = f"Adhesion: the retract is left out from where the force is back at its start ({n - back} points)."
-    return curve.taken(slice(0, back)), (note,)
+    return curve.taken(slice(0, back)), settings, (note,)
 
 
 def _binned(
@@ -161,7 +171,7 @@ def _binned(
     since = np.sum(
         [np.log1p(np.clip(time - t, 0, most) / usual) for t, most in zip(starts, lasting, strict=True)], axis=0
     )
-    along = np.sum([c / max(float(c[-1]), 1e-300) for c in (time - time[0], path, since)], axis=0)
+    along = np.sum([c / max(float(c[-1]), TINY) for c in (time - time[0], path, since)], axis=0)
     index = np.minimum((along / 3 * count).astype(int), count - 1) if n > count else np.arange(n)
     # readings at the same time are one
     index = np.unique(index, return_inverse=True)[1]

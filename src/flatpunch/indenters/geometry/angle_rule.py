@@ -15,7 +15,7 @@ from flatpunch.indenters._common import FULL_TURN
 from flatpunch.indenters.profile import Indenter, split_angles
 from flatpunch.numerics.gauss import gauss
 
-_STILL = 2e-14
+_STILL = float(100 * np.finfo(float).eps)
 """Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
 
 
@@ -53,7 +53,7 @@ def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
             # kinks cross all circles, and between them more angles are no use
             return _kept(phi, weights)
         means, scale = _means(indenter, radii, phi, weights)
-        while phi.size < 8192:
+        while phi.size < 10_000:
             more = _finer(breaks, size, crossed=tolerance > _STILL)
             finer = _nodes(*more)
             new, scale = _means(indenter, radii, *finer)
@@ -77,7 +77,7 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
         return breaks, 2 * size
     if not crossed:
         # outlines that vary by orders of magnitude need thousands: few trials reach them
-        return breaks, size + max(8, size // 8)
+        return breaks, size + max(10, size // 10)
     ends = np.array([*breaks, breaks[0] + FULL_TURN])
     return sorted({*map(float, ends[:-1]), *map(float, (ends[:-1] + ends[1:]) / 2)}), size
 
@@ -98,9 +98,9 @@ def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
 def _first_size(breaks: list[float], order: int) -> int:
     """Angles of the whole turn, or of one panel: enough for cos(2 order phi)."""
     if not breaks:
-        return max(64, 4 * (order // 2 + 1) * 2)
+        return 4 * (order + 2)
     widest = float(np.diff([*breaks, breaks[0] + FULL_TURN]).max())
-    return _gauss_nodes(order * widest) if len(breaks) <= 64 else 8
+    return _gauss_nodes(order * widest) if len(breaks) <= 100 else 10
 
 
 def _gauss_nodes(z: float) -> int:

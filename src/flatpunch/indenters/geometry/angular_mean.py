@@ -15,7 +15,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
-from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters._common import FULL_TURN, SAME
 from flatpunch.indenters.geometry.angle_rule import angular_rule, panel_rule
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
 from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
@@ -66,9 +66,9 @@ class AngularRule:
 
     def _one_period(self, phi: Array, weights: Array) -> tuple[Array, Array]:
         """Of a rule for the whole turn that of one period, or the whole rule if it has no periods."""
-        first = np.mod(phi - self.start, FULL_TURN) < self.period * (1 - 1e-13)
+        first = np.mod(phi - self.start, FULL_TURN) < self.period * (1 - SAME)
         total = float(weights[first].sum())
-        if abs(total * FULL_TURN / self.period - 1) > 1e-12:
+        if abs(total * FULL_TURN / self.period - 1) > SAME:
             return phi, weights
         return phi[first], weights[first] / total
 

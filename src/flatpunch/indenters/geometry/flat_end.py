@@ -6,7 +6,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Flags
-from flatpunch.indenters._common import FULL_TURN
+from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
 from flatpunch.indenters.profile import Indenter
 
 
@@ -14,8 +14,8 @@ from flatpunch.indenters.profile import Indenter
 def flat_radius(indenter: Indenter) -> float:
     """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
     rings = indenter.rings
-    # half as many angles change the mean radius of a square by 1e-6
-    phi = np.asarray(np.arange(1440) * (FULL_TURN / 1440))
+    # with the rays alone the mean radius of a square changes by 1e-6
+    phi = np.asarray(np.arange(2 * RAYS) * (FULL_TURN / 2 / RAYS))
     if len(rings) < 2 or np.any(indenter.height(np.array((1 - 1e-3) * rings[0]), phi)):
         return 0.0
 
@@ -24,7 +24,7 @@ def flat_radius(indenter: Indenter) -> float:
 
     from scipy.optimize import elementwise
 
-    return float(elementwise.find_root(beyond, (0.0, (1 + 1e-12) * rings[-1]), args=(phi,)).x.mean())
+    return float(elementwise.find_root(beyond, (0.0, (1 + SAME) * rings[-1]), args=(phi,)).x.mean())
 
 
 def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:

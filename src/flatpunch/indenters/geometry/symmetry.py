@@ -6,17 +6,17 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
-from flatpunch.indenters._common import SAME
+from flatpunch.indenters._common import SAME, SCATTERED
 from flatpunch.indenters.profile import Indenter
 
-_PHI = 0.1234 + 2 * np.pi * np.arange(97) / 97
+_PHI = SCATTERED[::7]
 """Angles at which heights are compared: a prime number of them, off the axes; half as many may miss a difference."""
 
 
-def sample_radii(indenter: Indenter, count: int) -> Array:
+def sample_radii(indenter: Indenter, count: int = 50) -> Array:
     """Radii at which an indenter of any size is sampled: up to its reach, or from atoms to metres if it has none."""
     if np.isfinite(indenter.reach):
-        return np.asarray(indenter.reach * np.geomspace(1e-6, 0.999, count))
+        return np.asarray(indenter.reach * np.geomspace(1e-6, 1, count, endpoint=False))
     return np.geomspace(1e-10, 1e3, 2 * count)
 
 
@@ -30,7 +30,7 @@ def rotational_symmetry(indenter: Indenter) -> int:
 
 
 def different_rays(indenter: Indenter, phi: Array) -> tuple[Array, Indices]:
-    """Those of the polar angles phi, shape (n,), that symmetry does not map onto each other, and the index of each."""
+    """Polar angles among phi, shape (n,), that symmetry does not map onto each other, and the index of each phi in them."""
     start, period = next(iter(indenter.corners), 0.0), 2 * np.pi / rotational_symmetry(indenter)
     turn = np.mod(phi - start, period)
     if mirrored_about(indenter, start):
@@ -49,6 +49,6 @@ def mirrored_about(indenter: Indenter, angle: float) -> bool:
 
 def _same(indenter: Indenter, phi: Array, other: Array) -> bool:
     """Whether heights at all radii are the same at pairs of polar angles, shape (n,) each."""
-    r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 12))[:, None]
+    r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 10))[:, None]
     f, g = (np.asarray(indenter.height(r, np.mod(at, 2 * np.pi))) for at in (phi, other))
     return bool(np.all(np.abs(f - g) <= SAME * f.max(axis=1, keepdims=True)))

@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, non_negative, positive, values
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, BadValue, non_negative, positive, refused_overflow, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import SAME, spread
 from flatpunch.indenters.shape import RoundShape
 
 
@@ -72,13 +71,13 @@ class AreaFunction(RoundShape):
     def __post_init__(self) -> None:
         found = tuple(values("AreaFunction.coefficients", self.coefficients, minimum=-np.inf, unit="1").tolist())
         if not any(found):
-            raise ValueError("AreaFunction.coefficients are all zero; C0 of a sharp Berkovich tip is 24.5.")
+            raise BadValue("AreaFunction.coefficients", "", "are all zero; C0 of a sharp Berkovich tip is 24.5.")
         object.__setattr__(self, "coefficients", found)
         object.__setattr__(self, "limit", positive("AreaFunction.limit", self.limit, unit="m"))
         object.__setattr__(self, "unit", positive("AreaFunction.unit", self.unit, unit="m"))
         object.__setattr__(self, "start", non_negative("AreaFunction.start", self.start, unit="m"))
         if self.start >= self.limit:
-            raise ValueError(f"AreaFunction.start = {self.start!r} must be below the limit, {self.limit!r}.")
+            raise BadValue("AreaFunction.start", repr(self.start), f"must be below the limit, {self.limit!r}.")
         object.__setattr__(self, "_inverse", self._table())
 
     @property
@@ -105,7 +104,7 @@ class AreaFunction(RoundShape):
         """Radial derivative df/dr [-], same broadcasting; where paraboloid and fit meet the value beyond."""
         r = np.asarray(r, dtype=float)
         depth = self._depth(r)
-        growth = self._fit(np.maximum(depth, max(self.start, 1e-300)))[1]
+        growth = self._fit(np.maximum(depth, max(self.start, np.finfo(float).tiny)))[1]
         if self.start > 0:
             growth = np.where(r < self.rings[0], self._fit(np.array(self.start))[0] / self.start, growth)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -145,21 +144,22 @@ class AreaFunction(RoundShape):
         return 2.0 if last == 0 else 2.0 ** (1 - last)
 
     def _table(self) -> scipy.interpolate.PchipInterpolator:
-        first = self.start if self.start > 0 else self.limit * 1e-12
-        h = np.geomspace(first, self.limit, 600)
+        first = self.start if self.start > 0 else self.limit * SAME
+        h = np.geomspace(first, self.limit, 1000)
         area, growth = self._fit(h)
         bad = (area <= 0) | (growth <= 0)
         if bad.any():
             i = int(np.flatnonzero(bad)[-1])
             remedy = (
-                f"Set start to {text(float(h[min(i + 1, h.size - 1)] * 1.01), 'm')} or more: below it a paraboloid takes the "
+                f"Set start to {text(float(h[min(i + 2, h.size - 1)]), 'm')} or more: below it a paraboloid takes the "
                 "place of the fit."
                 if i + 1 < h.size
                 else "Lower the limit to the range of the fit."
             )
-            raise ValueError(
-                f"AreaFunction.coefficients give an area of {area[i]:.4g} m^2 that rises by {growth[i]:.4g} m^2/m at "
-                "a depth of "
-                f"{text(float(h[i]), 'm')}; both must be > 0. {remedy}"
+            raise BadValue(
+                "AreaFunction.coefficients",
+                "",
+                f"give an area of {area[i]:.4g} m^2 that rises by {growth[i]:.4g} m^2/m at a depth of "
+                f"{text(float(h[i]), 'm')}; both must be > 0. {remedy}",
             )
         return scipy.interpolate.PchipInterpolator(np.log(area / np.pi) / 2, np.log(h))

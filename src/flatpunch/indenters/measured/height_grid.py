@@ -5,35 +5,61 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices, numbers, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, Indices, numbers, values
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
-    """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks."""
+    """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks.
+
+    Heights that are missing at the rim are NaN.
+    """
     columns = values("HeightMap.x", x, minimum=-np.inf, unit="m")
     rows = values("HeightMap.y", y, minimum=-np.inf, unit="m")
     heights = numbers("HeightMap.z", z, "m")
     if heights.shape != (rows.size, columns.size) or min(heights.shape) < 7:
-        raise ValueError(
-            f"HeightMap.z has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must "
-            "be (ny, nx), 7 or more each."
+        raise BadValue(
+            "HeightMap.z",
+            "",
+            f"has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must be (ny, nx), "
+            "7 or more each.",
         )
-    missing = ~np.isfinite(heights)
-    if missing.any():
-        j, i = (int(n) for n in np.argwhere(missing)[0])
-        raise ValueError(
-            f"HeightMap.z has {int(missing.sum())} gaps or infinite values, the first in row {j}, column {i}. "
-            "Fill them or cut the "
-            "map to where it was measured."
+    heights[~np.isfinite(heights)] = np.nan
+    holes = _holes(np.isnan(heights))
+    if holes.any():
+        j, i = (int(n) for n in np.argwhere(holes)[0])
+        raise BadValue(
+            "HeightMap.z",
+            "",
+            f"has {int(holes.sum())} gaps or infinite values inside, the first in row {j}, column {i}; only at "
+            "the rim of the map values may be missing. Fill them or cut the map to where it was measured.",
         )
     for name, axis, direction in (("x", 1, np.diff(columns)), ("y", 0, np.diff(rows))):
         if (direction < 0).all():
             heights = np.flip(heights, axis)
         elif not (direction > 0).all():
-            raise ValueError(f"HeightMap.{name} must increase or decrease strictly: it is the coordinate of a grid.")
+            raise BadValue(
+                f"HeightMap.{name}", "", "must increase or decrease strictly: it is the coordinate of a grid."
+            )
     return np.sort(columns), np.sort(rows), np.ascontiguousarray(heights)
+
+
+def _holes(missing: Flags) -> Flags:
+    """Missing values that are not connected with the border, all of them if nothing is known."""
+    if not missing.any() or missing.all():
+        return missing
+    outside = scipy.ndimage.binary_propagation(np.zeros_like(missing), mask=missing, border_value=1)
+    return np.asarray(missing & ~outside)
+
+
+def filled(heights: Array) -> Array:
+    """Heights with the missing ones replaced by the nearest known ones, so that a spline goes through them."""
+    missing = np.isnan(heights)
+    if not missing.any():
+        return heights
+    nearest = scipy.ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True)
+    return np.asarray(heights[tuple(nearest)])
 
 
 def oriented(heights: Array, apex: str) -> Array:
@@ -47,22 +73,31 @@ def even_spacing(columns: Array, rows: Array) -> tuple[float, float]:
     for name, axis in (("x", columns), ("y", rows)):
         steps = np.diff(axis)
         if np.ptp(steps) > 1e-3 * steps.mean():
-            raise ValueError(f"HeightMap.{name} is not evenly spaced, which smoothing needs. Resample the map first.")
+            raise BadValue(
+                f"HeightMap.{name}", "", "is not evenly spaced, which smoothing needs. Resample the map first."
+            )
     return float(np.diff(rows).mean()), float(np.diff(columns).mean())
 
 
 def plane(columns: Array, rows: Array, heights: Array) -> Array:
-    """Best plane through the whole map."""
-    x, y = columns - columns.mean(), (rows - rows.mean())[:, None]
-    rest = heights - heights.mean()
-    along_x, along_y = (rest * x).sum() / (x * x).sum() / rows.size, (rest * y).sum() / (y * y).sum() / columns.size
-    return np.asarray(heights.mean() + along_x * x + along_y * y)
+    """Best plane through the whole map, or what is known of it."""
+    x, y = np.meshgrid(columns - columns.mean(), rows - rows.mean())
+    known = ~np.isnan(heights)
+    scale = np.ptp(columns) + np.ptp(rows)
+    table = np.column_stack([np.full(x.size, scale), x.ravel(), y.ravel()])
+    solution = np.linalg.lstsq(table[known.ravel()], heights[known] - np.mean(heights[known]), rcond=None)[0]
+    return np.asarray(np.mean(heights[known]) + (table @ solution).reshape(x.shape))
 
 
 def lowest_point(columns: Array, rows: Array, heights: Array, near: tuple[float, float] | None) -> tuple[int, int]:
-    """Row and column of the apex: the lowest point, or the one reached from `near` by descending."""
+    """Row and column of the apex: the lowest point, or the one reached from `near` by descending.
+
+    Of several lowest ones, as on flat ends and ridges, the one farthest from the border. Missing heights are infinite.
+    """
     if near is None:
-        j, i = (int(n) for n in np.unravel_index(np.argmin(heights), heights.shape))
+        lowest = np.argwhere(heights == heights.min())
+        inside = np.minimum(lowest, np.array(heights.shape) - 1 - lowest)
+        j, i = (int(n) for n in lowest[np.argmax(inside.min(axis=1) + inside.sum(axis=1) / heights.size)])
     else:
         i, j = int(np.argmin(np.abs(columns - near[0]))), int(np.argmin(np.abs(rows - near[1])))
         while True:
@@ -107,12 +142,12 @@ def fitted(
         smallest = float(np.linalg.eigvalsh(curvature)[0])
         if smallest <= 0:
             # a saddle or plateau of the spline: go downhill
-            move = -gradient / max(float(np.hypot(*gradient)), 1e-300) * step / 10
+            move = -gradient / max(float(np.hypot(*gradient)), np.finfo(float).tiny) * step / 10
         else:
             move = -np.linalg.solve(curvature, gradient)
-            move *= min(1.0, step / 2 / max(float(np.hypot(*move)), 1e-300))
+            move *= min(1.0, step / 2 / max(float(np.hypot(*move)), np.finfo(float).tiny))
         point = point + move
-        if np.abs(move).max() < 1e-14 * step:
+        if np.abs(move).max() < ROUNDING * step:
             break
     if np.abs(point - [x, y]).max() > 2 * step:
         point = np.array([x, y])
@@ -122,4 +157,4 @@ def fitted(
 def _window(axis: Array, centre: float, radius: float) -> Indices:
     inside = np.flatnonzero(np.abs(axis - centre) <= radius)
     # four points more on each side, so that the cut does not affect the spline
-    return np.arange(max(inside[0] - 4, 0), min(inside[-1] + 5, axis.size))
+    return np.arange(max(inside[0] - 4, 0), min(inside[-1] + 4 + 1, axis.size))

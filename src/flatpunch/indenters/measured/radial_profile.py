@@ -18,10 +18,23 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array, numbers, values
+from flatpunch._support.checks import Array, BadValue, non_negative, numbers, values
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
+from flatpunch.indenters.measured.smoothing import (
+    change_of_force,
+    possible_kinks,
+    smoothed_heights,
+    what_smoothing_changed,
+)
 from flatpunch.indenters.shape import RoundShape
+
+NOTABLE = 0.01
+"""Relative change of the force by kinks that is worth a note; few curves are calibrated better."""
+
+_ROUNDING = 100 * np.finfo(float).eps
+"""Height over the largest one that is rounding."""
 
 
 @readable
@@ -38,6 +51,14 @@ class RadialProfile(RoundShape):
     kinks : sequence of float
         Radii of the table at which the slope jumps, such as the edge of a truncated tip; elsewhere it is
         continuous.
+    smoothing : float
+        Standard deviation of the Gaussian by which noise of the heights is smoothed [m]; 0 takes them as they are. Heights may
+        then fall, and be negative.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What smoothing changed, and by how much kinks that are given, or that the table seems to have, change the force.
 
     Raises
     ------
@@ -59,16 +80,23 @@ class RadialProfile(RoundShape):
     r: tuple[float, ...]
     f: tuple[float, ...]
     kinks: tuple[float, ...] = ()
+    _smoothed: str = field(init=False, repr=False, compare=False)
     _curve: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
     _derivative: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
 
     def __init__(
-        self, r: Sequence[float] | Array, f: Sequence[float] | Array, kinks: Sequence[float] | Array = ()
+        self,
+        r: Sequence[float] | Array,
+        f: Sequence[float] | Array,
+        kinks: Sequence[float] | Array = (),
+        *,
+        smoothing: float = 0.0,
     ) -> None:
-        radii, heights = _checked_table(r, f)
+        width = non_negative("RadialProfile.smoothing", smoothing, "0 takes the heights as they are.", unit="m")
+        radii, heights, cuts, change = _table(r, f, kinks, width)
         object.__setattr__(self, "r", tuple(map(float, radii)))
         object.__setattr__(self, "f", tuple(map(float, heights)))
-        cuts = _kink_indices(radii, kinks)
+        object.__setattr__(self, "_smoothed", change)
         object.__setattr__(self, "kinks", tuple(float(radii[i]) for i in cuts))
         curve = _curve(radii, heights, cuts)
         object.__setattr__(self, "_curve", curve)
@@ -97,8 +125,35 @@ class RadialProfile(RoundShape):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """The kinks."""
-        return self.kinks
+        """The points of the table at which a derivative jumps by more than rounding."""
+        cubic, square, linear, _ = self._curve.c
+        width = np.diff(self._curve.x)
+        # coefficients of the piece that ends at a point against those of the next, as heights over the longer piece
+        bend = (3 * cubic * width + square)[:-1] - square[1:]
+        tilt = ((3 * cubic * width + 2 * square) * width + linear)[:-1] - linear[1:]
+        longer = np.maximum(width[:-1], width[1:])
+        height = np.abs(np.diff(cubic)) * longer**3 + np.abs(bend) * longer**2 + np.abs(tilt) * longer
+        return tuple(self._curve.x[1:-1][height > _ROUNDING * self.f[-1]].tolist())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What smoothing and kinks change, in words."""
+        found: tuple[str, ...] = (self._smoothed,) if self._smoothed else ()
+        radii, heights = np.array(self.r), np.array(self.f)
+        cuts = [] if self.kinks else possible_kinks(radii, heights)
+        if not self.kinks and not cuts:
+            return found
+        without = self._derivative if not self.kinks else _curve(radii, heights, []).derivative()
+        having = self._derivative if self.kinks else _curve(radii, heights, cuts).derivative()
+        change, depth = change_of_force(without, having, self.reach)
+        if abs(change) > NOTABLE:
+            places = ", ".join(text(float(r), "m") for r in (self.kinks or radii[cuts][:4]))
+            which = "Kinks of the tip" if self.kinks else "The slope of the tip seems to jump; kinks="
+            found += (
+                f"{which} at {places} change the force on a half-space by up to {100 * change:+.1f} %, at a depth of "
+                f"{text(depth, 'm')}.",
+            )
+        return found
 
     @property
     def tabulated(self) -> bool:
@@ -116,6 +171,24 @@ class RadialProfile(RoundShape):
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting; at a kink the value beyond it."""
         return spread(np.maximum(self._derivative(np.minimum(r, self.reach)), 0.0), phi)
+
+
+def _table(
+    r: Sequence[float] | Array, f: Sequence[float] | Array, kinks: Sequence[float] | Array, width: float
+) -> tuple[Array, Array, list[int], str]:
+    """Radii, heights, points of kinks, and what smoothing changed."""
+    if width == 0:
+        radii, heights = _checked_table(r, f)
+        return radii, heights, _kink_indices(radii, kinks), ""
+    radii = values("RadialProfile.r", r, unit="m")
+    measured = values("RadialProfile.f", f, minimum=-np.inf, unit="m", smallest=0.0)
+    # heights are judged once they are smoothed
+    _checked_table(radii, np.arange(float(measured.size)))
+    if width > radii[-1]:
+        raise BadValue("RadialProfile.smoothing", repr(width), "is wider than the profile. Take some of its spacings.")
+    cuts = _kink_indices(radii, kinks)
+    heights = smoothed_heights(radii, measured, width, cuts)
+    return *_checked_table(radii, heights), cuts, what_smoothing_changed(width, heights - measured)
 
 
 def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tuple[Array, Array]:
@@ -150,30 +223,31 @@ def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tu
         "RadialProfile.f",
         heights,
         np.diff(heights) < 0,
-        "falls: smooth the measured profile until it rises with the radius.",
+        "falls: smooth the measured profile, smoothing = some spacings of the table [m].",
     )
     if heights[-1] == 0:
-        raise ValueError("RadialProfile.f is zero throughout and does not rise; a flat end is Cylinder(radius).")
+        raise BadValue("RadialProfile.f", "", "is zero throughout and does not rise; a flat end is Cylinder(radius).")
     return radii, heights
 
 
 def _refuse(name: str, table: Array, bad: NDArray[np.bool_], reason: str) -> None:
     if bad.any():
         i = int(np.argmax(bad)) + 1
-        raise ValueError(f"{name}[{i}] = {table[i]:.6g} after {name}[{i - 1}] = {table[i - 1]:.6g} {reason}")
+        raise BadValue(f"{name}[{i}]", f"{table[i]:.6g}", f"after {name}[{i - 1}] = {table[i - 1]:.6g} {reason}")
 
 
 def _kink_indices(radii: Array, kinks: Sequence[float] | Array) -> list[int]:
     cuts = []
     given = np.atleast_1d(numbers("RadialProfile.kinks", kinks, "m"))
     if given.ndim > 1:
-        raise ValueError(f"RadialProfile.kinks has shape {given.shape}; it must be a sequence of radii.")
+        raise BadValue("RadialProfile.kinks", "", f"has shape {given.shape}; it must be a sequence of radii.")
     for kink in given:
         i = int(np.argmin(np.abs(radii - kink)))
         if not (0 < i < radii.size - 1 and abs(radii[i] - kink) <= 1e-9 * radii[-1]):
-            raise ValueError(
-                f"RadialProfile.kinks contains {float(kink)!r}, which is no inner radius of the table. Add that "
-                "point to the table."
+            raise BadValue(
+                "RadialProfile.kinks",
+                "",
+                f"contains {float(kink)!r}, which is no inner radius of the table. Add that point to the table.",
             )
         cuts.append(i)
     return sorted(set(cuts))

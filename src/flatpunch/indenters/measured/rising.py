@@ -54,9 +54,9 @@ def first_fall(indenter: Indenter, reach: float | None = None) -> Fall | None:
         end = 1.0
     phi = FULL_TURN * np.arange(RAYS) / RAYS
     # half as many radii may miss a dip that is 2 % wide
-    r = end * np.arange(1, 401) / 400
+    r = np.linspace(0, end, 401)[1:]
     slope = np.empty((r.size, RAYS))
-    for rows in np.array_split(np.arange(r.size), 8):
+    for rows in np.array_split(np.arange(r.size), 10):
         slope[rows] = indenter.slope(r[rows, None], phi)
     height = np.asarray(indenter.height(r[:1, None], phi))
     falling = np.less_equal(slope, 0)

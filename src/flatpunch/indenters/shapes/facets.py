@@ -15,7 +15,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, values
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, inclination, spread
+from flatpunch.indenters._common import FULL_TURN, SAME, inclination, spread
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.pyramid import Pyramid
 
@@ -119,7 +119,7 @@ def pyramid_of(gradients: Sequence[Sequence[float]] | Array) -> FacetedPyramid:
 
 def _check_faces(directions: tuple[float, ...], gradients: Array) -> None:
     gaps = np.diff([*directions, directions[0] + FULL_TURN])
-    if gaps.max() >= math.pi * (1 - 1e-12):
+    if gaps.max() >= math.pi * (1 - SAME):
         i = int(np.argmax(gaps))
         raise ValueError(
             f"FacetedPyramid has no face between the directions {directions[i]:.4g} and "
@@ -128,7 +128,7 @@ def _check_faces(directions: tuple[float, ...], gradients: Array) -> None:
         )
     before, after = np.roll(gradients, 1, axis=0), np.roll(gradients, -1, axis=0)
     turn = np.cross(np.pad(gradients - before, ((0, 0), (0, 1))), np.pad(after - gradients, ((0, 0), (0, 1))))[:, 2]
-    hidden = turn <= 1e-12 * np.max(np.sum(gradients**2, axis=1))
+    hidden = turn <= SAME * np.max(np.sum(gradients**2, axis=1))
     if hidden.any():
         i = int(np.argmax(hidden))
         raise ValueError(

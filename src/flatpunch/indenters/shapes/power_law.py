@@ -14,13 +14,10 @@ from typing import Any
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, positive, values
+from flatpunch._support.checks import Array, BadValue, positive, values
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, RAYS, check_exponent, corner_angles, power
+from flatpunch.indenters._common import FULL_TURN, SCATTERED, check_exponent, corner_angles, power
 from flatpunch.indenters.shape import Shape
-
-_SAMPLES = FULL_TURN * (np.arange(RAYS) + 0.382) / RAYS
-"""Angles at which psi is tried: twice a degree, off the multiples of common corners."""
 
 
 @readable
@@ -70,14 +67,17 @@ class AngularTable:
         phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf, unit="rad")
         psi = values("PowerLaw.angular psi", self.psi, strict=True)
         if phi.size != psi.size or phi.size < 3:
-            raise ValueError(
-                f"PowerLaw.angular has {phi.size} angles and {psi.size} values; a table needs 3 or more of "
-                "each, equally many."
+            raise BadValue(
+                "PowerLaw.angular",
+                "",
+                f"has {phi.size} angles and {psi.size} values; a table needs 3 or more of each, equally many.",
             )
         if (np.diff(phi) <= 0).any() or phi[-1] - phi[0] >= FULL_TURN:
-            raise ValueError(
-                "PowerLaw.angular phi must increase strictly and stay below one turn (2 pi): "
-                "the table closes by itself, leave out the repeated first point."
+            raise BadValue(
+                "PowerLaw.angular",
+                "",
+                "phi must increase strictly and stay below one turn (2 pi): the table closes by itself, leave out "
+                "the repeated first point.",
             )
         object.__setattr__(self, "phi", tuple(map(float, phi)))
         object.__setattr__(self, "psi", tuple(map(float, psi)))
@@ -96,13 +96,14 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
     for corner in corners:
         off = np.abs(np.mod(phi - corner + np.pi, FULL_TURN) - np.pi)
         if off.min() > 1e-9:
-            raise ValueError(
-                f"PowerLaw.corners contains {float(corner)!r}, which is no angle of the table. Add the corner's "
-                "own value to the table."
+            raise BadValue(
+                "PowerLaw.corners",
+                "",
+                f"contains {float(corner)!r}, which is no angle of the table. Add the corner's own value to the table.",
             )
         cuts.append(int(np.argmin(off)))
         if cuts[-1] in cuts[:-1]:
-            raise ValueError(f"PowerLaw.corners contains {float(corner)!r} twice. Give each corner once.")
+            raise BadValue("PowerLaw.corners", "", f"contains {float(corner)!r} twice. Give each corner once.")
     first = min(cuts, default=0)
     x = np.concatenate([phi[first:], phi[:first] + FULL_TURN, [phi[first] + FULL_TURN]])
     y = np.concatenate([psi[first:], psi[:first], [psi[first]]])
@@ -187,36 +188,39 @@ def _as_angular(angular: Any, corners: tuple[float, ...]) -> Callable[[Array], A
         return function
     if isinstance(angular, (tuple, list)) or (isinstance(angular, np.ndarray) and angular.ndim):
         if len(angular) != 2:
-            raise ValueError(
-                f"PowerLaw.angular has {len(angular)} entries; a table is a pair (phi, psi) of two sequences."
+            raise BadValue(
+                "PowerLaw.angular", "", f"has {len(angular)} entries; a table is a pair (phi, psi) of two sequences."
             )
         return AngularTable(angular[0], angular[1], corners)
     return AngularConstant(angular)
 
 
 def _tried(angular: Callable[[Array], Array]) -> Array:
-    """Values at `_SAMPLES`, after the checks that psi is usable at all."""
+    """Values at `SCATTERED`, after the checks that psi is usable at all."""
     try:
-        psi = np.asarray(angular(_SAMPLES), dtype=float)
+        psi = np.asarray(angular(SCATTERED), dtype=float)
     except (TypeError, ValueError) as error:
         raise TypeError(
             f"PowerLaw.angular fails on an array of angles ({error}). Write it with NumPy functions, e.g. "
             "lambda phi: 1 + 0.1 * np.cos(phi)."
         ) from error
-    if psi.shape != _SAMPLES.shape:
-        raise ValueError(
-            f"PowerLaw.angular gave shape {psi.shape} for {_SAMPLES.shape} angles. Return one value per "
-            "angle; a constant is given as a number."
+    if psi.shape != SCATTERED.shape:
+        raise BadValue(
+            "PowerLaw.angular",
+            "",
+            f"gave shape {psi.shape} for {SCATTERED.shape} angles. Return one value per angle; a constant is given "
+            "as a number.",
         )
     bad = ~(np.isfinite(psi) & (psi > 0))
     if bad.any():
         i = int(np.argmax(bad))
-        raise ValueError(
-            f"PowerLaw.angular({_SAMPLES[i]:.4g}) = {psi[i]:.6g} must be finite and > 0: f must rise from "
-            "the apex in every direction."
+        raise BadValue(
+            f"PowerLaw.angular({SCATTERED[i]:.4g})",
+            f"{psi[i]:.6g}",
+            "must be finite and > 0: f must rise from the apex in every direction.",
         )
     # a turn shifts the angle by rounding of 2 pi only, which a psi of ordinary smoothness does not see at
     # 1e-9
-    if np.abs(np.asarray(angular(_SAMPLES - FULL_TURN)) - psi).max() > 1e-9 * psi.max():
-        raise ValueError("PowerLaw.angular is not periodic: psi(phi - 2 pi) differs from psi(phi).")
+    if np.abs(np.asarray(angular(SCATTERED - FULL_TURN)) - psi).max() > 1e-9 * psi.max():
+        raise BadValue("PowerLaw.angular", "", "is not periodic: psi(phi - 2 pi) differs from psi(phi).")
     return psi

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array, BadValue, positive
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_exponent, check_slender, power
 from flatpunch.indenters.shape import Shape
@@ -55,14 +55,15 @@ class Superellipse(Shape):
         check_slender("Superellipse", self.half_x, self.half_y)
         check_exponent("Superellipse.exponent", self.exponent)
         if self.power > 1000:
-            raise ValueError(
-                f"Superellipse.power = {self.power!r} must be 1000 or less: beyond, its level lines are rectangles."
+            raise BadValue(
+                "Superellipse.power", repr(self.power), "must be 1000 or less: beyond, its level lines are rectangles."
             )
         if self.power < 1:
-            raise ValueError(
-                f"Superellipse.power = {self.power!r} must be >= 1: below it the level lines are hollow between the "
-                "axes, and the "
-                "contact would not be convex."
+            raise BadValue(
+                "Superellipse.power",
+                repr(self.power),
+                "must be >= 1: below it the level lines are hollow between the axes, and the contact would not be "
+                "convex.",
             )
 
     @property

@@ -76,7 +76,7 @@ class Rounded(Shape):
 
     @property
     def seams(self) -> tuple[float, ...]:
-        """Those of the rounded edges [rad]."""
+        """Directions of the joints, which are those of the rounded edges [rad]."""
         return self.rounded_edges
 
     @property

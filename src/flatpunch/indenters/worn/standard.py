@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from typing import overload
 
-from flatpunch._support.checks import non_negative, real, switch
+from flatpunch._support.checks import BadValue, non_negative, real, switch
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -56,7 +56,7 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     >>> fp.Vickers(height_removed=20e-9)
     Truncated(tip=Pyramid(sides=4, inclination=0.383972), height_removed=2e-08)
     """
-    return _finished("Vickers", Pyramid(4, math.radians(90 - 136 / 2)), tip_radius, height_removed)
+    return _finished("Vickers", Pyramid(4, math.pi / 2 - math.radians(136 / 2)), tip_radius, height_removed)
 
 
 @overload
@@ -91,7 +91,7 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
     """
     return _finished(
         "Berkovich",
-        Pyramid(3, math.radians(90 - (65.27 if switch("Berkovich.modified", modified) else 65.03))),
+        Pyramid(3, math.pi / 2 - math.radians(65.27 if switch("Berkovich.modified", modified) else 65.03)),
         tip_radius,
         height_removed,
     )
@@ -189,9 +189,11 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
     front, back, side = (real(f"AfmPyramid.{name}", angle, "rad") for name, angle in given)
     for name, angle in (("front", front), ("back", back), ("side", side)):
         if not 0 < angle < math.pi / 2:
-            raise ValueError(
-                f"AfmPyramid.{name} = {angle!r} must lie in 0 < angle < pi/2: the half opening angle between axis and face in "
-                "radians. Degrees go through math.radians."
+            raise BadValue(
+                f"AfmPyramid.{name}",
+                repr(angle),
+                "must lie in 0 < angle < pi/2: the half opening angle between axis and face in radians. Degrees go "
+                "through math.radians.",
             )
     faces = tuple(math.pi / 2 - angle for angle in (front, side, back, side))
     pyramid = FacetedPyramid((0.0, math.pi / 2, math.pi, 3 * math.pi / 2), faces)
@@ -225,9 +227,11 @@ def _finished(name: str, sharp: Pyramid | FacetedPyramid, tip_radius: float, hei
     tip_radius = non_negative(f"{name}.tip_radius", tip_radius, "0 is sharp.", unit="m")
     height_removed = non_negative(f"{name}.height_removed", height_removed, "0 is sharp.", unit="m")
     if tip_radius and height_removed:
-        raise ValueError(
-            f"{name}: give tip_radius or height_removed, not both. A tip first rounded and then worn flat is "
-            "Truncated(Rounded(...), height_removed)."
+        raise BadValue(
+            name,
+            "",
+            ": give tip_radius or height_removed, not both. A tip first rounded and then worn flat is "
+            "Truncated(Rounded(...), height_removed).",
         )
     if tip_radius:
         return Rounded(sharp, tip_radius, true_sphere=True)

@@ -13,11 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, real, shown
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, BadValue, real, refused_overflow, shown
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters._common import SAME, spread
+from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.facets import FacetedPyramid, face_gradients, pyramid_of
 from flatpunch.indenters.shapes.paraboloid import EllipticParaboloid, Paraboloid
@@ -75,10 +74,11 @@ class Tilted:
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Tilted.tip = {shown(self.tip)} must be an indenter such as Sphere(radius=...).")
+        check_rising(self.tip)
         for name in ("tilt_x", "tilt_y"):
             value = real(f"Tilted.{name}", getattr(self, name), "rad")
             if abs(value) >= math.pi / 2:
-                raise ValueError(f"Tilted.{name} = {value!r} must be an angle below pi/2 in size, in radians.")
+                raise BadValue(f"Tilted.{name}", repr(value), "must be an angle below pi/2 in size, in radians.")
             object.__setattr__(self, name, value)
         shape, apex = _tilted(self.tip, math.tan(self.tilt_x), math.tan(self.tilt_y))
         object.__setattr__(self, "shape", shape)
@@ -86,7 +86,7 @@ class Tilted:
 
     @property
     def exponent(self) -> float | None:
-        """That of the shape about its new apex."""
+        """Exponent of the shape about its new apex."""
         return self.shape.exponent
 
     @property
@@ -111,17 +111,17 @@ class Tilted:
 
     @property
     def angular_tolerance(self) -> float | None:
-        """That of the shape."""
+        """Tolerance of angular means of the shape."""
         return getattr(self.shape, "angular_tolerance", None)
 
     @property
     def crossings(self) -> Callable[[Array], Array] | None:
-        """That of the shape, if it has one."""
+        """Angles at which circles cross joints of the shape, if it has such a function."""
         return getattr(self.shape, "crossings", None)
 
     @property
     def scales(self) -> tuple[float, ...]:
-        """Those of the shape."""
+        """Lengths over which the shape varies [m]."""
         return tuple(getattr(self.shape, "scales", ()))
 
     @property
@@ -183,7 +183,7 @@ class _Recentred(Shape):
     @property
     def angular_tolerance(self) -> float:
         """Differences of heights at the old apex and the new cost some digits."""
-        return float(max(1e-11, getattr(self.tip, "angular_tolerance", None) or 0.0))
+        return float(max(10 * SAME, getattr(self.tip, "angular_tolerance", None) or 0.0))
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -213,7 +213,7 @@ class _Recentred(Shape):
     @property
     def _beside(self) -> float:
         """Radius below which f is taken from the curvature at the new apex: rounding and third derivatives count 1e-5 there."""
-        return max(1e-5 * math.hypot(*self.apex), 1e-300)
+        return max(1e-5 * math.hypot(*self.apex), np.finfo(float).tiny)
 
     def _slope(self, r: Array, phi: Array) -> Array:
         rho, angle, _, _ = self._polar(r, phi)
@@ -274,9 +274,9 @@ def _gradient(tip: Indenter, rho: Array, angle: Array) -> tuple[Array, Array]:
     if tip.round:
         return radial, np.zeros_like(radial)
     # step of the five-point difference [rad]: rounding 1e-11 of f, truncation far below
-    step = 5e-5
+    step = 1e-4
     h = [np.asarray(tip.height(rho, angle + j * step)) for j in (-2, -1, 1, 2)]
-    change = (h[0] - 8 * h[1] + 8 * h[2] - h[3]) / (12 * step)
+    change = (4 * (h[2] - h[1]) / 2 - (h[3] - h[0]) / 4) / (3 * step)
     return radial, np.divide(change, rho, out=np.zeros_like(change), where=np.asarray(rho) > 0)
 
 
@@ -308,7 +308,7 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
         c, s = math.cos(angle), math.sin(angle)
         return np.array([radial * c - around * s + x, radial * s + around * c + y]) / steepness
 
-    found = scipy.optimize.root(gradient, start, tol=1e-14)
+    found = scipy.optimize.root(gradient, start, tol=100 * np.finfo(float).eps)
     if np.abs(gradient(found.x)).max() > 1e-8 or np.hypot(*found.x) * unit >= tip.reach:
         raise _too_far(x, y)
     return float(found.x[0]) * unit, float(found.x[1]) * unit

@@ -10,12 +10,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, positive, shown
-from flatpunch._support.overflow import refused_overflow
+from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.profile import Indenter, check_rising, split_angles
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
 
@@ -54,6 +53,7 @@ class Truncated(Shape):
     def __post_init__(self) -> None:
         if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} must be an indenter such as Pyramid(4, 0.6).")
+        check_rising(self.tip)
         if isinstance(self.tip, (Cylinder, Truncated)):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
         removed = positive(
@@ -80,13 +80,13 @@ class Truncated(Shape):
             lambda phi: -float(tip.height(at, np.array(phi))) / values.max(),
             bounds=(best - 0.01, best + 0.01),
             method="bounded",
-            options={"xatol": 1e-12},
+            options={"xatol": SAME},
         )
         return cls(tip, max(float(values.max()), -float(found.fun) * float(values.max())))
 
     @property
     def reach(self) -> float:
-        """That of the tip [m]."""
+        """Reach of the tip [m]."""
         return self.tip.reach
 
     @property
@@ -105,13 +105,19 @@ class Truncated(Shape):
         return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
 
     @property
+    def kinks(self) -> tuple[float, ...]:
+        """The rings but for points of a table, at which only the curvature jumps [m]."""
+        own = {*self._rings, *getattr(self.tip, "kinks", self.tip.rings)}
+        return tuple(ring for ring in self.rings if ring in own)
+
+    @property
     def round(self) -> bool:
         """Whether the tip is round."""
         return self.tip.round
 
     @property
     def angular_tolerance(self) -> float | None:
-        """That of the tip: `crossings` gives the angles at which circles cross the border of the flat."""
+        """Tolerance of angular means of the tip; `crossings` gives the angles at which circles cross the border of the flat."""
         return getattr(self.tip, "angular_tolerance", None)
 
     @property
@@ -161,9 +167,10 @@ def _border(tip: Indenter, level: float) -> tuple[float, ...]:
     """Smallest and largest radius of the level line f = level, and others at which it turns; one where it is a circle."""
     radii = _border_line(tip, level)[1]
     if not np.isfinite(radii).all():
-        raise ValueError(
-            f"Truncated.height_removed = {level!r} is more than the height of the tip where it ends (reach "
-            f"{text(tip.reach, 'm')})."
+        raise BadValue(
+            "Truncated.height_removed",
+            repr(level),
+            f"is more than the height of the tip where it ends (reach {text(tip.reach, 'm')}).",
         )
     if np.ptp(radii) <= SAME * radii.max():
         return (float(radii.max()),)

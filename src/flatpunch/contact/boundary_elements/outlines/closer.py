@@ -30,22 +30,10 @@ def solve_closer(
     *,
     even: bool,
 ) -> tuple[Array, bool]:
-    """Pressure on a grid whose axes are turned by an angle [Pa], shape (ny, nx), and whether it converged.
+    """Pressure on a finer grid whose axes are turned by an angle [rad], shape (ny, nx) [Pa], and whether it converged.
 
-    Parameters
-    ----------
-    kernel, indenter
-        Medium and indenter.
-    solution : Solution
-        The contact on the whole grid.
-    operator : Operator
-        Displacement from pressure on that grid.
-    grid : Grid
-        The finer cells.
-    angle : float
-        Polar angle of their x axis [rad].
-    even : bool
-        Whether indenter and contact are their own mirror images about that axis, on which the grid is centred then.
+    `solution` is the contact on the whole grid and `operator` the displacement from pressure there. `even` says that indenter and
+    contact are their own mirror images about the turned x axis, on which the grid is centred then.
     """
     inner = grid.folded((False, even))
     new = (inner.x[None, :] + 1j * inner.y[:, None]) * np.exp(1j * angle)

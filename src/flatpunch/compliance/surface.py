@@ -1,0 +1,106 @@
+"""Flexibility of the surface under tractions of all three directions.
+
+Along a wave the 2 x 2 matrix H of `layered` and `graded` at the surface; across it the number w = k u_t/s_tz, which obeys
+
+    w' = k (1/C44 - C66 w^2)     over the depth,
+
+so that a homogeneous layer carries it up as w -> (w - t/Z)/(1 - t Z w), t = tanh(k h sqrt(C66/C44)), Z^2 = C66 C44, and graded
+ones by Runge-Kutta steps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array
+from flatpunch.compliance.depth import Body, plane_at
+from flatpunch.compliance.graded import graded_flexibility
+from flatpunch.compliance.layered import SATURATION, half_space_flexibility, stack_flexibility
+from flatpunch.media import AnyLayer, ElasticBase, GradedLayer, Interface, Medium, RigidBase
+
+_RTOL = 1e-12
+"""Relative error of a step in graded layers."""
+
+
+def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
+    """Flexibilities of the surface.
+
+    Parameters
+    ----------
+    body : HalfSpace, TransverselyIsotropicHalfSpace or Medium
+        The body.
+    k : ndarray, shape (n,)
+        Wavenumbers [1/m], > 0.
+
+    Returns
+    -------
+    along : ndarray, shape (2, 2, n)
+        k (u_l, u_z) per (s_lz, s_zz) [1/Pa].
+    across : ndarray, shape (n,)
+        k u_t per s_tz [1/Pa].
+    """
+    if not isinstance(body, Medium) or not body.layers:
+        base = body.base if isinstance(body, Medium) else body
+        assert not isinstance(base, RigidBase)
+        return half_space_flexibility(base, 1.0, k.shape), np.full(k.size, -1 / _impedance(base))
+    scale = body.surface_modulus
+    if any(isinstance(layer, GradedLayer) for layer in body.layers):
+        along = graded_flexibility(body, k, scale)
+    else:
+        along = stack_flexibility(body, k, scale)
+    return along / scale, _across(body, k)
+
+
+def _constants(body: AnyLayer | ElasticBase, z: Array) -> tuple[Array, Array]:
+    """C66 and C44 at depths below the top of a layer or half-space [Pa], shape of z."""
+    alone = Medium([body], RigidBase()) if not isinstance(body, ElasticBase) else body
+    plane = plane_at(alone, z, np.zeros(z.size, dtype=int))
+    return plane.across, 1 / plane.shear
+
+
+def _impedance(body: ElasticBase) -> float:
+    c66, c44 = _constants(body, np.zeros(1))
+    return float(np.sqrt(c66 * c44)[0])
+
+
+def _across(medium: Medium, k: Array) -> Array:
+    """k u_t/s_tz at the surface of layers."""
+    base = medium.base
+    w = np.zeros_like(k) if isinstance(base, RigidBase) else np.full(k.size, -1 / _impedance(base))
+    for layer in reversed(medium.layers):
+        slides = not layer.bonded
+        if isinstance(layer.bonded, Interface) and not slides:
+            w = w - layer.bonded.softness[0] * k
+        w = _through_graded(layer, w, k, slides) if isinstance(layer, GradedLayer) else _through(layer, w, k, slides)
+    return w
+
+
+def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
+    (c66,), (c44,) = _constants(layer, np.zeros(1))
+    impedance = np.sqrt(c66 * c44)
+    t = np.tanh(k * layer.thickness * np.sqrt(c66 / c44))
+    return np.asarray(-1 / (impedance * t) if slides else (w - t / impedance) / (1 - t * impedance * w))
+
+
+def _through_graded(layer: GradedLayer, w: Array, k: Array, slides: bool) -> Array:
+    """From the lower face, or from the depth that a wave reaches, where the layer is its own half-space."""
+    depth = np.minimum(layer.thickness, SATURATION / k)
+    mu = _shear_modulus_at(layer, depth)
+    hidden = depth < layer.thickness
+    # where the face slides 1/w is carried, which is zero there; elsewhere w times the modulus below it
+    state = np.where(hidden, -1.0, 0.0 if slides else w * mu)
+    inverse = np.full(k.size, slides) & ~hidden
+
+    def slope(share: float, y: Array) -> Array:
+        ratio = _shear_modulus_at(layer, share * depth) / mu
+        return np.asarray(k * depth * np.where(inverse, ratio - y * y / ratio, 1 / ratio - ratio * y * y))
+
+    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=_RTOL, atol=1e-14)
+    y = solved.y[:, -1]
+    return np.asarray(np.where(inverse, 1 / y, y) / mu)
+
+
+def _shear_modulus_at(layer: GradedLayer, z: Array) -> Array:
+    """Shear modulus of a graded layer at depths below its top [Pa]."""
+    return np.asarray(layer.young_at(z) / (2 * (1 + layer.poisson_at(z))))

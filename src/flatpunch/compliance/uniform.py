@@ -1,0 +1,48 @@
+"""Compliance C(0) under a uniform pressure: that of uniaxial strain on a rigid base, infinite on an elastic one.
+
+On a rigid base C(0) = sum of thickness (1 + nu)(1 - 2 nu)/((1 - nu) E), thickness/C33 where a layer is transversely isotropic,
+bonded or sliding, and of 1/stiffness of interfaces with springs; it is zero where all layers are incompressible. A half-space
+sinks without limit.
+"""
+
+from __future__ import annotations
+
+from scipy.integrate import quad
+
+from flatpunch._support.checks import Array
+from flatpunch.media import (
+    AnyLayer,
+    Body,
+    GradedLayer,
+    Interface,
+    Layer,
+    Medium,
+    RigidBase,
+    TwoBodies,
+    underlying,
+)
+
+
+def uniform_compliance(medium: Body) -> float:
+    """C(0) [m/Pa] of a body; infinite on elastic bases and half-spaces."""
+    medium = underlying(medium)
+    if isinstance(medium, TwoBodies):
+        return sum(uniform_compliance(body) for body in medium.elastic)
+    if not (isinstance(medium, Medium) and isinstance(medium.base, RigidBase)):
+        return float("inf")
+    springs = sum(layer.bonded.softness[1] for layer in medium.layers if isinstance(layer.bonded, Interface))
+    return springs + sum(_squeezed(layer) for layer in medium.layers)
+
+
+def _squeezed(layer: AnyLayer) -> float:
+    """Shortening of a layer per pressure [m/Pa]; its sides do not move."""
+    if isinstance(layer, Layer):
+        return layer.thickness * _softness(layer.young, layer.poisson)
+    if isinstance(layer, GradedLayer):
+        return float(quad(lambda z: _softness(layer.young_at(z), layer.poisson_at(z)), 0.0, layer.thickness)[0])
+    return layer.thickness / layer.stiffnesses.c33
+
+
+def _softness(young: float | Array, poisson: float | Array) -> float:
+    """1/M [1/Pa], M the modulus of uniaxial strain."""
+    return float((1 + poisson) * (1 - 2 * poisson) / ((1 - poisson) * young))

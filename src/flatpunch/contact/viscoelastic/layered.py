@@ -1,0 +1,449 @@
+"""Round contacts on layers and bases that relax each in its own way, any history of depth or force.
+
+In the Laplace plane every modulus is multiplied by s psi(s); the compliance C(k, s) of the stack is that of an elastic one with
+these moduli, and in time a sum over retardation times T, k C = 2 D, D = D_0(k) + sum D_T(k) (1 - exp(-t/T)). D_T is fitted at
+real s, on times that are dense enough for any retardation between them (1e-5). With the pressure as ring sources,
+P(k, t) = int g(x, t) cos(kx) dx, contact at x < a(t) reads
+
+    (d(t) - w(x))/2 = int D(k, t - t') cos(kx) dP(k, t') dk,     g = 0 at x > a(t),
+
+where w(x) is the depth at which a half-space touches at x. The part of short waves acts at x alone, (pi/2) D(inf); what layers
+add is smooth. On rings of equal width g is linear in time between steps, the memory of each T decays exactly, and contact is the
+set of rings up to one at which g stays positive: it may grow and shrink as often as it likes. The error is estimated with half as
+many rings and steps, and fewer retardation times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.prefixes import text
+from flatpunch.compliance import Kernel, compliance
+from flatpunch.contact.curve import NOTABLE_FORCE, Control, Curve
+from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
+from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import (
+    GradedLayer,
+    HalfSpace,
+    Layer,
+    Medium,
+    Prony,
+    RigidBase,
+    StandardLinearSolid,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+)
+from flatpunch.media.transverse import scaled
+from flatpunch.numerics.gauss import gauss
+
+Relaxations = tuple[Prony | None, ...]
+
+_RINGS, _STEPS, _PER_DECADE = 160, 400, 6
+"""Rings of the largest contact, time steps of the history, and retardation times in a decade."""
+
+_EDGE = 30.0
+"""Times beyond the relaxation times at which retardations are looked for, and beyond the history: flow looks like these."""
+
+_FLOW = 1e4
+"""Retardation time that stands for flow, over the largest other one."""
+
+_MOST = 30_000
+"""Largest number of wavenumbers: contacts of some hundred thicknesses of the top layer."""
+
+
+def relaxations(medium: Medium, given: Sequence[Any]) -> Relaxations:
+    """One Prony series or None for each layer and the base, checked."""
+    rigid = isinstance(medium.base, RigidBase)
+    count = len(medium.layers) + (0 if rigid else 1)
+    entries = list(given)
+    if len(entries) != count:
+        raise ValueError(
+            f"relaxation has {len(entries)} entries for {len(medium.layers)} layers and {'a rigid' if rigid else 'an elastic'} "
+            f"base; give {count}, layers from the surface down{'' if rigid else ', then the base'}, None for what is elastic."
+        )
+    found: list[Prony | None] = []
+    for i, entry in enumerate(entries):
+        if isinstance(entry, StandardLinearSolid):
+            entry = entry.prony
+        if entry is not None and not isinstance(entry, Prony):
+            raise TypeError(
+                f"relaxation[{i}] = {shown(entry)} must be a Prony series, a StandardLinearSolid or None: layers of different "
+                "relaxation are solved with exponentials."
+            )
+        body = medium.layers[i] if i < len(medium.layers) else medium.base
+        if entry is not None and isinstance(body, GradedLayer):
+            raise TypeError(
+                f"relaxation[{i}] belongs to a GradedLayer, which is elastic here; give it as homogeneous layers."
+            )
+        found.append(entry)
+    if all(entry is None for entry in found):
+        raise ValueError("relaxation has no entry but None, so that nothing relaxes; leave time and relaxation out.")
+    return tuple(found)
+
+
+def check_each(medium: Any, indenter: Indenter, method: Any, given: Sequence[Any]) -> Relaxations:
+    """The relaxations of each layer and the base, refused where they are not solved."""
+    if method is not None and method.name != "exact":
+        raise ValueError("method is not chosen with one relaxation for each layer, which is solved for round tips.")
+    if not isinstance(medium, Medium):
+        raise TypeError(
+            f"relaxation is a list, which goes with a Medium: one entry for each layer and the base. medium = {shown(medium)}."
+        )
+    if not indenter.round:
+        raise ValueError(
+            f"indenter = {type(indenter).__name__} is not round, and relaxation for each layer is solved for round tips; give "
+            "one relaxation of the whole, or a round tip."
+        )
+    return relaxations(medium, given)
+
+
+def with_moduli(medium: Medium, factors: Sequence[float]) -> Medium:
+    """The medium with the moduli of each layer and the base multiplied."""
+    layers = [_times(layer, factor) for layer, factor in zip(medium.layers, factors, strict=False)]
+    base = medium.base if isinstance(medium.base, RigidBase) else _times(medium.base, factors[-1])
+    return Medium(layers, base)
+
+
+def _times(body: Any, factor: float) -> Any:
+    if factor == 1:
+        return body
+    if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
+        return scaled(body, factor)
+    assert isinstance(body, (Layer, HalfSpace))
+    return replace(body, young=factor * body.young)
+
+
+def _operational(relaxation: Prony | None, s: float) -> float:
+    """s psi(s) of the Laplace transform."""
+    if relaxation is None:
+        return 1.0
+    turn = s * np.array(relaxation.times)
+    return float(relaxation.equilibrium + np.array(relaxation.weights) @ (turn / (1 + turn)))
+
+
+@dataclass(frozen=True)
+class _Flexibility:
+    """Rings and what they do to each other: matrices of the instantaneous response, and of each retardation time.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,)
+        Middles of the rings [m].
+    width : float
+        Their width [m].
+    times : ndarray, shape (m,)
+        Retardation times [s].
+    matrices : ndarray, shape (m + 1, n, n)
+        Half the displacement that enters the contact condition, per g [1/Pa].
+    """
+
+    x: Array
+    width: float
+    times: Array
+    matrices: Array
+
+    @classmethod
+    def of(
+        cls, medium: Medium, relaxing: Relaxations, radius: float, span: float, rings: int, per_decade: int
+    ) -> _Flexibility:
+        width = radius / rings
+        x = width * (np.arange(rings, dtype=float) + 0.5)
+        k, weight = _wavenumbers(medium, radius)
+        known = np.concatenate([each.times for each in relaxing if each is not None] or [(span,)])
+        low, high = known.min() / _EDGE, _EDGE * max(known.max(), span)
+        times = low * 10 ** (np.arange(int(per_decade * np.log10(high / low)) + 2, dtype=float) / per_decade)
+        # not down to 1 / high: there flow differs from long retardations, which a history of this length does not show
+        s = np.geomspace(0.1 * _EDGE / high, 10 / low, 2 * times.size + 1)
+        compliances = np.empty((s.size, k.size + 1))
+        for i, each in enumerate(s.tolist()):
+            body = with_moduli(medium, [_operational(one, each) for one in relaxing])
+            compliances[i, 0] = 1 / body.surface_modulus
+            compliances[i, 1:] = k * compliance(body)(k) / 2 - compliances[i, 0]
+        # layers that flow: their retardation lasts far beyond the history
+        times = np.append(times, _FLOW * high)
+        basis = np.concatenate([np.ones((s.size, 1)), 1 / (1 + np.outer(s, times))], axis=1)
+        # relative errors, of rows that differ by orders of magnitude where layers flow
+        row, column = np.abs(compliances).max(axis=1), np.abs(basis).max(axis=0)
+        balanced = basis / row[:, None] / column
+        fitted = np.linalg.lstsq(balanced, compliances / row[:, None], rcond=1e-10)[0] / column[:, None]
+        waves = np.cos(np.outer(x, k))
+        matrices = np.stack([(waves * (weight * each[1:])) @ waves.T * width for each in fitted])
+        matrices[:, np.arange(rings), np.arange(rings)] += np.pi / 2 * fitted[:, :1]
+        return cls(x, width, times, matrices)
+
+
+def _wavenumbers(medium: Medium, radius: float) -> tuple[Array, Array]:
+    """Gauss nodes and weights over all wavenumbers at which layers add to the surface material."""
+    kernel = compliance(medium)
+    last = kernel.cutoff / kernel.length
+    widest, edges = 4.0 / radius, [0.0, 1e-4 / max(radius, medium.thickness)]
+    if last / widest * 12 > _MOST:
+        raise ValueError(
+            f"the contact, up to {text(radius, 'm')} wide, is too large against the top layer of {text(medium.length, 'm')} for "
+            "layers that relax each in its own way. Leave out or join thin layers at the surface."
+        )
+    while edges[-1] < last:
+        edges.append(min(edges[-1] + min(edges[-1], widest), last))
+    x, w = gauss(12)
+    half = np.diff(edges)[:, None] / 2
+    return (np.array(edges[:-1])[:, None] + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+@dataclass
+class _State:
+    """g of all rings [Pa], memory of each retardation time, and rings in contact."""
+
+    g: Array
+    memory: Array
+    contact: int
+
+
+def _march(
+    flexibility: _Flexibility, touch: Array, flat: bool, control: Control, time: Array, substeps: int, every: int
+) -> tuple[Array, Array, Array, bool]:
+    """Depth [m], force [N] and radius [m] at every so many substeps, and whether the contact stayed within the rings."""
+    n = flexibility.x.size
+    state = _State(np.zeros(n), np.zeros((flexibility.times.size, n)), 0)
+    depth, force, radius = np.zeros((3, (time.size - 1) * (substeps // every) + 1))
+    inside = True
+    instant = flexibility.matrices[0]
+    first = control.values[0]
+    if first > 0:
+        g, depth[0], state.contact = _solve(
+            instant, np.zeros(n), touch, flat, control.name, first, flexibility.width, 0
+        )
+        state.g, state.memory = g, np.repeat(g[None], flexibility.times.size, axis=0)
+    elif control.name == "depth":
+        depth[0] = first
+    force[0], radius[0] = 2 * np.pi * state.g.sum() * flexibility.width, _edge(flexibility, state)
+    known: dict[float, tuple[Array, Array, Array]] = {}
+    for j in range(1, time.size):
+        step = (time[j] - time[j - 1]) / substeps
+        if step not in known:
+            decay = np.exp(-step / flexibility.times)
+            gain = -np.expm1(-step / flexibility.times) * flexibility.times / step
+            known[step] = decay, gain, instant + np.tensordot(1 - gain, flexibility.matrices[1:], axes=1)
+        decay, gain, matrix = known[step]
+        for i in range(1, substeps + 1):
+            target = control.values[j - 1] + (control.values[j] - control.values[j - 1]) * i / substeps
+            kept = decay[:, None] * state.memory - gain[:, None] * state.g
+            history = -np.einsum("mij,mj->i", flexibility.matrices[1:], kept)
+            g, reached, state.contact = _solve(
+                matrix, history, touch, flat, control.name, target, flexibility.width, state.contact
+            )
+            state.memory = kept + gain[:, None] * g
+            state.g = g
+            inside &= flat or state.contact < n
+            at, rest = divmod((j - 1) * substeps + i, every)
+            if not rest:
+                depth[at] = reached
+                force[at], radius[at] = 2 * np.pi * state.g.sum() * flexibility.width, _edge(flexibility, state)
+    return depth, force, radius, inside
+
+
+def _solve(
+    matrix: Array, history: Array, touch: Array, flat: bool, name: str, target: float, width: float, contact: int
+) -> tuple[Array, float, int]:
+    """g, depth and rings in contact at the end of a step; `history` is half the displacement that the past leaves."""
+    n = touch.size
+    contact = n if flat else max(contact, 1)
+    moved = 0
+    while True:
+        sides = np.stack([np.full(contact, 0.5), -touch[:contact] / 2 - history[:contact]], axis=1)
+        per_depth, rest = np.linalg.solve(matrix[:contact, :contact], sides).T
+        if name == "depth":
+            depth = target
+        else:
+            depth = (target / (2 * np.pi * width) - rest.sum()) / per_depth.sum()
+        g = per_depth * depth + rest
+        if flat:
+            if name == "depth" and g.sum() <= 0:
+                return np.zeros(n), depth, 0
+            break
+        # rings join where the tip is below the surface and leave where they would pull; a direction is kept
+        if g[-1] < 0 and moved <= 0:
+            contact, moved = contact - 1, -1
+            if contact == 0:
+                # the tip is free, or just touches the surface that recovers
+                return np.zeros(n), float(depth if name == "depth" else touch[0] + 2 * history[0]), 0
+            continue
+        if contact < n and moved >= 0:
+            gap = (depth - touch[contact]) / 2 - history[contact] - matrix[contact, :contact] @ g
+            if gap > 0:
+                contact, moved = contact + 1, 1
+                continue
+        break
+    full = np.zeros(n)
+    full[:contact] = g
+    return full, float(depth), contact
+
+
+def _edge(flexibility: _Flexibility, state: _State) -> float:
+    """Contact radius: where g, extrapolated from the last two rings, is zero."""
+    n = state.contact
+    if n < 2:
+        return float(n * flexibility.width)
+    last, before = state.g[n - 1], state.g[n - 2]
+    beyond = last / (before - last) if before > last else 0.5
+    return float(flexibility.x[n - 1] + flexibility.width * min(max(beyond, 0.0), 1.0))
+
+
+def solve_layered(
+    medium: Medium, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
+) -> Curve:
+    """Follow a history.
+
+    Parameters
+    ----------
+    medium : Medium
+        Layers and base; their moduli times psi(t) are those that relax.
+    indenter : Indenter
+        A round tip.
+    control : Control
+        Depths [m] or forces [N] at the given times, linear in between.
+    time : ndarray, shape (n,)
+        Times [s], ascending.
+    relaxing : tuple of Prony or None
+        psi(t) of each layer and the base.
+    phi : ndarray, shape (p,)
+        Polar angles of the outline [rad].
+    """
+    if not (control.values > 0).any():
+        raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")
+    instant = [1.0 if each is None else float(each(np.zeros(1))[0]) for each in relaxing]
+    glassy = compliance(with_moduli(medium, instant))
+    largest = _largest_radius(medium, indenter, control, instant, relaxing, time)
+    while True:
+        case = (medium, indenter, control, time, relaxing, largest)
+        fine, rough = _run(*case, 1), _run(*case, 2)
+        if fine.inside and rough.inside:
+            break
+        largest *= 1.5
+        if largest > indenter.reach:
+            raise ValueError(
+                f"the contact grows beyond this indenter, whose shape is defined up to {text(indenter.reach, 'm')}. Ask for "
+                "less, or give the shape further out."
+            )
+    touching = fine.radius > 0
+    stiffness = np.zeros(touching.size)
+    if touching.any():
+        stiffness[touching] = punch_stiffness(glassy, fine.radius[touching])
+    # an error of the depth is that of the force which it would need
+    apart = np.maximum.accumulate(np.abs(fine.force - rough.force) + stiffness * np.abs(fine.depth - rough.depth))
+    error = apart / np.where(fine.force > 0, fine.force, np.abs(fine.force).max())
+    # the difference vanishes by chance where the edge is at the same place within a ring: it counts between the given times too
+    given = slice(None, None, (error.size - 1) // (time.size - 1))
+    found = _Response(fine.depth[given], fine.force[given], fine.radius[given], fine.inside)
+    error = np.maximum(error[given], _error_of_rings(*case, instant, given))
+    return _as_curve(found, stiffness[given], error, time, phi)
+
+
+def _error_of_rings(
+    medium: Medium,
+    indenter: Indenter,
+    control: Control,
+    time: Array,
+    relaxing: Relaxations,
+    largest: float,
+    instant: list[float],
+    given: slice,
+) -> Array:
+    """Relative error of the force of the same rings on the body before it relaxes, whose exact contact is known, shape (n,).
+
+    Thin incompressible layers under wide contacts hardly yield to a single ring: both solutions are then wrong alike.
+    """
+    stiff = with_moduli(medium, instant)
+    rings = _run(stiff, indenter, control, time, (None,) * len(relaxing), largest, 2)
+    touching = control.values > 0
+    depth, force, slope = _elastic(compliance(stiff), indenter, Control(control.name, control.values[touching]))
+    error = np.zeros(time.size)
+    found = rings.force[given][touching]
+    off = np.maximum.accumulate(np.abs(found - force) + slope * np.abs(rings.depth[given][touching] - depth))
+    # over the smaller one, so that a force that is far too small is not known either
+    error[touching] = off / np.where(found > 0, np.minimum(found, force), force)
+    return error
+
+
+def _elastic(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Array, Array, Array]:
+    """Depth [m], force [N] and stiffness [N/m] of an elastic contact."""
+    if isinstance(indenter, Cylinder):
+        stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.radius]))[0])
+        depth = control.values if control.name == "depth" else control.values / stiffness
+        return depth, stiffness * depth, stiffness
+    _, contact = mean_contact(kernel, indenter, control)
+    return contact.depth, contact.force, contact.stiffness
+
+
+@dataclass(frozen=True)
+class _Response:
+    """Depth [m], force [N] and radius [m] at the longest steps, and whether the contact stayed within the rings."""
+
+    depth: Array
+    force: Array
+    radius: Array
+    inside: bool
+
+
+def _largest_radius(
+    medium: Medium, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
+) -> float:
+    """Largest contact radius that elastic bodies with the first and the last moduli have [m]."""
+    if isinstance(indenter, Cylinder):
+        return indenter.radius
+    span = np.array([time[-1] - time[0]])
+    final = [1.0 if each is None else max(float(each(span)[0]), 1e-6) for each in relaxing]
+    most = Control(control.name, control.values.max(keepdims=True))
+    found = [mean_contact(compliance(with_moduli(medium, each)), indenter, most)[1].radius for each in (instant, final)]
+    return 1.05 * float(np.max(found))
+
+
+def _run(
+    medium: Medium,
+    indenter: Indenter,
+    control: Control,
+    time: Array,
+    relaxing: Relaxations,
+    largest: float,
+    coarser: int,
+) -> _Response:
+    """One solution; `coarser` divides rings, steps and retardation times."""
+    span = float(time[-1] - time[0])
+    flexibility = _Flexibility.of(medium, relaxing, largest, span, _RINGS // coarser, _PER_DECADE - (coarser > 1))
+    flat = isinstance(indenter, Cylinder)
+    touch = np.zeros(flexibility.x.size)
+    if not flat:
+        touch = round_contact(compliance(HalfSpace(1.0, 0.0)), mean_profile(indenter), flexibility.x).depth
+    every = 2 // coarser
+    substeps = every * -(-_STEPS // (2 * (time.size - 1)))
+    return _Response(*_march(flexibility, touch, flat, control, time, substeps, every))
+
+
+def _as_curve(found: _Response, stiffness: Array, error: Array, time: Array, phi: Array) -> Curve:
+    notes: tuple[str, ...] = ()
+    worst = float(error[found.force > 0].max(initial=0.0))
+    if worst > NOTABLE_FORCE:
+        notes = (
+            f"The numerical error of the history reaches {worst:.2g} of the force: see force_error, and give more times.",
+        )
+    return Curve(
+        depth=found.depth,
+        force=found.force,
+        radius=found.radius,
+        area=np.pi * found.radius**2,
+        stiffness=stiffness,
+        contour=np.repeat(found.radius[:, None], phi.size, axis=1),
+        valid=np.ones(time.size, dtype=bool),
+        notes=notes,
+        extra={
+            "time": (("step",), time, "s", "time"),
+            "force_error": (("step",), error, "1", "estimated relative error of the force"),
+        },
+    )

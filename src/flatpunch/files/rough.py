@@ -1,0 +1,107 @@
+"""Case files of rough surfaces and of asperities: TOML with units, as `flatpunch rough` solves them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field
+
+from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
+from flatpunch._support.readable import readable
+from flatpunch._support.reading import as_path
+from flatpunch.files.cases import case_text, parsed
+from flatpunch.files.tables.fields import CaseError, Table, validated
+from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.tables.rough import AsperitiesTable, RoughControlTable, SurfaceTable
+from flatpunch.media import Body
+from flatpunch.rough import asperities, rough_contact
+from flatpunch.surfaces import Topography
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@readable
+@dataclass(frozen=True)
+class RoughCase:
+    """What a case file of a rough surface asks for, in SI units.
+
+    Attributes
+    ----------
+    title : str
+        One line for tables and pictures.
+    medium : object
+        The elastic body.
+    surface : Topography or None
+        The rough surface.
+    asperities : tuple or None
+        Tip, places and heights, in the place of a surface.
+    control : {"pressure", "force", "depth"}
+        The quantity that is given.
+    values : ndarray, shape (steps,)
+        Its values [Pa], [N] or [m].
+    """
+
+    title: str
+    medium: Body
+    surface: Topography | None
+    asperities: tuple[Any, Any, Any] | None
+    control: str
+    values: Array
+
+    def solve(self, *, last: bool = False) -> xr.Dataset:
+        """Solve all steps, or the last of a surface with pressure, gap and displacement on its cells."""
+        steps: Plain = {self.control: self.values[-1] if last else self.values}
+        if self.surface is not None:
+            return rough_contact(self.medium, self.surface, fields=last, **steps)
+        assert self.asperities is not None
+        return asperities(self.medium, *self.asperities, **steps)
+
+
+class RoughTable(Table):
+    """The whole file."""
+
+    title: str = ""
+    layers: list[LayerTable] = Field(default=[])
+    base: BaseTable | None = None
+    upper: BodyTable | None = None
+    lower: BodyTable | None = None
+    surface: SurfaceTable | None = None
+    asperities: AsperitiesTable | None = None
+    control: RoughControlTable
+
+    def build(self, folder: Path) -> RoughCase:
+        """Return the case."""
+        if (self.surface is None) == (self.asperities is None):
+            found = "none" if self.surface is None else "both"
+            raise ValueError(f"give either a table [surface] or a table [asperities]; found {found}.")
+        control, steps = self.control.built
+        if self.asperities is not None and control == "pressure":
+            raise ValueError("control.pressure belongs to a [surface]; asperities take a force or a depth.")
+        return RoughCase(
+            self.title,
+            body(self.layers, self.base, self.upper, self.lower),
+            None if self.surface is None else self.surface.built,
+            None if self.asperities is None else self.asperities.built,
+            control,
+            steps,
+        )
+
+
+def read_rough_case(path: str | Path) -> RoughCase:
+    """Read and check a case file with a table [surface] or [asperities].
+
+    Raises
+    ------
+    CaseError
+        If the file is unreadable or describes no such case. All problems found are listed, one a line.
+    """
+    path = as_path("path", path)
+    data = parsed(case_text(path), path)
+    if not {"surface", "asperities"} & set(data):
+        raise CaseError(f"{path} has neither [surface] nor [asperities]: solve it with `flatpunch solve {path}`.")
+    case: RoughCase = validated(RoughTable, data, path, folder=path.parent).built
+    return case

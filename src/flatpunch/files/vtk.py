@@ -1,0 +1,114 @@
+"""Fields as VTK files, for ParaView and for comparison with finite elements: .vtu by meshio, .vts by pyvista.
+
+Coordinates and components are those of the result: z into the material, tension positive.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ENDINGS = (".vtu", ".vts")
+
+_TENSOR = (("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz"))
+
+
+def vtk_bytes(result: xr.Dataset, kind: str) -> bytes:
+    """Return fields as the bytes of a file.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `fields` returned.
+    kind : {".vtu", ".vts"}
+        Unstructured: lines, faces or bricks between the points of a grid, and a list of points as such. Structured: a grid.
+
+    Raises
+    ------
+    ValueError
+        If the result is no field, a structured file is asked for points that are no grid, or the library is not installed.
+    """
+    if not {"x", "y", "z", "stress", "displacement"} <= set(result.variables):
+        raise ValueError(f"{kind} files hold fields, as `fields` returns them; this result has no stresses at points.")
+    points = np.stack([result[name].values.ravel() for name in "xyz"], axis=1)
+    shape = tuple(n for n in result["x"].shape if n > 1)
+    gridded = "point" not in result["x"].dims
+    data = _point_data(result)
+    # both libraries choose the format by the ending of the file
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"fields{kind}"
+        if kind == ".vtu":
+            _unstructured(path, points, shape if gridded else (), data)
+        else:
+            if not gridded:
+                raise ValueError(
+                    "a .vts file holds a grid of points; give x, y, z that broadcast to one, or write .vtu."
+                )
+            _structured(path, points, shape, data)
+        return path.read_bytes()
+
+
+def _point_data(result: xr.Dataset) -> dict[str, Array]:
+    """Values at the points: scalars, vectors, and the stress as a tensor of nine components."""
+    places = result["x"].dims
+    data: dict[str, Array] = {}
+    for name, variable in result.data_vars.items():
+        if name in ("x", "y", "z") or set(places) - set(variable.dims):
+            continue
+        if name == "stress":
+            parts = [variable.sel(component=one).values.ravel() for row in _TENSOR for one in row]
+            data["stress"] = np.stack(parts, axis=1)
+            continue
+        (*rest,) = (dim for dim in variable.dims if dim not in places)
+        values = variable.transpose(*places, *rest).values
+        data[str(name)] = values.reshape(int(np.prod(result["x"].shape)), -1)
+        if not rest:
+            data[str(name)] = data[str(name)][:, 0]
+    return data
+
+
+def _unstructured(path: Path, points: Array, shape: tuple[int, ...], data: dict[str, Array]) -> None:
+    try:
+        import meshio
+    except ImportError:
+        raise ValueError(".vtu files need meshio: pip install 'flatpunch[vtk]'.") from None
+    meshio.Mesh(points, [_cells(points.shape[0], shape)], point_data=data).write(path)
+
+
+def _cells(count: int, shape: tuple[int, ...]) -> tuple[str, Indices]:
+    """Cells between the points of a grid in their order; single points where there is none."""
+    if not shape:
+        return "vertex", np.arange(count)[:, None]
+    number = np.arange(count).reshape(shape)
+    corners = [number]
+    # every axis doubles the corners: the second half goes around the other way
+    for axis in range(len(shape)):
+        low, high = ([np.take(each, ends, axis) for each in corners] for ends in _ends(shape[axis]))
+        corners = [*low, *high] if axis != 1 else [*low, *high[::-1]]
+    return ("line", "quad", "hexahedron")[len(shape) - 1], np.stack([each.ravel() for each in corners], axis=1)
+
+
+def _ends(count: int) -> tuple[Indices, Indices]:
+    return np.arange(count - 1), np.arange(1, count)
+
+
+def _structured(path: Path, points: Array, shape: tuple[int, ...], data: dict[str, Array]) -> None:
+    try:
+        import pyvista
+    except ImportError:
+        raise ValueError(".vts files need pyvista: pip install 'flatpunch[vtk]'.") from None
+    grid: Any = pyvista.StructuredGrid()
+    grid.points = points
+    # VTK counts the first index fastest
+    grid.dimensions = (*shape[::-1], *(1 for _ in range(3 - len(shape))))
+    for name, values in data.items():
+        grid.point_data[name] = values
+    grid.save(path)

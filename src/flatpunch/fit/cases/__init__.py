@@ -1,0 +1,1 @@
+"""Parts of a case file of fits: known values, tables, prior knowledge."""

@@ -1,0 +1,55 @@
+"""Media as objects of the package or as plain tuples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace, TwoBodies
+
+Tuples = tuple[Any, Any]
+"""Layers from the surface down and the base, as plain tuples."""
+
+
+def body_of(
+    medium: Body | Tuples,
+) -> HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace | TwoBodies:
+    """The body of an object or of tuples ((layer, ...), base), checked."""
+    from flatpunch.compliance import compliance
+    from flatpunch.media import underlying
+
+    body = _from_tuples(medium) if isinstance(medium, (tuple, list)) else underlying(medium)
+    compliance(body)  # refuses what is no medium
+    return body
+
+
+def _from_tuples(given: Any) -> Medium:
+    from flatpunch.media import (
+        HalfSpace,
+        Layer,
+        Medium,
+        RigidBase,
+        TransverselyIsotropicHalfSpace,
+        TransverselyIsotropicLayer,
+    )
+
+    form = (
+        "A medium as tuples is ((layer, ...), base): a layer is (young, poisson, thickness) or (young_in_plane, young_axial, "
+        "poisson_in_plane, poisson_axial, shear, thickness), each with or without `bonded` at its end; a base is (young, "
+        "poisson), five such constants, or None if it is rigid."
+    )
+    if len(given) != 2 or not isinstance(given[0], (tuple, list)):
+        raise TypeError(f"medium has {len(given)} entries. {form}")
+    layers: list[Layer | TransverselyIsotropicLayer] = []
+    for i, layer in enumerate(given[0]):
+        size = len(layer) if isinstance(layer, (tuple, list)) else 0
+        if size not in (3, 4, 6, 7):
+            raise TypeError(f"medium: layer {i} is {layer!r}. {form}")
+        layers.append(Layer(*layer) if size < 5 else TransverselyIsotropicLayer(*layer))
+    base = given[1]
+    if base is None:
+        return Medium(layers, RigidBase())
+    size = len(base) if isinstance(base, (tuple, list)) else 0
+    if size not in (2, 5):
+        raise TypeError(f"medium: the base is {base!r}. {form}")
+    return Medium(layers, HalfSpace(*base) if size == 2 else TransverselyIsotropicHalfSpace(*base))

@@ -1,0 +1,205 @@
+"""The four functions of |q| that make up the surface compliance, and their interpolation.
+
+With l along the wave and t across it, C = [[a, 0, i d], [0, c, 0], [-i d, 0, n]]. Times |q| all four are smooth in ln |q|. They
+are sampled at nodes that are equally spaced there, twice as many until polynomials of eight nodes meet the new ones within the
+tolerance; a finer table of cubics, made from the last nodes, is then evaluated at all wavenumbers.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flatpunch.kernels.vectors import Array
+
+if TYPE_CHECKING:
+    from flatpunch.media import PowerLawHalfSpace, TwoBodies
+
+_POINTS = 8
+"""Nodes of a polynomial."""
+
+_SPACING = 0.25
+"""Distance of the first nodes in ln |q|; features of C(k) are as wide as one or more."""
+
+_FINE = 8
+"""Intervals of the table of cubics in one of the last nodes', whose own error is far below the tolerance."""
+
+
+class Radial(NamedTuple):
+    """Entries n, a, c and d at wavenumbers [m/Pa], or their inverses [Pa/m]."""
+
+    normal: Array
+    along: Array
+    across: Array
+    coupling: Array
+
+
+def radial_compliance(body: Any, k: Array) -> Radial:
+    """The four functions at wavenumbers k > 0, shape (n,) each."""
+    from flatpunch.compliance.surface import surface_flexibility
+    from flatpunch.media import PowerLawHalfSpace, TwoBodies
+
+    if isinstance(body, TwoBodies):
+        return _of_pair(body, k)
+    if isinstance(body, PowerLawHalfSpace):
+        return _of_power_law(body, k)
+    along, across = surface_flexibility(body, k)
+    return Radial(-along[1, 1] / k, -along[0, 0] / k, -across / k, along[0, 1] / k)
+
+
+def _of_pair(pair: TwoBodies, k: Array) -> Radial:
+    from flatpunch.media import RigidBase
+
+    total = Radial(*np.zeros((4, k.size)))
+    for body, sign in ((pair.lower, 1), (pair.upper, -1)):
+        if not isinstance(body, RigidBase):
+            n, a, c, d = radial_compliance(body, k)
+            # the upper body's z runs the other way, which turns the sign of the coupling
+            total = Radial(total.normal + n, total.along + a, total.across + c, total.coupling + sign * d)
+    return total
+
+
+def _of_power_law(body: PowerLawHalfSpace, k: Array) -> Radial:
+    from flatpunch.compliance import compliance
+    from flatpunch.compliance.power_law_depth import power_law_waves
+
+    if body.exponent >= 1:
+        raise ValueError(
+            f"medium has a modulus that vanishes at the surface like z^{body.exponent:g}: under shear tractions its displacement "
+            "is infinite. `normal_compliance` exists."
+        )
+    with np.errstate(all="ignore"):  # stresses along the surface may be infinite; displacements are not
+        waves = power_law_waves(body, k, np.zeros(1))
+    normal, shear, across = (each[..., 0] for each in (waves.normal, waves.shear, waves.transverse))
+    return Radial(np.asarray(compliance(body)(k)), -shear[0] / k, -across[0] / k, -normal[0] / k)
+
+
+def at_zero(body: Any) -> tuple[float, float]:
+    """C_zz and C_xx of a uniform traction, infinite where it is carried by nothing that limits the displacement."""
+    from flatpunch.media import Medium, RigidBase, TwoBodies
+
+    if isinstance(body, TwoBodies):
+        each = [at_zero(part) for part in body.elastic]
+        return sum(normal for normal, _ in each), sum(along for _, along in each)
+    if not (isinstance(body, Medium) and isinstance(body.base, RigidBase)):
+        return np.inf, np.inf
+    total = np.zeros(2)
+    for i in range(len(body.layers)):
+        total += _of_layer(body, i)
+    return float(total[0]), float(total[1])
+
+
+def _of_layer(body: Any, i: int) -> Array:
+    """Thickness over C33 and over C44 of a layer and its lower face."""
+    from flatpunch.compliance.depth import plane_at
+    from flatpunch.media import GradedLayer, Interface
+
+    layer = body.layers[i]
+    top = sum(each.thickness for each in body.layers[:i])
+    edges = [0.0, *(layer.breaks if isinstance(layer, GradedLayer) else ()), layer.thickness]
+    # Gauss nodes between breaks of a law, which is smooth there
+    x, w = np.polynomial.legendre.leggauss(40)
+    found: Array = np.zeros(2)
+    for low, high in pairwise(edges):
+        z = low + (high - low) * (1 + x) / 2
+        plane = plane_at(body, top + z, np.full(z.size, i))
+        found += (high - low) / 2 * np.array([w @ plane.oedometric, w @ plane.shear])
+    if isinstance(layer.bonded, Interface):
+        along, across = layer.bonded.softness
+        found += across, along
+        return found
+    if not layer.bonded:
+        found[1] = np.inf
+    return found
+
+
+class Table:
+    """Cubics in ln |q| for |q| times the four functions.
+
+    Parameters
+    ----------
+    body : object
+        The medium.
+    low, high : float
+        Range of |q| [1/m].
+    rtol : float
+        Largest error, relative to each diagonal entry, and of d to the root of a and n.
+    """
+
+    def __init__(self, body: Any, low: float, high: float, rtol: float) -> None:
+        start, end = np.log(low), np.log(high)
+        count = max(_POINTS, int(np.ceil((end - start) / _SPACING)) + 1)
+        s = np.linspace(start, end, count)
+        values = _smooth(body, s)
+        while True:
+            middle = (s[1:] + s[:-1]) / 2
+            new = _smooth(body, middle)
+            error = float(np.abs(_interpolated(s, values, middle) - new).max())
+            s, values = _merged(s, middle), _merged(values, new)
+            if error <= rtol:
+                break
+            if s.size > 2**14:
+                raise ValueError(
+                    f"the compliance of this medium cannot be interpolated over |q| to rtol = {rtol:g} (it is at {error:.1e}). "
+                    "Ask for a larger rtol, or rtol=0, which takes no table."
+                )
+        self.error, self._start = error, start
+        # two more intervals on either side for the cubics, which need a node beyond
+        count = _FINE * (s.size - 1)
+        self._step = (end - start) / count
+        nodes = start + self._step * np.arange(-1, count + 3)
+        fine = _smooth_inverse(_interpolated(s, values, nodes))
+        p, q, r, t = (fine[:, i : i + count + 1] for i in range(4))
+        # the cubic through four neighbours, in powers of the distance from the second one
+        self._cubics = np.stack([q, r - t / 6 - p / 3 - q / 2, (p + r) / 2 - q, (t - p) / 6 + (q - r) / 2], axis=1)
+
+    def __call__(self, log_k: Array) -> Array:
+        """|q| times the four functions, shape (4, n)."""
+        x = (log_k - self._start) / self._step
+        i = np.clip(x.astype(np.intp), 0, self._cubics.shape[2] - 1)
+        x -= i
+        found = np.empty((4, x.size))
+        for out, cubic in zip(found, self._cubics, strict=True):
+            np.take(cubic[3], i, out=out)
+            for power in (2, 1, 0):
+                out *= x
+                out += cubic[power].take(i)
+        return found
+
+
+def _smooth(body: Any, s: Array) -> Array:
+    """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
+    k = np.exp(s)
+    n, a, c, d = radial_compliance(body, k)
+    return np.stack([np.log(k * n), np.log(k * a), np.log(k * c), d / np.sqrt(n * a)])
+
+
+def _smooth_inverse(values: Array) -> Array:
+    """k times the four functions."""
+    n, a, c = np.exp(values[:3])
+    return np.stack([n, a, c, values[3] * np.sqrt(n * a)])
+
+
+def _merged(one: Array, other: Array) -> Array:
+    """Values at nodes and between them, along the last axis."""
+    found = np.empty((*one.shape[:-1], one.shape[-1] + other.shape[-1]))
+    found[..., ::2], found[..., 1::2] = one, other
+    return found
+
+
+def _interpolated(s: Array, values: Array, wanted: Array) -> Array:
+    """Polynomials of the eight nearest equally spaced nodes, shape (functions, n)."""
+    step = (s[-1] - s[0]) / (s.size - 1)
+    x = (wanted - s[0]) / step
+    first = np.clip(np.floor(x).astype(int) - _POINTS // 2 + 1, 0, s.size - _POINTS)
+    t = x - first
+    found = np.zeros((values.shape[0], wanted.size))
+    for j in range(_POINTS):
+        weight = np.ones_like(t)
+        for m in range(_POINTS):
+            if m != j:
+                weight *= (t - m) / (j - m)
+        found += values[:, first + j] * weight
+    return found

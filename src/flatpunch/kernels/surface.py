@@ -1,0 +1,215 @@
+"""Surface displacements under waves of traction, and tractions under waves of displacement."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatpunch.kernels.bodies import Tuples, body_of
+from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
+from flatpunch.kernels.vectors import Array, Numbers, checked
+
+if TYPE_CHECKING:
+    from flatpunch.media import Body
+
+_DIRECT = 4000
+"""Largest number of wave vectors that are all computed; more are interpolated."""
+
+_CHUNK = 2**15
+"""Wavenumbers at once: their arrays stay in the cache."""
+
+
+def surface_compliance(
+    medium: Body | Tuples, qx: Numbers, qy: Numbers, *, rtol: float = 1e-10, undetermined: float = 0.0
+) -> NDArray[np.complex128]:
+    """Displacement of the surface under a wave of traction, for other codes' Fourier solvers.
+
+    Parameters
+    ----------
+    medium : Body or tuple
+        A medium of the package, or ((layer, ...), base) from the surface down: layers (young, poisson, thickness) or
+        (young_in_plane, young_axial, poisson_in_plane, poisson_axial, shear, thickness), with or without `bonded` at the end; a
+        base (young, poisson), or five constants, or None if it is rigid.
+    qx, qy : array
+        Wave vector [rad/m], broadcast together.
+    rtol : float
+        Largest error of the interpolation over the wavenumber that is made for more than some thousand wave vectors, relative to
+        each diagonal entry (of the coupling: to the root of two); it is measured between the nodes. 0 computes every one.
+    undetermined : float
+        Diagonal entries at q = 0 that a uniform traction does not determine [m/Pa].
+
+    Returns
+    -------
+    ndarray of complex, shape (..., 3, 3)
+        u = C t, rows and columns x, y, z [m/Pa]. The conventions are those of the room: z inward, traction on the body.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, and if rtol cannot be reached.
+
+    See Also
+    --------
+    flatpunch.kernels.surface_stiffness : The inverse.
+    flatpunch.kernels.normal_compliance : C_zz alone.
+    flatpunch.kernels.interior : Fields at depth.
+
+    Examples
+    --------
+    >>> from flatpunch import kernels
+    >>> q = 2 * np.pi * np.fft.fftfreq(64, d=50e-9)
+    >>> gel = ([(5e3, 0.5, 2e-6)], None)  # a bonded layer on a rigid base
+    >>> c = kernels.surface_compliance(gel, q[:, None], q)
+    >>> c.shape, bool(np.allclose(c, np.conj(np.swapaxes(c, -1, -2))))
+    ((64, 64, 3, 3), True)
+    """
+    return _matrices(medium, qx, qy, rtol, undetermined, inverse=False)
+
+
+def surface_stiffness(
+    medium: Body | Tuples, qx: Numbers, qy: Numbers, *, rtol: float = 1e-10, undetermined: float = 0.0
+) -> NDArray[np.complex128]:
+    """Traction on the surface that produces a wave of displacement: the inverse of `surface_compliance`.
+
+    Parameters
+    ----------
+    medium, qx, qy, rtol
+        As for `surface_compliance`.
+    undetermined : float
+        Diagonal entries at q = 0 that would be infinite [Pa/m]: of incompressible layers on rigid bases. They are zero where
+        the compliance is infinite.
+
+    Returns
+    -------
+    ndarray of complex, shape (..., 3, 3)
+        t = S u [Pa/m].
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, and if rtol cannot be reached.
+
+    See Also
+    --------
+    flatpunch.kernels.surface_compliance : The inverse, with all parameters and an example.
+
+    Examples
+    --------
+    >>> from flatpunch import kernels
+    >>> body = fp.HalfSpace(young=1e9, poisson=0.3)
+    >>> s, c = (make(body, 1e6, 2e6) for make in (kernels.surface_stiffness, kernels.surface_compliance))
+    >>> bool(np.allclose(s @ c, np.eye(3)))
+    True
+    """
+    return _matrices(medium, qx, qy, rtol, undetermined, inverse=True)
+
+
+def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float = 0.0) -> Array:
+    """Normal displacement under a wave of pressure without friction, C_zz.
+
+    Parameters
+    ----------
+    medium : Body or tuple
+        As for `surface_compliance`.
+    q : array
+        Magnitude of the wave vector [rad/m].
+    undetermined : float
+        Value at q = 0 where a uniform pressure does not determine it [m/Pa].
+
+    Returns
+    -------
+    ndarray, shape of q
+        C_zz [m/Pa].
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input.
+
+    See Also
+    --------
+    flatpunch.kernels.surface_compliance : All components.
+
+    Examples
+    --------
+    >>> from flatpunch import kernels
+    >>> q = np.array([0.0, 1e6])
+    >>> kernels.normal_compliance(([(5e3, 0.3, 2e-6)], None), q).shape
+    (2,)
+    """
+    from flatpunch.compliance import compliance
+
+    body = body_of(medium)
+    (magnitude,) = checked(q=q)
+    magnitude = np.abs(magnitude)
+    result, zero = np.empty(magnitude.shape), magnitude == 0
+    if not zero.all():
+        result[~zero] = compliance(body)(magnitude[~zero])
+    normal, _ = at_zero(body)
+    result[zero] = normal if np.isfinite(normal) else undetermined
+    return result
+
+
+def _matrices(
+    medium: Body | Tuples, qx: Numbers, qy: Numbers, rtol: float, undetermined: float, *, inverse: bool
+) -> NDArray[np.complex128]:
+    body = body_of(medium)
+    x, y = checked(qx=qx, qy=qy)
+    shape = x.shape
+    x, y = x.ravel(), y.ravel()
+    result = np.zeros((x.size, 3, 3), dtype=complex)
+    square = x * x + y * y
+    zero = np.flatnonzero(square == 0)
+    if zero.size < square.size:
+        functions = _functions(body, square, rtol)
+        for start in range(0, square.size, _CHUNK):
+            part = slice(start, start + _CHUNK)
+            _fill(result[part], x[part], y[part], square[part], functions, inverse)
+    if zero.size:
+        normal, along = at_zero(body)
+        diagonal = np.array([along, along, normal])
+        if inverse:
+            with np.errstate(divide="ignore"):
+                diagonal = 1 / diagonal
+        result[zero] = np.diag(np.where(np.isfinite(diagonal), diagonal, undetermined))
+    return result.reshape(*shape, 3, 3)
+
+
+def _functions(body: Any, square: Array, rtol: float) -> Any:
+    """Callable: |q|^2 of a part of the wave vectors -> Radial."""
+    if rtol > 0 and square.size > _DIRECT:
+        present = square[square > 0]
+        low, high = float(np.sqrt(present.min())), float(np.sqrt(present.max()))
+        if high > low:
+            table = Table(body, low, high, rtol)
+
+            def tabulated(part: Array) -> Radial:
+                return Radial(*(table(np.log(part) / 2) / np.sqrt(part)))
+
+            return tabulated
+
+    def computed(part: Array) -> Radial:
+        own, which = np.unique(part, return_inverse=True)
+        return Radial(*(each[which.ravel()] for each in radial_compliance(body, np.sqrt(own))))
+
+    return computed
+
+
+def _fill(result: Numbers, x: Array, y: Array, square: Array, functions: Any, inverse: bool) -> None:
+    """Write the matrices of a part of the wave vectors."""
+    square = np.where(square > 0, square, square.max() or 1.0)  # q = 0 is written afterwards
+    n, a, c, d = functions(square)
+    if inverse:
+        determinant = a * n - d * d
+        n, a, c, d = a / determinant, n / determinant, 1 / c, -d / determinant
+    real, imaginary = result.real, result.imag
+    root = np.sqrt(square)
+    lx, ly = x / root, y / root
+    real[:, 0, 0], real[:, 1, 1] = a * lx * lx + c * ly * ly, a * ly * ly + c * lx * lx
+    real[:, 0, 1] = real[:, 1, 0] = (a - c) * lx * ly
+    real[:, 2, 2] = n
+    lx *= d
+    ly *= d
+    imaginary[:, 0, 2], imaginary[:, 1, 2], imaginary[:, 2, 0], imaginary[:, 2, 1] = lx, ly, -lx, -ly

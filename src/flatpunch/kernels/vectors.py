@@ -1,0 +1,24 @@
+"""Wave vectors, checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Numbers = NDArray[Any]
+
+
+def checked(**given: Numbers) -> list[Array]:
+    """Components of wave vectors, broadcast together."""
+    from flatpunch._support.checks import numbers
+
+    arrays = []
+    for name, value in given.items():
+        array = numbers(name, value, "1/m")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} has values that are not finite; wave vectors are in radians per metre.")
+        arrays.append(array)
+    return list(np.broadcast_arrays(*arrays))

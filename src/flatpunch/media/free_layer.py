@@ -1,0 +1,70 @@
+"""A layer that lies loosely on its base and lifts off around the contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from flatpunch._support.checks import poisson_ratio, positive, shown
+from flatpunch._support.readable import readable
+from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase, plane_strain_modulus
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class FreeLayer:
+    """Layer that lies on a base without friction, adhesion and weight, so that it lifts off around the contact.
+
+    Only `indent` takes it, for round tips and flat punches.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa], > 0.
+    poisson : float
+        Poisson ratio [-], -1 < poisson <= 0.5.
+    thickness : float
+        Thickness h [m], > 0.
+    base : RigidBase or HalfSpace
+        What it lies on.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is outside its range; the message names it.
+
+    See Also
+    --------
+    Layer : Held down by what it lies on: bonded, or sliding with ``bonded=False``.
+    indent : Its result has `base_radius`, the radius of the contact with the base.
+
+    Examples
+    --------
+    >>> sheet = fp.FreeLayer(young=1e6, poisson=0.5, thickness=1e-3)
+    >>> contact = fp.indent(sheet, fp.Paraboloid(radius=5e-3), radius=1e-3)
+    >>> print(f"{float(contact.base_radius[0]) * 1e3:.3f} mm on the base")
+    1.455 mm on the base
+    """
+
+    young: float
+    poisson: float
+    thickness: float
+    base: RigidBase | HalfSpace = field(default_factory=RigidBase)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young", positive("FreeLayer.young", self.young, unit="Pa"))
+        object.__setattr__(self, "poisson", poisson_ratio("FreeLayer.poisson", self.poisson))
+        object.__setattr__(self, "thickness", positive("FreeLayer.thickness", self.thickness, unit="m"))
+        if not isinstance(self.base, (RigidBase, HalfSpace)):
+            raise TypeError(
+                f"FreeLayer.base = {shown(self.base)} must be RigidBase() or HalfSpace(young=..., poisson=...)."
+            )
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* of the layer [Pa]."""
+        return plane_strain_modulus(self.young, self.poisson)
+
+    @property
+    def held_down(self) -> Medium:
+        """The layer held down by its base, on which it slides."""
+        return Medium([Layer(self.young, self.poisson, self.thickness, bonded=False)], base=self.base)

@@ -1,0 +1,71 @@
+"""Numbers of a medium and a tip by their attribute paths: reading and replacing them.
+
+"layers[0].young", "base.poisson", "layers[1].young.entries[3]" (a node of a table), "upper.layers[0].thickness" of two bodies,
+"indenter.radius". A half-space by itself is its own base.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from flatpunch._support.paths import Plain, steps
+from flatpunch.media.bodies import HalfSpace
+from flatpunch.media.laws import Constant
+from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.transverse import TransverselyIsotropic, TransverselyIsotropicHalfSpace, scaled
+
+_BASES = HalfSpace, PowerLawHalfSpace, TransverselyIsotropicHalfSpace
+"""Half-spaces, each of which is its own base."""
+
+
+def value_of(medium: object, indenter: object, name: str) -> float:
+    """Value of a number, SI."""
+    side, way = _side(name)
+    thing: Any = indenter if side == "indenter" else medium
+    for step in way:
+        if isinstance(step, int):
+            thing = thing[step]
+        elif not (step == "base" and isinstance(thing, _BASES)):
+            thing = getattr(thing, step)
+    return float(thing.value if isinstance(thing, Constant) else thing)
+
+
+def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+    """Medium and tip with some numbers replaced; those of one table or list are replaced together."""
+    both = {"medium": medium, "indenter": indenter}
+    tree: Plain = {}
+    for name, value in values.items():
+        side, (*way, last) = _side(name)
+        branch = tree.setdefault(side, {})
+        for step in way:
+            branch = branch.setdefault(step, {})
+        branch[last] = float(value)
+    both |= {side: _replaced(both[side], changes) for side, changes in tree.items()}
+    return both["medium"], both["indenter"]
+
+
+def _side(name: str) -> tuple[str, list[str | int]]:
+    """Whether it is a number of the tip or of the medium, and its path there."""
+    way = steps(name)
+    return ("indenter", way[1:]) if way[0] == "indenter" else ("medium", way)
+
+
+def _replaced(thing: Any, changes: Any) -> Any:
+    """A frozen object with the numbers of nested `changes` in their places."""
+    if not isinstance(changes, dict):
+        return Constant(changes) if isinstance(thing, Constant) else changes
+    if isinstance(thing, tuple):
+        entries = list(thing)
+        for j, change in changes.items():
+            entries[j] = _replaced(entries[j], change)
+        return tuple(entries)
+    if isinstance(thing, _BASES) and "base" in changes:
+        return _replaced(thing, changes["base"])
+    if isinstance(thing, TransverselyIsotropic) and "young" in changes:
+        changes = dict(changes)
+        thing = scaled(thing, changes.pop("young") / thing.young)
+    return dataclasses.replace(
+        thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
+    )

@@ -1,0 +1,100 @@
+"""What files that carry one case share: the name of the module, the parameters that stay free, and the case as source."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flatpunch._support.readable import source_of
+from flatpunch.fit.elastic.model import method_for
+from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
+from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+
+_MOST_COORDINATES = 2
+"""Free parameters that change the shape of the force curve; with three, the table in the file would have millions of numbers."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One parameter of a file: its key there, its name here, how it is shown, and how it becomes ours."""
+
+    key: str
+    name: str
+    label: str
+    unit: str
+    value: float
+    fitted: bool
+    most: float | None = None
+    convert: str = "{}"
+
+
+def module_path(path: str | Path, example: str) -> Path:
+    """The path of a Python module, refused if Python could not import it."""
+    path = Path(path)
+    if path.suffix != ".py" or not path.stem.isidentifier():
+        raise ValueError(f"{path}: this file is a Python module; name it like {example}.")
+    return path
+
+
+def shown_title(title: str, default: str) -> str:
+    """A title that can stand in a docstring."""
+    return (title or default).replace('"', "'").replace("\\", "/")
+
+
+def entries_of(medium: Any, indenter: Any) -> list[Entry]:
+    """Modulus of the top layer, and those of its thickness and the tip's size whose tables are made in seconds."""
+    kept: list[Entry] = []
+    for entry in _entries(medium, indenter):
+        names = tuple(e.name for e in (*kept, entry))
+        if len(scaling(medium, indenter, names).coordinates) <= _MOST_COORDINATES:
+            kept.append(entry)
+    return kept
+
+
+def parts_of(medium: Any, indenter: Any, entries: list[Entry], title: str, method: FitMethod) -> dict[str, Any]:
+    """Title, imports, case and free parameters as texts of a template."""
+    chosen = method_for(indenter, method)
+    return {
+        "title": shown_title(title, "Layered sample (flatpunch)"),
+        "method": chosen if isinstance(chosen, str) else chosen.name,
+        "tips": ", ".join(sorted(_types(repr(indenter)))),
+        "media": ", ".join(sorted(_types(repr(medium)))),
+        "medium": source_of(medium),
+        "indenter": source_of(indenter),
+        "free": repr(tuple(entry.name for entry in entries)),
+        "values": ", ".join(f"{entry.name!r}: {entry.convert.format(entry.key)}" for entry in entries),
+    }
+
+
+def _entries(medium: Any, indenter: Any) -> list[Entry]:
+    plain = isinstance(medium, HalfSpace) or (
+        isinstance(medium, Medium) and isinstance(medium.base, (HalfSpace, RigidBase))
+    )
+    names = parameter_names(medium, indenter)
+    top = next((name for name in names if name.endswith("young")), None)
+    if not plain or top is None or any(not isinstance(layer, Layer) for layer in getattr(medium, "layers", ())):
+        raise ValueError("a model file needs homogeneous layers on a rigid base or a half-space.")
+    entries = [Entry("E", top, "Young's Modulus", "Pa", value_of(medium, indenter, top), True)]
+    if "layers[0].thickness" in names:
+        value = value_of(medium, indenter, "layers[0].thickness")
+        entries.append(Entry("h", "layers[0].thickness", "Layer Thickness", "m", value, False))
+    if "indenter.radius" in names:
+        entries.append(Entry("R", "indenter.radius", "Tip Radius", "m", indenter.radius, False))
+    elif "indenter.inclination" in names:
+        half = 90 - math.degrees(indenter.inclination)
+        convert = "np.pi / 2 - np.radians({})"
+        entries.append(Entry("alpha", "indenter.inclination", "Half Opening Angle", "°", half, False, 90, convert))
+    else:
+        raise ValueError(
+            f"indenter = {type(indenter).__name__}: there are model files for tips with a radius or an angle."
+        )
+    return entries
+
+
+def _types(text: str) -> set[str]:
+    """Names of the types that a record in Python notation uses."""
+    return set(re.findall(r"\b([A-Z]\w+)\(", text))

@@ -1,0 +1,115 @@
+"""A model file for nanite and PyJibe: the exact thin-layer contact in programs that fit force curves already.
+
+nanite loads single files that say which parameters a model has and how the force follows from the tip position. The file written
+here carries one case; it needs flatpunch and lmfit where it runs, and neither it nor this package needs nanite.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flatpunch._support.whole_file import write_whole
+from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.plugins.cases import Entry, entries_of, module_path, parts_of
+
+_TEMPLATE = '''"""{title}
+
+Exact contact of a tip with a layered sample, by flatpunch (method {method}). Layers, base and tip other than the parameters are
+as written below; write the file anew for another sample.
+"""
+
+import lmfit
+import numpy as np
+
+from flatpunch.fit import ForwardModel
+from flatpunch.indenters import {tips}
+from flatpunch.media import {media}
+
+_MODEL = ForwardModel(
+    {medium},
+    {indenter},
+    {free},
+    {method!r},
+)
+
+
+def get_parameter_defaults():
+    """Parameters in the order of `parameter_keys`."""
+    params = lmfit.Parameters()
+{defaults}
+    params.add("contact_point", value=0)
+    params.add("baseline", value=0)
+    return params
+
+
+def flatpunch_layers(delta, {arguments}, contact_point=0, baseline=0):
+    """{title}
+
+    Exact contact mechanics of the layered sample; delta is the tip position [m], falling into the sample.
+    """
+    values = {{{values}}}
+    return _MODEL.force(contact_point - np.asarray(delta, dtype=float), values) + baseline
+
+
+model_doc = flatpunch_layers.__doc__
+model_func = flatpunch_layers
+model_key = {key!r}
+model_name = {title!r}
+parameter_keys = {keys!r}
+parameter_names = {names!r}
+parameter_units = {units!r}
+valid_axes_x = ["tip position"]
+valid_axes_y = ["force"]
+'''
+
+
+def write_nanite_model(
+    path: str | Path,
+    medium: Any,
+    indenter: Any,
+    *,
+    title: str = "",
+    key: str | None = None,
+    method: FitMethod = "auto",
+) -> Path:
+    """Write a model file for nanite.
+
+    Parameters
+    ----------
+    path : path
+        Target, a Python module such as "model_thin_gel.py".
+    medium : Medium of homogeneous layers, or HalfSpace
+        The sample; the modulus of its top layer is what nanite fits.
+    indenter : Sphere, Paraboloid, Cylinder, Cone or Pyramid
+        The tip; its radius or half opening angle becomes a parameter that is held, like the thickness. With several layers
+        only those become parameters whose tables are quick to make.
+    title : str
+        Name shown in the programs.
+    key : str, optional
+        Identifier; from the file's name if left out.
+    method : str or method
+        Contact method, or "auto"; the model file keeps its short name.
+
+    Returns
+    -------
+    Path
+    """
+    path = module_path(path, "model_thin_gel.py")
+    entries = entries_of(medium, indenter)
+    text = _TEMPLATE.format(
+        **parts_of(medium, indenter, entries, title, method),
+        defaults="\n".join(_default(entry) for entry in entries),
+        arguments=", ".join(entry.key for entry in entries),
+        key=key or f"flatpunch_{path.stem}",
+        keys=[*(entry.key for entry in entries), "contact_point", "baseline"],
+        names=[*(entry.label for entry in entries), "Contact Point", "Force Baseline"],
+        units=[*(entry.unit for entry in entries), "m", "N"],
+    )
+    write_whole(path, text.encode())
+    return path
+
+
+def _default(entry: Entry) -> str:
+    limits = "min=0" if entry.most is None else f"min=0, max={entry.most:g}"
+    return f'    params.add("{entry.key}", value={entry.value!r}, {limits}, vary={entry.fitted})'

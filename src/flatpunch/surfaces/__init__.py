@@ -1,0 +1,7 @@
+"""Rough surfaces: heights on a grid, random ones, and their summits."""
+
+from flatpunch.surfaces.summits import Summits
+from flatpunch.surfaces.synthesis import self_affine
+from flatpunch.surfaces.topography import Topography
+
+__all__ = ["Summits", "Topography", "self_affine"]

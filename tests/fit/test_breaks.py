@@ -1,0 +1,84 @@
+"""Breakthroughs that do not recover, loads that are taken back, readings out of order, tips counted outwards."""
+
+import numpy as np
+import pytest
+
+from flatpunch.fit import Curve, Measured, fit
+from flatpunch.fit.measured.approach import approach_of
+from flatpunch.fit.measured.signal import breaks
+from flatpunch.indenters import Paraboloid
+from flatpunch.media import HalfSpace
+
+START, TIP, YOUNG = HalfSpace(1e3, 0.5), Paraboloid(4e-6), 4e3
+
+
+def hertz(depth):
+    """Force on the gel, zero before the contact [N]."""
+    return 4 / 3 * YOUNG / 0.75 * np.sqrt(TIP.radius) * np.maximum(depth, 0.0) ** 1.5
+
+
+def noisy(depth, force, **more):
+    """A curve with noise of 0.2 % of the largest force."""
+    return Curve(depth, force + 2e-3 * np.ptp(force) * np.random.default_rng(0).normal(size=force.size), **more)
+
+
+@pytest.mark.parametrize("left", [0.05, 0.3])
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_lies_before_a_breakthrough_is_fitted(left, base, sign):
+    """The force falls to a share and stays there, or rises on a stiff base, and the tip comes back."""
+    way = np.concatenate([np.linspace(-6e-7, 1e-6, 900), np.linspace(1e-6, -6e-7, 900)])
+    broken, at = np.arange(way.size) >= 740, way[740]
+    after = left * hertz(at) + 20 * base * hertz(way - at - 5e-8)
+    force = np.where(broken, np.where(way > at - 3e-7, after, 0.0), hertz(way))
+    found = fit(noisy(way, sign * force), START, TIP, ["base.young"])
+    assert found["base.young"] == pytest.approx(YOUNG, rel=0.01)
+    assert any("drops" in note and "breakthrough" in note for note in found.notes)
+
+
+def test_a_load_that_is_taken_back_is_no_breakthrough():
+    """A ramp of load with a nose of 20 readings, in which the tip goes on by 1 % and the force falls by 4 %."""
+    top = hertz(1e-6)
+    load = np.concatenate([np.zeros(200), np.linspace(0, top, 800), top * np.linspace(1, 0.96, 20)])
+    depth = np.concatenate([np.linspace(-3e-7, 0, 200), 1e-6 * np.linspace(0, 1, 800) ** (2 / 3)])
+    depth = np.append(depth, 1e-6 + 1e-8 * np.sin(np.linspace(0, np.pi / 2, 20)))
+    found = fit(noisy(depth, load), START, TIP, ["base.young"])
+    assert found["base.young"] == pytest.approx(YOUNG, rel=0.01)
+    assert not any("breakthrough" in note for note in found.notes)
+
+
+def test_slopes_and_corners_are_no_breaks():
+    along = np.linspace(-1, 1, 1000)
+    noise = 1e-3 * np.random.default_rng(1).normal(size=1000)
+    assert breaks(5 * along + noise) == breaks(np.maximum(along, 0) + noise) == []
+    assert len(breaks(np.maximum(along, 0) - 0.1 * (along > 0.5) + noise)) == 1
+
+
+def test_readings_out_of_order_are_sorted_by_their_times():
+    way = np.concatenate([np.linspace(-6e-7, 1e-6, 600), np.linspace(1e-6, -6e-7, 600)])
+    curve = noisy(way, hertz(way), time=np.arange(1200.0))
+    mixed = curve.taken(np.random.default_rng(2).permutation(1200))
+    assert approach_of(mixed).part.depth == pytest.approx(approach_of(curve).part.depth)
+    # times that begin again at the retract are no disorder
+    again = noisy(way, hertz(way), time=np.concatenate([np.arange(600.0), np.arange(600.0)]))
+    assert approach_of(again).whole is again
+
+
+@pytest.mark.parametrize("depth", [1.0, -1.0])
+@pytest.mark.parametrize("force", [1.0, -1.0])
+def test_tips_behind_soft_cantilevers_counted_either_way(depth, force):
+    """The cantilever bends three times as far as the tip goes in: the sign of force and tip follows from their noise."""
+    spring = hertz(1e-6) / 3e-6
+    inside = np.linspace(0, 1e-6, 4000)
+    piezo = np.linspace(-2e-6, 4e-6, 1200)
+    tip = np.where(piezo > 0, np.interp(piezo, inside + hertz(inside) / spring, inside), piezo)
+    load = hertz(tip) + 1e-3 * hertz(1e-6) * np.random.default_rng(3).normal(size=1200)
+    curve = Curve(depth * (piezo - load / spring), force * load, spring_constant=spring)
+    assert fit(curve, START, TIP, ["base.young"])["base.young"] == pytest.approx(YOUNG, rel=0.02)
+
+
+@pytest.mark.parametrize("wrong", [{"curve": 1}, {"indenter": 3}, {"values": 3}])
+def test_measured_checks_what_it_is_given(wrong):
+    way = np.linspace(0, 1e-6, 40)
+    with pytest.raises(TypeError, match=r"Measured\.(curve|indenter|values) = "):
+        Measured(**{"curve": Curve(way, hertz(way)), **wrong})
