@@ -22,7 +22,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 BROWSER = next((path for name in BROWSERS if (path := shutil.which(name))), None)
 SCREENSHOTS = os.environ.get("FLATPUNCH_SCREENSHOTS")
 FILM = next(path for path in shipped_cases() if path.stem == "elliptic_tip_on_carbon_film")
-SECONDS = 60_000
+SECONDS = 180_000
 """Time that a result may take on a busy machine [ms]."""
 
 if BROWSER is None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.contact import receding
 
 SHEET = fp.FreeLayer(young=1e6, poisson=0.3, thickness=1e-3)
 HELD = fp.Medium([fp.Layer(1e6, 0.3, 1e-3, bonded=False)], base=fp.RigidBase())
@@ -72,6 +73,30 @@ def test_bases():
 def test_refusals(act, error, words):
     with pytest.raises(error, match=words):
         act()
+
+
+@pytest.mark.parametrize("base", [fp.RigidBase(), fp.HalfSpace(1e5, 0.2)], ids=["rigid", "soft"])
+@pytest.mark.parametrize(
+    "tip",
+    [TIP, fp.Cone(0.2), fp.Truncated(TIP, 2e-5), fp.Truncated(fp.Cone(0.2), 1e-4), fp.Cylinder(3e-4)],
+    ids=["paraboloid", "cone", "cut-paraboloid", "cut-cone", "cylinder"],
+)
+def test_stated_error_of_the_force(tip, base):
+    """Against many more terms and nodes, solved at the very contacts; a profile with a ring has slowly falling terms."""
+    sheet = fp.FreeLayer(1e6, 0.3, 1e-3, base)
+    curve = fp.indent(sheet, tip, depth=[1e-5, 3e-5])
+    softness = sheet.surface_modulus / base.surface_modulus if isinstance(base, fp.HalfSpace) else 0.0
+    finest = receding._Plate(softness, 24)
+    if isinstance(tip, fp.Cylinder):
+        depth = curve.depth.values
+        force = finest.contact(tip.radius / 1e-3, None, None)[2] * sheet.surface_modulus * 1e-3 * depth
+    else:
+        held = fp.indent(fp.Medium([fp.Layer(1e6, 0.3, 1e-3, bonded=False)], base), tip, radius=curve.radius.values)
+        _, depth, force, _ = receding._contacts(finest, sheet, tip, np.log(held.depth.values))
+    slope = curve.stiffness.values * curve.depth.values / curve.force.values
+    error = np.abs(np.log(curve.force.values / force) - slope * np.log(curve.depth.values / depth))
+    assert (error < 3 * curve.force_error.values + 1e-12).all()
+    assert curve.force_error.values.max() < 2e-5
 
 
 def test_wide_contacts_hardly_lift_off():

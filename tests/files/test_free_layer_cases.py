@@ -96,6 +96,11 @@ def test_pictures_sweeps_and_the_page(case, tmp_path):
         ('work_of_adhesion = "1 mJ/m^2"\n' + LAYER + BASE + REST, "work_of_adhesion does not go with a FreeLayer"),
         (LAYER + BASE + REST + "[stress]\n", "stress does not go with a FreeLayer"),
         (LAYER + BASE + REST.replace('"paraboloid"\nradius = "5 mm"', '"vickers"'), "is not round"),
+        (LAYER + BASE + REST.replace('depth = ["10 um", "100 um"]', 'radius = "21 mm"'), "hardly lifts off there"),
+        (
+            LAYER + BASE + '[indenter]\nkind = "cylinder"\nradius = "1 mm"\n[control]\nradius = "1 mm"\n',
+            "radius cannot control a cylinder",
+        ),
         (
             LAYER.replace("[[layers]]", "[[upper.layers]]")
             + BASE.replace("base", "upper.base")

@@ -11,14 +11,15 @@ With the pressures p1 on the disc a under the tip and p2 on the disc b on the ba
 M11 = int (L_s + L_a) j j dk, M12 = int (L_s - L_a) j j dk; M22 as M11, with the compliance of an elastic base. L_a ~ k^-3 at
 long waves is felt by loads of no net force alone, so that j_0 is taken less j_0(ks) there; any length s gives the same result.
 S[c2] = 0 is a root search for b, its smallest root; the rest is linear. Superposition over the history does not hold, as b
-changes: every radius is solved by itself, and depth and force are interpolated over the radius.
+changes: every radius is solved by itself, and depth and force are interpolated over the depth of a layer that is held down.
 
-Lengths are in units of h, pressures of E*.
+Radii are in units of h.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -27,8 +28,10 @@ from scipy.optimize import brentq
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import compliance
-from flatpunch.contact.curve import Control, Curve, check_reach
+from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
+from flatpunch.contact.round.profile import Moments
+from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import FreeLayer, HalfSpace
@@ -46,21 +49,28 @@ _FIRST = 0.1
 """Distance beyond the contact under the tip, over the thickness, at which the search for that with the base begins."""
 
 _PER_DECADE = 10
-"""Radii that are solved per decade; cubics between them leave 1e-5 of the force."""
+"""Contacts that are solved per decade of depth, cubics between leave 1e-6 of the force. Twice as many take twice the time."""
+
+_MORE = 8
+"""Terms, and nodes of the quadrature, that the contacts have beyond the others which those are checked against."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Plate:
-    """Matrices of one layer on its base; `softness` is E* of the layer over that of the base, zero for a rigid one."""
+    """Matrices of one layer on its base; `softness` is E* of the layer over that of the base, zero for a rigid one.
+
+    `more` terms and nodes make the matrices for a check.
+    """
 
     softness: float
+    more: int = 0
 
-    def solved(self, a: float, b: float, gap: Array | None) -> tuple[float, float, float]:
-        """Depth and force for discs a and b, and the edge strength at b over the force; `gap` are b_l[f], None for a flat end.
+    def solved(self, a: float, b: float, gap: Moments | None) -> tuple[float, float, float]:
+        """Depth, force over E* h, and edge strength at b over the force, for discs a and b in units of h.
 
-        Under a flat end the depth is one.
+        `gap` is None for a flat end, under which the depth is one.
         """
-        n1, n2 = _terms(a) if gap is None else gap.size, _terms(b)
+        n1, n2 = self.terms(a), self.terms(b)
         n = n1 + n2
         system, right = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
         system[:n, :n] = self._matrix(a, b, n1, n2)
@@ -70,15 +80,21 @@ class _Plate:
         if gap is None:
             system[n + 1, n], right[n + 1] = 1.0, 1.0
         else:
-            right[:n1] = -gap
+            right[:n1] = -gap.b[0]
             system[n + 1, :n1] = edge_signs(n1)
+            # terms beyond the last are those of a half-space, whose sum is known: a ring in the profile has many
+            right[n + 1] = a * gap.edge[0] - edge_signs(n1) @ (gap.b[0] / _half_space(a, n1))
         c = np.linalg.solve(system, right)
         return float(c[n]), float(2 * np.pi * c[0]), float(edge_signs(n2) @ c[n1:n] / c[0])
+
+    def terms(self, radius: float) -> int:
+        """Terms of the basis on a disc: the pressure varies over a thickness."""
+        return int(14 + 4 * radius) + self.more
 
     def _matrix(self, a: float, b: float, n1: int, n2: int) -> Array:
         s, step = 1.0, np.pi / max(a, b, 1.0)
         edges = np.concatenate([[0.0], np.geomspace(1e-3, step, 8), np.arange(2, _FARTHEST / step + 1) * step])
-        t, v = gauss(16)
+        t, v = gauss(16 + self.more)
         half = np.diff(edges)[:, None] / 2
         k, w = (edges[:-1, None] + half * (t + 1)).ravel(), (half * v).ravel()
         j = np.vstack([spherical_bessel(2 * n, k * disc)[::2] for n, disc in ((n1, a), (n2, b))])
@@ -87,17 +103,21 @@ class _Plate:
         less[n1:] *= -1
         symmetric, antisymmetric = _responses(k / 2)
         matrix = (j * (w * (symmetric - 1))) @ j.T + (less * (w * (antisymmetric - 1))) @ less.T
-        diagonal = [np.pi / (a * (4 * np.arange(n1) + 1)), np.pi / (b * (4 * np.arange(n2) + 1)) * (1 + self.softness)]
+        diagonal = [_half_space(a, n1), _half_space(b, n2) * (1 + self.softness)]
         return np.asarray(matrix + np.diag(np.concatenate(diagonal)))
 
-    def contact(self, a: float, gap: Array | None, near: float | None) -> tuple[float, float, float]:
-        """Radius b on the base, depth and force of a contact of radius a; `near` is b - a of a radius close by."""
+    def contact(self, a: float, gap: Moments | None, near: float | None) -> tuple[float, float, float]:
+        """Radius b on the base, depth and force over E* h of a contact of radius a; `near` is an estimate of b - a."""
+
+        @cache
+        def at(b: float) -> tuple[float, float, float]:
+            return self.solved(a, b, gap)
 
         def edge(b: float) -> float:
-            return self.solved(a, b, gap)[2]
+            return at(b)[2]
 
         # distances beyond a, over which the edge strength varies: by the thickness, or far away by themselves
-        low, high = (a, a + _FIRST) if near is None else (a + 0.6 * near, a + 1.6 * near)
+        low, high = (a, a + _FIRST) if near is None else (a + 0.98 * near, a + 1.02 * near)
         if near is not None and not edge(low) > 0 > edge(high):
             low, high = a, a + _FIRST
         if near is None and edge(low) <= 0:
@@ -106,53 +126,97 @@ class _Plate:
         # to the smallest root; those beyond are contacts with tension
         while edge(high) > 0:
             low, high = high, a + 1.5 * (high - a)
-        b = float(brentq(edge, low, high, xtol=1e-10))
-        depth, force, _ = self.solved(a, b, gap)
+        # the force is stationary in b
+        b = float(brentq(edge, low, high, xtol=1e-8))
+        depth, force, _ = at(b)
         return b, depth, force
 
 
 def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -> Curve:
-    """Round tips and flat punches at depths, forces or radii, with `base_radius`."""
+    """Round tips and flat punches at depths, forces or radii, with `base_radius` and the estimated error of the force."""
     h, modulus = medium.thickness, medium.surface_modulus
-    plate = _Plate(modulus / medium.base.surface_modulus if isinstance(medium.base, HalfSpace) else 0.0)
+    softness = modulus / medium.base.surface_modulus if isinstance(medium.base, HalfSpace) else 0.0
+    plate, finer = _Plate(softness), _Plate(softness, _MORE)
+    depths = depths_held_down(medium, indenter, control)
+    if isinstance(indenter, Cylinder):
+        b, _, stiffness = plate.contact(indenter.radius / h, None, None)
+        error = abs(stiffness / finer.contact(indenter.radius / h, None, None)[2] - 1)
+        k = stiffness * modulus * h
+        depth = control.values if control.name == "depth" else control.values / k
+        ones = np.ones_like(depth)
+        return _curve(phi, depth, k * depth, indenter.radius * ones, k * ones, b * h * ones, error)
+    live = control.values > 0
+    # where depth or force are given, those of the layer that lifts off lie well within
+    x = np.log(_solved_depths(medium, indenter, depths, 1.1 if control.name == "radius" else 1.5))
+    names = ("base", "depth", "force", "radius")
+    solved = _contacts(plate, medium, indenter, x)
+    laws = {name: CubicSpline(x, np.log(column)) for name, column in zip(names, solved, strict=True)}
+    at = np.log(np.where(live, depths, np.exp(x[0])))
+    if control.name != "radius":
+        law, wanted = laws[control.name], np.log(control.values[live])
+        at[live] = [brentq(lambda t, aim=aim: float(law(t)) - aim, x[0], x[-1], xtol=1e-13) for aim in wanted]
+    found = {name: np.where(live, np.exp(law(at)), 0.0) for name, law in laws.items()}
+    slope = laws["force"](at, 1) / laws["depth"](at, 1)
+    # at contacts between, which the cubics have not seen
+    between = (x[1:] + x[:-1]) / 2
+    _, depth, force, _ = np.log(_contacts(finer, medium, indenter, between))
+    steepness = laws["force"](between, 1) / laws["depth"](between, 1)
+    off = laws["force"](between) - force - steepness * (laws["depth"](between) - depth)
+    error = float(np.abs(off).max())
+    tangent = np.where(live, found["force"] / np.where(live, found["depth"], 1.0) * slope, 0.0)
+    return _curve(phi, found["depth"], found["force"], found["radius"], tangent, found["base"], error)
+
+
+def depths_held_down(medium: FreeLayer, indenter: Indenter, control: Control) -> Array:
+    """Depths of the steps on a layer that is held down [m], which differ by some per cent; refuses what cannot be solved."""
     if isinstance(indenter, Cylinder):
         if control.name == "radius":
             raise ValueError(
                 "radius cannot control a cylinder, whose contact radius never changes. Give depth or force."
             )
-        _check_width(np.array([indenter.radius]), h)
-        b, _, stiffness = plate.contact(indenter.radius / h, None, None)
-        k = stiffness * modulus * h
-        depth = control.values if control.name == "depth" else control.values / k
-        ones = np.ones_like(depth)
-        return _curve(medium, phi, depth, k * depth, indenter.radius * ones, k * ones, b * h * ones)
-    radii = _radii(medium, indenter, control)
-    _check_width(radii, h)
+        widest, depths = indenter.radius, control.values
+    else:
+        held = _held_down(medium, indenter, control)
+        widest, depths = float(held.radius.max()), held.depth
+    if widest > WIDEST * medium.thickness:
+        raise ValueError(
+            f"The contact radius of {text(widest, 'm')} is more than {WIDEST:g} thicknesses of the FreeLayer. It hardly lifts "
+            "off there: take Medium([Layer(..., bonded=False)], base=...)."
+        )
+    return depths
+
+
+def _solved_depths(medium: FreeLayer, indenter: Indenter, depths: Array, margin: float) -> Array:
+    """Depths on the layer held down [m] at whose radii contacts are solved, a margin beyond those of the steps."""
+    live = depths[depths > 0]
+    low, high = (
+        (live.min() / margin, live.max() * margin) if live.size else (medium.thickness / 100, medium.thickness / 50)
+    )
+    if np.isfinite(indenter.reach):
+        high = min(high, float(_held_down(medium, indenter, Control("radius", np.array([indenter.reach]))).depth[0]))
+    return np.geomspace(low, high, 6 + int(np.ceil(_PER_DECADE * np.log10(high / low))))
+
+
+def _held_down(medium: FreeLayer, indenter: Indenter, control: Control) -> RoundContact:
+    return mean_contact(compliance(medium.held_down), indenter, control)[1]
+
+
+def _contacts(plate: _Plate, medium: FreeLayer, indenter: Indenter, x: Array) -> Array:
+    """Radius on the base, depth, force and radius, a row each, of contacts as wide as on a layer held down at depths exp(x)."""
+    h, modulus, profile = medium.thickness, medium.surface_modulus, mean_profile(indenter)
+    radii = _held_down(medium, indenter, Control("depth", np.exp(x))).radius
     solved: list[tuple[float, float, float]] = []
-    before = 0.0
-    for a, gap in zip(radii / h, _moments(indenter, radii, h), strict=True):
-        solved.append(plate.contact(float(a), gap, solved[-1][0] - before if solved else None))
-        before = float(a)
-    x = np.log(radii)
-    columns = np.transpose([(*each, a) for each, a in zip(solved, radii, strict=True)])
-    units = {"base": h, "depth": h, "force": modulus * h**2, "radius": 1.0}
-    laws = {
-        name: CubicSpline(x, np.log(column * unit)) for column, (name, unit) in zip(columns, units.items(), strict=True)
-    }
-    live = control.values > 0
-    at = np.full(control.values.size, x[0])
-    for i in np.flatnonzero(live):
-        wanted = np.log(control.values[i])
-        at[i] = brentq(lambda t, wanted=wanted: float(laws[control.name](t)) - wanted, x[0], x[-1], xtol=1e-13)
-    found = {name: np.where(live, np.exp(law(at)), 0.0) for name, law in laws.items()}
-    slope = laws["force"](at, 1) / laws["depth"](at, 1)
-    tangent = np.where(live, found["force"] / np.where(live, found["depth"], 1.0) * slope, 0.0)
-    return _curve(medium, phi, found["depth"], found["force"], found["radius"], tangent, found["base"])
+    beyond: list[float] = []
+    for a in radii / h:
+        gap = profile.moments(np.array([a * h]), plate.terms(a))
+        # on the line through the last two
+        near = 2 * beyond[-1] - beyond[-2] if len(beyond) > 1 else None
+        solved.append(plate.contact(float(a), gap, near))
+        beyond.append(solved[-1][0] - float(a))
+    return np.vstack([np.transpose(solved) * np.array([[h], [1.0], [modulus * h]]), radii])
 
 
-def _curve(
-    medium: FreeLayer, phi: Array, depth: Array, force: Array, radius: Array, stiffness: Array, base: Array
-) -> Curve:
+def _curve(phi: Array, depth: Array, force: Array, radius: Array, stiffness: Array, base: Array, error: float) -> Curve:
     return Curve(
         depth=depth,
         force=force,
@@ -162,43 +226,16 @@ def _curve(
         contour=np.repeat(radius[:, None], phi.size, axis=1),
         valid=np.ones(depth.size, dtype=bool),
         notes=(),
-        extra={"base_radius": (("step",), base, "m", "radius of the contact between layer and base")},
+        extra={
+            "base_radius": (("step",), base, "m", "radius of the contact between layer and base"),
+            "force_error": (("step",), np.full(depth.size, error), "1", "estimated relative error of the force"),
+        },
     )
 
 
-def _radii(medium: FreeLayer, indenter: Indenter, control: Control) -> Array:
-    """Radii to be solved [m], around those at which the layer would be if it were held down, which differ by some per cent."""
-    if control.name == "radius":
-        check_reach(indenter, control.values)
-        low, high = control.values[control.values > 0].min(initial=np.inf), control.values.max()
-        low = min(low, high)
-    else:
-        found = mean_contact(compliance(medium.held_down), indenter, control)[1].radius
-        low, high = found[found > 0].min(initial=np.inf) / 1.15, found.max() * 1.15
-        high = min(high, indenter.reach)
-    if not high > 0:
-        low, high = medium.thickness / 100, medium.thickness / 50
-    count = 6 + int(np.ceil(_PER_DECADE * np.log10(high / low)))
-    return np.asarray(np.geomspace(low * (1 - 1e-9), high * (1 + 1e-9), count))
-
-
-def _moments(indenter: Indenter, radii: Array, h: float) -> list[Array]:
-    """b_l[f] of a tip on discs of given radii, in units of h."""
-    profile = mean_profile(indenter)
-    return [profile.moments(np.array([a]), _terms(a / h)).b[0] / h for a in radii]
-
-
-def _terms(radius: float) -> int:
-    """Terms of the basis on a disc: the pressure varies over a thickness."""
-    return int(14 + 4 * radius)
-
-
-def _check_width(radii: Array, h: float) -> None:
-    if radii.max() > WIDEST * h:
-        raise ValueError(
-            f"The contact radius of {text(float(radii.max()), 'm')} is more than {WIDEST:g} thicknesses of the FreeLayer. It "
-            "hardly lifts off there: take Medium([Layer(..., bonded=False)], base=...)."
-        )
+def _half_space(radius: float, terms: int) -> Array:
+    """Diagonal of the matrix of a half-space."""
+    return np.pi / (radius * (4 * np.arange(terms) + 1))
 
 
 def _responses(x: Array) -> tuple[Array, Array]:

@@ -16,9 +16,11 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
+from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.finite_strain import checked as place_in_table
 from flatpunch.contact.histories import check_free_layer
+from flatpunch.contact.receding import depths_held_down
 from flatpunch.contact.result import check_outlines
 from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.nesting import check_nesting
@@ -175,6 +177,9 @@ class CaseTable(ContactTable):
         method = self._method()
         stress = None if self.stress is None else self.stress.built
         indenter = self.indenter.built
+        if isinstance(medium, FreeLayer):
+            given = {name: steps if name == control else None for name in ("depth", "force", "radius")}
+            depths_held_down(medium, indenter, control_from(**given))
         place_in_table(law, medium, indenter, control)
         return Case(
             self.title,
