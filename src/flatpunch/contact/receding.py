@@ -235,7 +235,7 @@ def _curve(phi: Array, depth: Array, force: Array, radius: Array, stiffness: Arr
 
 def _half_space(radius: float, terms: int) -> Array:
     """Diagonal of the matrix of a half-space."""
-    return np.pi / (radius * (4 * np.arange(terms) + 1))
+    return np.asarray(np.pi / (radius * (4 * np.arange(terms) + 1)))
 
 
 def _responses(x: Array) -> tuple[Array, Array]:
