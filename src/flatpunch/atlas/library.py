@@ -19,7 +19,7 @@ from flatpunch.atlas.solution import Solution
 from flatpunch.atlas.storage import read_table
 from flatpunch.atlas.table import Table
 from flatpunch.compliance import compliance
-from flatpunch.media import TabulatedMedium
+from flatpunch.media import Body, Solid, TabulatedMedium
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 Outside = Literal["solve", "refuse"]
@@ -87,7 +87,7 @@ def find_table(name: str | Path) -> Any:
 
 
 def tabulated(
-    medium: Any, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
+    medium: Solid, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
     """A medium that takes its flat punches from the atlas, for use as any other medium.
 
@@ -149,7 +149,7 @@ def tabulated(
     )
 
 
-def _check_same(medium: Any, solution: Solution) -> None:
+def _check_same(medium: Body, solution: Solution) -> None:
     """Refuse a table of another medium: one punch is solved directly."""
     kernel = compliance(medium)
     beta = np.array([np.sqrt(np.prod(solution.beta_range))])

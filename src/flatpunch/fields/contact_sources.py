@@ -22,6 +22,7 @@ from flatpunch.fields.cells import Cells
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import Body
 
 _SAMPLED, _SUPERPOSED = 192, 128
 """Cells along each side of a contact that is no disc: of boundary elements, and of a superposed pressure, which is expensive."""
@@ -45,7 +46,7 @@ class Contact:
         Work of adhesion [J/m^2].
     """
 
-    medium: Any
+    medium: Body
     indenter: Indenter
     control: Control
     method: Method | None = None
@@ -63,8 +64,8 @@ class Contact:
 
 
 def contact_of(
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     given: dict[str, Any],
     method: str | Method | None = None,
     work_of_adhesion: float | None = None,
@@ -102,7 +103,7 @@ def contact_of(
     return Contact(medium, indenter, control, chosen, work_of_adhesion)
 
 
-def _check_depth(medium: Any, control: Control) -> None:
+def _check_depth(medium: Body, control: Control) -> None:
     deep = deepest(medium)
     if control.name == "depth" and control.values.max() >= deep:
         raise BadValue(

@@ -22,7 +22,7 @@ from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Medium, underlying
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def fields(
         sources = prescribed_sources(loads, friction)
         solved: dict[str, Any] = {}
     else:
-        contact = contact_of(medium, indenter, given, method, work_of_adhesion)
+        contact = contact_of(medium, check_indenter(indenter), given, method, work_of_adhesion)
         sources, solved = contact_sources(contact, friction)
     stress, displacement, error = evaluate(sources, parts, points, direction)
     layer = np.empty(points.shape[1], dtype=int)
@@ -147,7 +147,7 @@ def fields(
     return _dataset(points, shape, stress, displacement, layer, attributes)
 
 
-def of_case(medium: Any, load: Any) -> dict[str, str]:
+def of_case(medium: Body, load: object) -> dict[str, str]:
     """Attributes that every result inside the body has."""
     return {
         "medium": json.dumps(record(underlying(medium))),
@@ -199,7 +199,7 @@ def checked_friction(friction: object) -> float:
     return value
 
 
-def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | None:
+def residual_stresses(medium: Body, given: Sequence[float] | None) -> Array | None:
     """Biaxial stress of each layer and the base, shape (layers + 1,)."""
     if given is None:
         return None
@@ -244,7 +244,7 @@ def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
     return np.array([np.broadcast_to(array, shape).ravel() for array in arrays]), shape
 
 
-def _loads(indenter: Any) -> tuple[Any, ...]:
+def _loads(indenter: object) -> tuple[Load, ...]:
     """Prescribed loads, or none if it is an indenter."""
     from flatpunch.fields.loads import DiscLoad, PatchLoad
 

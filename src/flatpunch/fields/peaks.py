@@ -29,7 +29,7 @@ from flatpunch.fields.failure.strength import Strength
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Medium, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, Medium, RigidBase, Solid, TwoBodies, underlying
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}
@@ -134,7 +134,7 @@ def peak_stresses(
     return dataset(columns, coordinates, attributes)
 
 
-def _bodies(medium: Any, residual: Any) -> tuple[Judged, ...]:
+def _bodies(medium: Solid, residual: Any) -> tuple[Judged, ...]:
     """All elastic bodies with strengths of 1 Pa."""
     if isinstance(medium, TwoBodies):
         pair = (None, None) if residual is None else residual

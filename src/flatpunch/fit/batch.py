@@ -32,6 +32,8 @@ from flatpunch.fit.records import Records, keys_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
@@ -179,8 +181,8 @@ def _title(name: str) -> str:
 
 def fit_batch(
     curves: Iterable[Any],
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     free: Any = (),
     *,
     work_of_adhesion: float | None = None,

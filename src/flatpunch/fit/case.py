@@ -25,6 +25,7 @@ from flatpunch.fit.cases.tables import CorrectTable, CurveTable, FilmTable, FitT
 from flatpunch.fit.cases.values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
+from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import check_free
@@ -36,7 +37,8 @@ from flatpunch.fit.report.log_posterior import CALIBRATION
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
-from flatpunch.media import HalfSpace
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace
 
 DRIFTING = "layers[0].young"
 """What `drift` follows over the depth."""
@@ -92,8 +94,8 @@ class FitCase:
     """
 
     title: str
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     free: Mapping[str, Free]
     settings: Settings
     reading: Mapping[str, Any] = field(default_factory=dict)
@@ -327,7 +329,7 @@ def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]
     """
     if DRIFTING not in case.free:
         raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
-    top = case.medium.layers[0]
+    _, top = layer_on_top(case.medium)
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
     body = HalfSpace(top.young, top.poisson)
     return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)

@@ -35,13 +35,15 @@ from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 
 @one_blas_thread()
 def fit(
     curve: Curve,
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     free: Any = (),
     *,
     work_of_adhesion: float | None = None,
@@ -108,8 +110,8 @@ def fit(
 @one_blas_thread()
 def fit_ranges(
     curve: Curve,
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     free: Any = (),
     *,
     shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),

@@ -28,6 +28,8 @@ from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import slope
 from flatpunch.fit.parameters.settings import Settings, as_free
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
 
@@ -215,7 +217,7 @@ class PlanScan:
         return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
 
 
-def plan_scan(medium: Any, tips: Mapping[str, Any], free: Any, *, depths: Sequence[float], **rest: Any) -> PlanScan:
+def plan_scan(medium: Body, tips: Mapping[str, Any], free: Any, *, depths: Sequence[float], **rest: Any) -> PlanScan:
     """Plan curves with several tips to several depths.
 
     Parameters
@@ -267,8 +269,8 @@ def plan_scan(medium: Any, tips: Mapping[str, Any], free: Any, *, depths: Sequen
 
 @one_blas_thread()
 def planned(
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     free: Any,
     *,
     depth: float,

@@ -35,6 +35,7 @@ from flatpunch.fit.report.joint import JointResult
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 
 @readable
@@ -64,7 +65,7 @@ class Measured:
     """
 
     curve: Curve
-    indenter: Any = None
+    indenter: Indenter | None = None
     values: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -79,8 +80,8 @@ class Measured:
 @one_blas_thread()
 def fit_together(
     curves: Iterable[Curve | Measured],
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     free: Any = (),
     own: Any = (),
     *,
@@ -190,7 +191,9 @@ class Problem:
 
 def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings) -> Problem:
     """The problem of one curve, from its own best amplitude, contact point and background."""
-    here = replace(sample, indenter=measured.indenter or sample.indenter).replaced(dict(measured.values))
+    here = replace(sample, indenter=sample.indenter if measured.indenter is None else measured.indenter).replaced(
+        dict(measured.values)
+    )
     # limits and starts of the fit hold where the place says nothing
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)

@@ -14,6 +14,7 @@ from ContactMechanics import (
 )
 
 from flatpunch import kernels
+from flatpunch.media import Body
 
 
 class _OfMedium:
@@ -23,7 +24,7 @@ class _OfMedium:
     dim: Any
     Error: Any
 
-    def __init__(self, nb_grid_pts: Any, medium: Any, physical_sizes: Any = 2 * np.pi, **options: Any) -> None:
+    def __init__(self, nb_grid_pts: Any, medium: Body, physical_sizes: Any = 2 * np.pi, **options: Any) -> None:
         if given := {"thickness", "poisson"} & options.keys():
             raise TypeError(f"{min(given)} is a part of the medium; leave it out.")
         self.medium = medium
@@ -82,7 +83,7 @@ class FreeMedium(_OfMedium, FreeFFTElasticHalfSpace):
 
     name = "free_medium"
 
-    def __init__(self, nb_grid_pts: Any, medium: Any, physical_sizes: Any = 2 * np.pi, **options: Any) -> None:
+    def __init__(self, nb_grid_pts: Any, medium: Body, physical_sizes: Any = 2 * np.pi, **options: Any) -> None:
         self._comp_nb_grid_pts = tuple(2 * n for n in nb_grid_pts)
         super().__init__(nb_grid_pts, medium, physical_sizes, **options)
 
@@ -123,7 +124,7 @@ class MediumGreensFunction:
         A medium of flatpunch.
     """
 
-    def __init__(self, medium: Any) -> None:
+    def __init__(self, medium: Body) -> None:
         self.medium = medium
 
     def greens_function(self, qx: Any, qy: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch.fit import Curve, FilmResult, Tip, fit_film
-from flatpunch.media import HalfSpace
+from flatpunch.media import Body, HalfSpace
 
 _MICRO, _MILLI, _GIGA = 1e-6, 1e-3, 1e9
 
@@ -40,7 +40,7 @@ def curve_of(indentation: Any) -> Curve:
     )
 
 
-def film(indentation: Any, medium: Any, **options: Any) -> FilmResult:
+def film(indentation: Any, medium: Body, **options: Any) -> FilmResult:
     """Fit a film to an analysed indentation.
 
     Parameters

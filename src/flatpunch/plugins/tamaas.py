@@ -10,6 +10,7 @@ import numpy as np
 import tamaas
 
 from flatpunch import kernels
+from flatpunch.media import Body
 
 _DIMENSIONS = {tamaas.model_type.basic_1d: 1, tamaas.model_type.basic_2d: 2}
 
@@ -27,7 +28,7 @@ class MediumOperator(tamaas.IntegralOperator):
         Whether the surface repeats; else cells must be squares.
     """
 
-    def __init__(self, model: Any, medium: Any, periodic: bool = True) -> None:
+    def __init__(self, model: Any, medium: Body, periodic: bool = True) -> None:
         super().__init__(model)
         if model.type not in _DIMENSIONS:
             raise ValueError(f"model is of type {model.type}; pressures without friction need basic_1d or basic_2d.")
@@ -86,7 +87,7 @@ class ContactSolver(tamaas.PolonskyKeerRey):
         Whether the surface repeats.
     """
 
-    def __init__(self, model: Any, surface: Any, tolerance: float, medium: Any, periodic: bool = True) -> None:
+    def __init__(self, model: Any, surface: Any, tolerance: float, medium: Body, periodic: bool = True) -> None:
         super().__init__(model, surface, tolerance)
         # Tamaas keeps the half of the operator that is its own, and this solver the one that is Python's
         self.operator = MediumOperator(model, medium, periodic)

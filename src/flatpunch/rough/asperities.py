@@ -317,7 +317,7 @@ def _influence(kernel: Kernel, distance: Array) -> tuple[Array, ...]:
 
 
 def _dataset(
-    medium: Any,
+    medium: Body,
     shapes: list[Indenter],
     group: _Group,
     steps: list[tuple[Array, float, float, bool]],

@@ -329,7 +329,7 @@ def required(topography: Topography) -> int:
     return topography.heights.size * (240, 190, 170)[sum(topography.periodic)]
 
 
-def _dataset(medium: Any, rough: Topography, control: str, steps: list[_Step], *, fields: bool) -> xr.Dataset:
+def _dataset(medium: Body, rough: Topography, control: str, steps: list[_Step], *, fields: bool) -> xr.Dataset:
     data: dict[str, Column] = {
         name: ("step", np.array([step.numbers[name] for step in steps]), {"units": unit, "long_name": long_name})
         for name, (unit, long_name) in _COLUMNS.items()
@@ -361,7 +361,7 @@ def _dataset(medium: Any, rough: Topography, control: str, steps: list[_Step], *
     return dataset(data, coordinates, attributes)
 
 
-def _notes(medium: Any, rough: Topography, depth: Array, converged: Any, border: Any, through: Any) -> tuple[str, ...]:
+def _notes(medium: Body, rough: Topography, depth: Array, converged: Any, border: Any, through: Any) -> tuple[str, ...]:
     found: tuple[str, ...] = ()
     if np.isnan(depth).any():
         found += (

@@ -23,11 +23,12 @@ from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import WORK, Sample
 from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.indenters.profile import Indenter
 
 _METHODS = ("auto", "first-order", "second-order")
 
 
-def adhesive_method(indenter: Any, method: FitMethod) -> MethodName:
+def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name
     if name not in _METHODS or (name == "first-order" and not indenter.round):

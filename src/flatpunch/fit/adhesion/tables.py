@@ -22,6 +22,8 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fit.elastic.table import Table
 from flatpunch.fit.parameters.scaling import Coordinate, Scaling
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 FUNCTIONS = 4
 """f_0 to f_3."""
@@ -43,8 +45,8 @@ class BranchFamily:
         Whether the last of them is the work of adhesion.
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     scaling: Scaling = field(compare=False)
     coordinates: tuple[Coordinate, ...] = field(compare=False)
     by_work: bool

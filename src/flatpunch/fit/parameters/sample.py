@@ -13,8 +13,8 @@ from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import check_indenter
-from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
+from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import Body, PowerLawRelaxation, Prony, StandardLinearSolid
 
 WORK = "work_of_adhesion"
 
@@ -53,8 +53,8 @@ class Sample:
     0.001
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
     relaxation: Any = None

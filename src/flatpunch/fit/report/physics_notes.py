@@ -14,6 +14,7 @@ from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.indenters import Paraboloid
+from flatpunch.indenters.profile import Indenter
 
 NOTABLE = 0.01
 """Relative change of the force by the shape of the tip that is worth a note; few curves are calibrated better."""
@@ -45,7 +46,7 @@ def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _as_sphere(tip: Any, depth: float) -> list[str]:
+def _as_sphere(tip: Indenter, depth: float) -> list[str]:
     """Whether a sphere of the radius of a paraboloid needs another force: Sneddon's closed form for half-spaces."""
     if not isinstance(tip, Paraboloid):
         return []
