@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue
+from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch.files import CaseError
 from flatpunch.files.cases import ContactTable, case_text, parsed
@@ -38,7 +39,7 @@ from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace
+from flatpunch.media import Body, HalfSpace, Relaxation
 
 DRIFTING = "layers[0].young"
 """What `drift` follows over the depth."""
@@ -98,17 +99,17 @@ class FitCase:
     indenter: Indenter
     free: Mapping[str, Free]
     settings: Settings
-    reading: Mapping[str, Any] = field(default_factory=dict)
+    reading: Plain = field(default_factory=dict)
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
-    relaxation: Any = None
-    film: Mapping[str, Any] = field(default_factory=dict)
-    curves: tuple[Mapping[str, Any], ...] = ()
+    relaxation: Relaxation | None = None
+    film: Plain = field(default_factory=dict)
+    curves: tuple[Plain, ...] = ()
     own: tuple[str, ...] = ()
-    correct: Mapping[str, Any] = field(default_factory=dict)
+    correct: Plain = field(default_factory=dict)
     priors: Mapping[str, Prior] = field(default_factory=dict)
-    posterior: Mapping[str, Any] = field(default_factory=dict)
-    plan: Mapping[str, Any] = field(default_factory=dict)
+    posterior: Plain = field(default_factory=dict)
+    plan: Plain = field(default_factory=dict)
 
     @property
     def sample(self) -> Sample:
@@ -116,7 +117,7 @@ class FitCase:
         return Sample(self.medium, self.indenter, self.work_of_adhesion, self.range_of_action, self.relaxation)
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> Plain:
         """What `fit` takes by name, after the curve, medium, indenter and free."""
         more = {
             name: value
@@ -135,7 +136,7 @@ class FitCaseTable(ContactTable):
     film: FilmTable | None = None
     correct: CorrectTable | None = None
     curves: list[OneCurveTable] = Field(default=[])
-    priors: dict[str, Any] = Field(default={})
+    priors: Plain = Field(default={})
     posterior: PosteriorTable | None = None
     plan: PlanTable | None = None
 
@@ -203,7 +204,7 @@ def read_fit_case(path: str | Path) -> FitCase:
     return fit_case_from(parsed(case_text(path), path), path)
 
 
-def fit_case_from(data: dict[str, Any], path: Path) -> FitCase:
+def fit_case_from(data: Plain, path: Path) -> FitCase:
     """Check the tables of a case file of a fit; messages call it `path`, and files that it names are beside it."""
     try:
         plain, found, own = split(data)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external
-from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
+from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged, tilt_note
@@ -36,7 +36,7 @@ from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body
+from flatpunch.media import Body, Relaxation
 
 
 @one_blas_thread()
@@ -44,11 +44,11 @@ def fit(
     curve: Curve,
     medium: Body,
     indenter: Indenter,
-    free: Any = (),
+    free: FreeNames = (),
     *,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
-    relaxation: Any = None,
+    relaxation: Relaxation | None = None,
     **settings: Unpack[SettingsOf],
 ) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
@@ -112,7 +112,7 @@ def fit_ranges(
     curve: Curve,
     medium: Body,
     indenter: Indenter,
-    free: Any = (),
+    free: FreeNames = (),
     *,
     shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),
     **settings: Unpack[SettingsOf],

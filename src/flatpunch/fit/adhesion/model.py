@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class AdhesiveModel(SampleParameters):
     method: FitMethod = "auto"
     approximate: bool = False
     _tables: BranchTables = field(init=False, repr=False, compare=False)
-    _forms: Any = field(init=False, repr=False, compare=False)
+    _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in self.free:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -56,7 +55,7 @@ class BranchFamily:
         """Names of the coordinates."""
         return tuple(c.name for c in self.coordinates)
 
-    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Any, float]:
+    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Indenter, float]:
         """Branch of the scaled problem, its tip, and w."""
         count = len(self.scaling.coordinates)
         medium, indenter = self.scaling.problem(q[:count])
@@ -90,7 +89,7 @@ class BranchTables:
 
     family: BranchFamily
     functions: tuple[Table, ...] = field(init=False)
-    _solved: dict[Any, Array] = field(default_factory=dict)
+    _solved: dict[tuple[tuple[float, ...], bytes], Array] = field(default_factory=dict)
     _coarse: tuple[Array, Array, Array] | None = None
 
     def __post_init__(self) -> None:

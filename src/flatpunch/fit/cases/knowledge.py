@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import Field
 
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.indenters import IndenterTable
@@ -73,7 +74,7 @@ class PosteriorTable(Table):
     draws: Count = 10_000
     seed: Count = 0
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return arguments of `FitResult.posterior`."""
         return {"draws": self.draws, "seed": self.seed}
 
@@ -88,9 +89,9 @@ class PlanTable(Table):
     before: Length | None = None
     spring_constant: str | None = None
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return arguments of `planned`."""
-        found: dict[str, Any] = {"depth": self.depth, "noise": self.noise, "points": self.points, "before": self.before}
+        found: Plain = {"depth": self.depth, "noise": self.noise, "points": self.points, "before": self.before}
         if self.indenters:
             found["indenters"] = {name: table.built for name, table in self.indenters.items()}
         if self.spring_constant is not None:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue, poisson_ratio, positive
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
@@ -53,7 +54,7 @@ class FitTable(Table):
     segment: str = "auto"
     direction: str = "auto"
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return fields of `Settings`; the method comes from the top of the file."""
         found = {name: getattr(self, name) for name in type(self).model_fields}
         if isinstance(self.contact, ContactLimits):
@@ -76,7 +77,7 @@ class CurveTable(Table):
     skip_nan: Switch = False
     flip: Switch = False
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return keyword arguments of `read_curve`."""
         found = {name: getattr(self, name) for name in ("columns", "units", "decimal", "sheet", "skip_nan", "flip")}
         if self.index is not None:
@@ -140,9 +141,9 @@ class OneCurveTable(CurveTable):
 
     file: str
     indenter: IndenterTable | None = None
-    values: dict[str, Any] = Field(default={})
+    values: Plain = Field(default={})
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return path, indenter, values [SI], and those keyword arguments of `read_curve` that are given here."""
         reading = CurveTable.build(self, folder)
         given = {name for name in self.model_fields_set if name in reading}
@@ -163,7 +164,7 @@ class CorrectTable(Table):
     poisson: Number | None = None
     over: Literal["curve", "depth"] = "curve"
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return keyword arguments of `correct`."""
         return {
             "reported": positive("reported", self.reported, unit="Pa"),
@@ -185,7 +186,7 @@ class FilmTable(Table):
     depth_min: Length = 0.0
     depth_max: Length | None = None
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return what `fit_film` and `Tip` take."""
         frame = (
             si.named_si("frame", self.frame, si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN")))

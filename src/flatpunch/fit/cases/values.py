@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from flatpunch._support.checks import BadValue
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.fit.parameters.settings import Free
 
@@ -29,7 +30,7 @@ _DIMENSIONS = {
 }
 
 
-def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free], tuple[str, ...]]:
+def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
 
     Returns
@@ -74,7 +75,7 @@ def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, An
     return []
 
 
-def _places(plain: dict[str, Any]) -> list[tuple[str, Any]]:
+def _places(plain: Plain) -> list[tuple[str, Any]]:
     """Tables in which something can be fitted, with what their names begin with."""
     places: list[tuple[str, Any]] = []
     for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):

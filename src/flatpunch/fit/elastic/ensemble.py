@@ -7,7 +7,7 @@ the model counts by 1/(kappa sigma), and a force bends the cantilever by sigma/k
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -19,7 +19,7 @@ _NEWTON = 8
 """Newton steps at most for the force behind a cantilever."""
 
 
-def applies(objective: Any) -> bool:
+def applies(objective: object) -> TypeGuard[Objective]:
     """Whether residuals can be had at once: elastic contacts without adhesion or memory, from a table."""
     if not isinstance(objective, Objective) or not isinstance(objective.model, ForwardModel):
         return False

@@ -91,7 +91,7 @@ class ForwardModel(FreeParameters):
     method: FitMethod = "auto"
     finite_strain: FiniteStrain | None = None
     _table: Table = field(init=False, repr=False, compare=False)
-    _forms: Any = field(init=False, repr=False, compare=False)
+    _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         free = tuple(self.free)
@@ -124,7 +124,7 @@ class ForwardModel(FreeParameters):
         """Value of a parameter in the case, free or not, SI."""
         return value_of(self.medium, self.indenter, name)
 
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
         return replaced(self.medium, self.indenter, values)
 
@@ -224,7 +224,7 @@ def _table(
     indenter: Indenter,
     names: Sequence[str],
     found: Scaling,
-    method: Any,
+    method: MethodName | Method,
     finite_strain: FiniteStrain | None,
 ) -> Table:
     try:

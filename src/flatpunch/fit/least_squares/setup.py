@@ -11,6 +11,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, real
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,9 @@ def enough(curve: Curve, objective: Any) -> None:
         raise CurveError(f"{curve.name}: {objective.depth.size} points cannot determine {count} parameters.")
 
 
-def with_nuisance(objective: Any, limits: tuple[Array, Array], contact: tuple[float, float]) -> tuple[Array, Array]:
+def with_nuisance(
+    objective: Unknowns, limits: tuple[Array, Array], contact: tuple[float, float]
+) -> tuple[Array, Array]:
     """Limits of the free parameters, of the contact point [m], and none for the background."""
     offset, unit = objective.scales()["contact"]
     bounds = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -15,6 +15,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 NOTABLE = 0.01
 """Relative change of the force by the shape of the tip that is worth a note; few curves are calibrated better."""
@@ -63,7 +64,7 @@ def _as_sphere(tip: Indenter, depth: float) -> list[str]:
     ]
 
 
-def _sample(model: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+def _sample(model: ForwardModel | AdhesiveModel | HistoryModel, values: Mapping[str, float]) -> tuple[Body, Indenter]:
     """Medium and tip at the fitted values."""
     if isinstance(model, ForwardModel):
         return model.case(values)
