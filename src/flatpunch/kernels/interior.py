@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
-from flatpunch.kernels.vectors import Array, Numbers, checked
+from flatpunch.kernels.vectors import checked
+from flatpunch.numerics.chebyshev import Numbers
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Indices

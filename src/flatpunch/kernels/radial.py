@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flatpunch.kernels.vectors import Array
+from flatpunch._support.checks import Array
 
 if TYPE_CHECKING:
     from flatpunch.media import PowerLawHalfSpace, TwoBodies
