@@ -25,7 +25,7 @@ class PowerLawTable:
     panels = ()
     beta_range = (0.0, float("inf"))
     bound = ROUNDING
-    attributes: Mapping[str, Any] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
+    attributes: Mapping[str, object] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
 
     def stiffness_and_moments(
         self, beta: float | Array, exponents: Sequence[float] = (), **parameters: Any

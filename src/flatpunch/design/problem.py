@@ -42,7 +42,7 @@ class Problem:
     evaluations: int = 0
     refusal: str = ""
     limits: dict[bytes, tuple[str, ...]] = field(default_factory=dict)
-    _known: dict[tuple[str | bytes, ...], Any] = field(default_factory=dict)
+    _known: dict[tuple[str | bytes, ...], object] = field(default_factory=dict)
 
     def quantity(self, u: Array, control: Control, quantity: Quantity) -> tuple[Array, Array]:
         """Values of a quantity, shape (n,), and derivatives of their logarithms by u, shape (n, variables)."""

@@ -150,7 +150,7 @@ def _curve(contact: Contact) -> Any:
     return indent(contact.medium, contact.indenter, method=contact.method, work_of_adhesion=contact.work, **target)
 
 
-def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of the superposed pressure of the first-order method."""
     curve, about = _curve(contact), solved(contact)
     if not about["radius"] > 0:
@@ -180,7 +180,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
     return [CellSource(Cells(sampled, friction * sampled, h, (0.0, 0.0)), share)], about
 
 
-def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of an adhesive contact: its outline by `indent`, and the pressure that makes the surface follow the tip inside."""
     curve, about = _curve(contact), solved(contact)
     outline = outlines(curve)[0]
@@ -211,7 +211,7 @@ def _joined(values: Array) -> Array:
     return np.asarray(values.reshape(n, 2, n, 2).mean(axis=(1, 3)))
 
 
-def _boundary_elements(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _boundary_elements(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of a contact solved by boundary elements; a mean radius is turned into a depth by the contact method."""
     control = contact.control
     own = contact.method if isinstance(contact.method, BoundaryElements) else BoundaryElements()

@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flatpunch._support.ceilings import INSIDE
-from flatpunch._support.checks import LARGEST, Array, BadValue, Values, numbers, real, refused_overflow, shown, values
+from flatpunch._support.checks import (
+    LARGEST,
+    Array,
+    BadValue,
+    Indices,
+    Values,
+    numbers,
+    real,
+    refused_overflow,
+    shown,
+    values,
+)
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -218,7 +229,7 @@ def residual_stresses(medium: Body, given: Sequence[float] | None) -> Array | No
     return np.append(stresses, np.zeros(layers + 1 - stresses.size))
 
 
-def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
+def _points(x: Values, y: Values, z: Values) -> tuple[Array, tuple[int, ...]]:
     arrays = []
     for name, value in (("x", x), ("y", y), ("z", z)):
         array = numbers(name, value, "m")
@@ -272,7 +283,12 @@ def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any) -> None:
 
 
 def _dataset(
-    points: Array, shape: tuple[int, ...], stress: Array, displacement: Array, layer: Any, attributes: dict[str, Any]
+    points: Array,
+    shape: tuple[int, ...],
+    stress: Array,
+    displacement: Array,
+    layer: Indices,
+    attributes: dict[str, object],
 ) -> xr.Dataset:
     dims = ("point",) if len(shape) == 1 else tuple(f"axis_{i}" for i in range(len(shape)))
     main = principal(stress)

@@ -54,7 +54,7 @@ def peak_stresses(
     radius: Values | None = None,
     friction: float = 0.0,
     direction: float = 0.0,
-    residual_stress: Sequence[Any] | None = None,
+    residual_stress: Sequence[object] | None = None,
 ) -> xr.Dataset:
     """Largest stresses in every layer and at every interface under one contact, and their places.
 

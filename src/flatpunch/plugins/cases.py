@@ -6,7 +6,6 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from flatpunch._support.readable import source_of
 from flatpunch.fit.elastic.model import method_for
@@ -56,7 +55,9 @@ def entries_of(medium: Body, indenter: Indenter) -> list[Entry]:
     return kept
 
 
-def parts_of(medium: Body, indenter: Indenter, entries: list[Entry], title: str, method: FitMethod) -> dict[str, Any]:
+def parts_of(
+    medium: Body, indenter: Indenter, entries: list[Entry], title: str, method: FitMethod
+) -> dict[str, object]:
     """Title, imports, case and free parameters as texts of a template."""
     chosen = method_for(indenter, method)
     return {

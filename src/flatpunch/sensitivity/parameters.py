@@ -10,7 +10,7 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -170,7 +170,7 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     return best
 
 
-def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
+def _body_parameters(body: object, prefix: str, index: int) -> list[Parameter]:
     found: list[Parameter] = []
     layers = body.layers if isinstance(body, Medium) else ()
     for i, layer in enumerate(layers):
@@ -210,7 +210,7 @@ def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
     return found
 
 
-def _constants(body: Any) -> tuple[str, ...]:
+def _constants(body: object) -> tuple[str, ...]:
     """Names of the elastic constants of a homogeneous layer or base."""
     anisotropic = isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
     return CONSTANTS if anisotropic else ("young", "poisson")

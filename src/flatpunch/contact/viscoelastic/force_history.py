@@ -142,7 +142,7 @@ class _Driven:
     def __init__(self, springs: Springs, most: float) -> None:
         self.springs, self.most, self.rate = springs, most, 0.0
 
-    def state(self) -> tuple[Any, float]:
+    def state(self) -> tuple[object, float]:
         """Copy of the present state."""
         return self.springs.state(), self.rate
 

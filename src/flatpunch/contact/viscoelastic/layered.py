@@ -60,7 +60,7 @@ _MOST = 30_000
 """Largest number of wavenumbers: contacts of some hundred thicknesses of the top layer."""
 
 
-def relaxations(medium: Medium, given: Sequence[Any]) -> Relaxations:
+def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
     """One Prony series or None for each layer and the base, checked."""
     rigid = isinstance(medium.base, RigidBase)
     count = len(medium.layers) + (0 if rigid else 1)

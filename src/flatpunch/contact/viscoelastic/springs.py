@@ -200,7 +200,7 @@ class Springs:
         """Stiffness of so many springs [N/m]."""
         return float(self.fine.slope[min(contact, self.count) - 1]) if contact else 0.0
 
-    def state(self) -> tuple[Any, ...]:
+    def state(self) -> tuple[object, ...]:
         """Copy of the present state."""
         arrays = self.memory.copy(), self.modes.copy(), self.deflection.copy()
         return (*arrays, self.depth, self.contact, self.touched)

@@ -56,7 +56,7 @@ def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     return plain, found, tuple(own)
 
 
-def value_in_si(name: str, given: Any) -> float:
+def value_in_si(name: str, given: object) -> float:
     """Value of a named parameter as it stands in a file, SI."""
     kind = name.replace("bonded.", "interface_").split(".")[-1].split("[")[0]
     if kind not in _DIMENSIONS:
@@ -77,7 +77,7 @@ def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, An
 
 def _places(plain: Plain) -> list[tuple[str, Any]]:
     """Tables in which something can be fitted, with what their names begin with."""
-    places: list[tuple[str, Any]] = []
+    places: list[tuple[str, object]] = []
     for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
         if isinstance(body_, dict):
             places += [(f"{prefix}layers[{i}].", table) for i, table in enumerate(_tables(body_.get("layers")))]
@@ -86,11 +86,11 @@ def _places(plain: Plain) -> list[tuple[str, Any]]:
     return [(prefix, table) for prefix, table in [*places, ("", plain)] if isinstance(table, dict)]
 
 
-def _tables(value: Any) -> list[Any]:
+def _tables(value: object) -> list[object]:
     return value if isinstance(value, list) else []
 
 
-def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
+def _free(path: str, name: str, value: Mapping[str, object]) -> tuple[str, Free]:
     unknown = set(value) - {"fit", "min", "max", "each"}
     if unknown:
         raise ValueError(
@@ -105,7 +105,7 @@ def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
     return path.replace("interface_", "bonded."), Free(None, *limits)
 
 
-def _limit(path: str, name: str, value: Any) -> float | None:
+def _limit(path: str, name: str, value: object) -> float | None:
     if value is None:
         return None
     dimension = _DIMENSIONS[name]

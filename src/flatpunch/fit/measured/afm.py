@@ -66,7 +66,7 @@ class AfmFile:
     """An open microscope file; its curves are read when asked for, and an open file is kept for the next one."""
 
     path: Path
-    data: Sequence[Any]
+    data: Sequence[object]
     height: str
     given: Mapping[str, float]
 
@@ -111,9 +111,9 @@ def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], hei
     return AfmFile(path, found, height, given)
 
 
-def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
+def _zipped(path: Path, override: dict[str, float]) -> Sequence[object]:
     """afmformats takes a zip for a workshop file; here it is only a wrapping. Columns are read before the folder goes."""
-    curves: list[Any] = []
+    curves: list[object] = []
     with unpacked(path) as files:
         for inner in files:
             curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
@@ -124,14 +124,14 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
 class _Columns:
     """A curve that no longer needs its file."""
 
-    metadata: dict[str, Any]
-    data: dict[str, Any]
+    metadata: dict[str, object]
+    data: dict[str, object]
 
     @property
     def columns(self) -> list[str]:
         return list(self.data)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> object:
         return self.data[name]
 
 

@@ -13,7 +13,7 @@ from flatpunch.fit.measured.curve import CurveError
 _DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 
 
-def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[dict[str, object], dict[str, object]]]:
     """Metadata and columns of each curve, heights growing away from the sample.
 
     Parameters

@@ -9,7 +9,7 @@ other parameters fitted anew within their limits.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,7 +25,9 @@ _NARROW = 0.03
 """Standard error of an internal parameter (relative, for logarithms) above which intervals come from the profile."""
 
 
-def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Array | None = None) -> dict[str, Estimate]:
+def by_profile(
+    result: FitResult | JointResult, coarse: object = None, shared: Array | None = None
+) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
 
     Parameters

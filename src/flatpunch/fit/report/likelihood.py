@@ -138,7 +138,7 @@ def profile(result: Fitted, name: str, level: float | None = None, points: int =
     return Profile(result.external(j, x), roots, *(float(v) for v in result.external(j, np.array(ends))))
 
 
-def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float]:
+def ends_of(result: Fitted, name: str, coarse: object = None) -> tuple[float, float]:
     """Ends of the interval of one parameter by its profile, internal; infinite where the profile does not reach the threshold.
 
     Parameters
