@@ -12,6 +12,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.kinds import one_of
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import is_file
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
@@ -221,7 +222,7 @@ def _read(path: Path) -> Table:
     return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
 
 
-def describe(found: Table) -> dict[str, Any]:
+def describe(found: Table) -> Plain:
     """What a table is, for listings."""
     low, high = found.beta_range
     entries = sum(series.value.size for panel in found.panels for series in panel.series.values())

@@ -22,6 +22,7 @@ from flatpunch._support.checks import (
     shown,
     values,
 )
+from flatpunch._support.paths import Plain
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -134,7 +135,7 @@ def fields(
     if loads := _loads(indenter):
         _nothing_to_solve(given, method, work_of_adhesion)
         sources = prescribed_sources(loads, friction)
-        solved: dict[str, Any] = {}
+        solved: Plain = {}
     else:
         contact = contact_of(medium, check_indenter(indenter), given, method, work_of_adhesion)
         sources, solved = contact_sources(contact, friction)
@@ -273,7 +274,7 @@ def _loads(indenter: object) -> tuple[Load, ...]:
     return tuple(indenter)
 
 
-def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any) -> None:
+def _nothing_to_solve(given: Plain, method: object, work: object) -> None:
     named = {**given, "method": method, "work_of_adhesion": work}
     wrong = [name for name, value in named.items() if value is not None]
     if wrong:

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, Values, real
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import Control
-from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.fields.bodies import Layered
@@ -156,7 +157,7 @@ def _bodies(medium: Solid, residual: Any) -> tuple[Judged, ...]:
 
 def _columns(
     bodies: tuple[Judged, ...], best: dict[tuple[str, int, str], Event], direction: float
-) -> tuple[dict[str, Column], dict[str, Any]]:
+) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]]]:
     """Values and places along layers and interfaces."""
     layers = [(each.name, i) for each in bodies for i in each.watched]
     interfaces = [(each.name, i) for each in bodies for i in each.watched if each.strengths[i].of_interface]
@@ -174,7 +175,7 @@ def _columns(
                 places,
                 {"units": "m", "long_name": f"place of the {_WORDS[name]}"},
             )
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, tuple[NDArray[np.generic], Attributes]] = {
         "layer": (
             np.array([i for _, i in layers]),
             {"long_name": "layer from the surface inwards; the base comes last"},

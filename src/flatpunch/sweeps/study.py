@@ -92,7 +92,7 @@ def sweep(
     --------
     read_case : The case.
     sweeps.table : The result as a table.
-    parallel.solve_points : Any function over any points.
+    parallel.solve_points : A function of your own over any points.
 
     Examples
     --------

@@ -27,7 +27,7 @@ _DIMENSIONS: dict[str, si.Dimension | None] = {
 """What numbers that are not of the case are measured in."""
 
 
-def priors_of(given: Mapping[str, Any]) -> dict[str, Prior]:
+def priors_of(given: Plain) -> dict[str, Prior]:
     """Priors as they stand in [priors]: { mean, std }, { median, relative } or { min, max } of each parameter.
 
     Raises
@@ -57,7 +57,7 @@ def _prior(name: str, table: Any) -> Prior:
     )
 
 
-def _value(name: str, field: str, given: Any) -> float:
+def _value(name: str, field: str, given: object) -> float:
     if name not in _DIMENSIONS:
         return value_in_si(name, given)
     dimension = _DIMENSIONS[name]

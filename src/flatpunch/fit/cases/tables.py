@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -22,7 +22,7 @@ from flatpunch.fit.parameters.settings import Settings
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
 
 
-def _drag(given: Any) -> Any:
+def _drag(given: object) -> Literal["free"] | float:
     """0, "free", or a value [N s/m]."""
     if given is None:
         return 0.0
@@ -96,7 +96,7 @@ class CurveTable(Table):
         return found
 
 
-def _with_std(name: str, given: Any, in_si: Callable[[str], float]) -> tuple[float, float]:
+def _with_std(name: str, given: str | Plain, in_si: Callable[[str], float]) -> tuple[float, float]:
     """Value, SI, and its relative standard deviation, which is given as a percentage or in the value's unit."""
     if isinstance(given, str):
         return in_si(given), 0.0

@@ -66,7 +66,7 @@ def value_in_si(name: str, given: object) -> float:
     return value
 
 
-def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, Any, Any, Mapping[str, Any]]]:
+def _wanted(label: str, table: Any, name: str, value: object) -> list[tuple[str, Any, str | int, Plain]]:
     """Fitted values in a field: itself, or entries of its list."""
     if isinstance(value, dict) and "fit" in value:
         return [(label, table, name, value)]
@@ -77,7 +77,7 @@ def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, An
 
 def _places(plain: Plain) -> list[tuple[str, Any]]:
     """Tables in which something can be fitted, with what their names begin with."""
-    places: list[tuple[str, object]] = []
+    places: list[tuple[str, Any]] = []
     for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
         if isinstance(body_, dict):
             places += [(f"{prefix}layers[{i}].", table) for i, table in enumerate(_tables(body_.get("layers")))]

@@ -7,11 +7,12 @@ the model counts by 1/(kappa sigma), and a force bends the cantilever by sigma/k
 
 from __future__ import annotations
 
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.objective import Objective
 
@@ -43,7 +44,7 @@ def residuals(objective: Objective, x: Array, spring_constant: Array, sensitivit
     ndarray, shape (vectors, n)
     """
     count = len(objective.model.free)
-    rest: dict[str, Any] = dict(objective.held)
+    rest: Plain = dict(objective.held)
     for name, column in zip(objective.nuisance, x[:, count:].T, strict=True):
         offset, unit = objective.scales()[name]
         rest[name] = (offset + unit * column)[:, None]

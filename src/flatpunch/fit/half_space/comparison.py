@@ -6,11 +6,12 @@ import csv
 import io
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Values
+from flatpunch._support.paths import Plain
 from flatpunch._version import __version__
 from flatpunch.contact import Method, MethodName, indent
 from flatpunch.files import Case
@@ -81,7 +82,7 @@ def compare_formulas(
 
     medium, top = layer_on_top(medium)
     given = {"depth": depth, "force": force, "radius": radius}
-    control: dict[str, Any] = {name: values for name, values in given.items() if values is not None}
+    control: Plain = {name: values for name, values in given.items() if values is not None}
     result = indent(medium, indenter, method=method, angles=8, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
     star = 1 / (1 - top.poisson**2)
@@ -150,7 +151,7 @@ def compare_case(case: Case) -> xr.Dataset:
         raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
     if case.work_of_adhesion is not None:
         raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
-    given: dict[str, Any] = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
+    given: Plain = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
     return compare_formulas(case.medium, case.indenter, **given)
 
 

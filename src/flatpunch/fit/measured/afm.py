@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch.fit.measured.calibration import Constants, calibrated
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.nanosurf import nanosurf_curves
@@ -135,7 +136,7 @@ class _Columns:
         return self.data[name]
 
 
-def _columns_of(data: Any, path: Path) -> dict[str, Any]:
+def _columns_of(data: Any, path: Path) -> Plain:
     with _explained(path):
         return {name: np.asarray(data[name]) for name in data.columns}
 
@@ -232,7 +233,7 @@ def _curve(data: Any, path: Path, index: int, height: str, given: Mapping[str, f
     }
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
-    more: dict[str, Any] = {"name": name, "meta": meta, "time": time, "segment": segment}
+    more: Plain = {"name": name, "meta": meta, "time": time, "segment": segment}
     try:
         if "tip position" in columns:
             curve = Curve(-position, force, spring_constant=k, **more)
