@@ -26,7 +26,7 @@ from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged, tilt_note
 from flatpunch.fit.report.intervals import by_profile
@@ -216,7 +216,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     return replace(result, notes=notes)
 
 
-def _in_strain_table(objective: Objective, model: ForwardModel, x: Array) -> None:
+def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None:
     """Refuse curves that end deeper than the table of large strains."""
     parameters, background = objective.split(x)
     place = strained(*model.case(model.externals(parameters)))
@@ -242,7 +242,7 @@ def _about_tilt(setup: Setup, found: Minimum, result: FitResult) -> tuple[str, .
     return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
 
 
-def with_tilt(objective: Objective) -> Objective:
+def with_tilt(objective: Unknowns) -> Unknowns:
     """The problem with a tilt of the baseline beside its other unknowns."""
     names = tuple(n for n in NUISANCE if n in objective.names or n == "tilt")
     return replace(objective, nuisance=names, _before={})
@@ -275,7 +275,7 @@ def _rounding(setup: Setup, found: Minimum) -> Array:
     return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
 
 
-def undetected_tilts(normal: Array, curves: Iterable[tuple[Objective, Array, Indices, float]]) -> Array:
+def undetected_tilts(normal: Array, curves: Iterable[tuple[Unknowns, Array, Indices, float]]) -> Array:
     """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
 
     Parameters

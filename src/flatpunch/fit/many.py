@@ -68,7 +68,13 @@ def _row(
     try:
         setup = known_contact(approach, problem, _scan(problem.objective(), flat))
         found = tilted if setup is not None and setup.settings.baseline != flat.baseline else flat
-        if setup is None or found is None or setup.part is not problem.part or not setup.used.all():
+        if (
+            setup is None
+            or found is None
+            or not isinstance(setup.objective, Objective)
+            or setup.part is not problem.part
+            or not setup.used.all()
+        ):
             return None
         x = _internal(setup.objective, found)
         if not ((setup.lower < x) & (x < setup.upper)).all():

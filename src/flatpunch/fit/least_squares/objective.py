@@ -24,27 +24,20 @@ from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Objective(Unknowns):
     """Least-squares problem in x, see `Unknowns`.
 
     Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
-    to negative depths. `part_loaded` is the same over all points of the curve that is shown. `counts` are the readings behind
-    each entry where entries are means. `softest` is the stiffness dF/dd [N/m] below which an
-    adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's position.
+    to negative depths. `part_loaded` is the same over all points of the curve that is shown. `softest` is the stiffness dF/dd
+    [N/m] below which an adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's
+    position.
     """
 
-    depth: Array
-    force: Array
-    weight: Array | None = None
-    spring: float | None = None
     loaded: Indices | None = None
     part_loaded: Indices | None = None
-    speed: Array | None = None
-    counts: Array | None = None
     softest: float | None = None
     position: Array = field(init=False, repr=False)
-    _before: dict[int, Array] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         Unknowns.__post_init__(self)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -45,19 +44,19 @@ class Setup:
 
     part: Curve
     used: Flags
-    objective: Any
+    objective: Unknowns
     lower: Array
     upper: Array
     start: Callable[[], Array]
     settings: Settings
     notes: tuple[str, ...] = ()
-    coarse: Any = None
+    coarse: Unknowns | None = None
     again: Callable[[Array], Setup | None] | None = None
     tilted: bool = False
     doubtful: bool = False
 
 
-def enough(curve: Curve, objective: Any) -> None:
+def enough(curve: Curve, objective: Unknowns) -> None:
     """Refuse more parameters than points."""
     count = len(objective.names)
     if objective.depth.size <= count:

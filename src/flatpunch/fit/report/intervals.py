@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.joint import JointObjective
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.estimate import Estimate, half_width
 from flatpunch.fit.report.likelihood import ends_of, tilt_or_contact
 
@@ -26,7 +28,7 @@ _NARROW = 0.03
 
 
 def by_profile(
-    result: FitResult | JointResult, coarse: object = None, shared: Array | None = None
+    result: FitResult | JointResult, coarse: Unknowns | JointObjective | None = None, shared: Array | None = None
 ) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
 

@@ -12,7 +12,9 @@ from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.viscoelastic.model import HistoryModel
+from flatpunch.fit.viscoelastic.objective import HistoryObjective
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -87,6 +89,7 @@ def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:
 
 def _loaded(result: FitResult) -> np.ndarray:
     mask = np.zeros(result.curve.depth.size, dtype=bool)
+    assert isinstance(result.objective, Objective)
     mask[result.objective.part_loaded] = True
     return mask
 
@@ -94,6 +97,7 @@ def _loaded(result: FitResult) -> np.ndarray:
 def _relaxation(result: FitResult) -> list[str]:
     """Relaxation times that the curve is too short or too coarse for."""
     notes = []
+    assert isinstance(result.objective, HistoryObjective)
     time = result.objective.time
     longest, shortest = float(np.ptp(time)), float(np.median(np.diff(time)))
     for name, estimate in result.estimates.items():

@@ -25,6 +25,7 @@ from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, kind, plain_limits
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.estimate import Estimate, half_width, interval_text, value_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.lmfit_problem import lmfit_problem
@@ -79,7 +80,7 @@ class FitResult:
 
     curve: Curve
     used: Flags
-    objective: Any
+    objective: Unknowns
     minimum: Minimum
     estimates: dict[str, Estimate]
     covariance: Array
