@@ -90,7 +90,7 @@ def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
     return tuple(found)
 
 
-def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[Any]) -> Relaxations:
+def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[object]) -> Relaxations:
     """The relaxations of each layer and the base, refused where they are not solved."""
     if method is not None and method.name != "exact":
         raise ValueError("method is not chosen with one relaxation for each layer, which is solved for round tips.")

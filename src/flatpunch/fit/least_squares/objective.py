@@ -15,7 +15,6 @@ and drag are read by the detector and move no tip; the constant only shifts the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -78,7 +77,7 @@ class Objective(Unknowns):
         """Residuals over the force range, shape (n,)."""
         return self.evaluate(x)[0]
 
-    def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
+    def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, slice | Indices, Array, Array]:
         """Residual [N], the points in contact, and stiffness and derivatives of M there."""
         # the residuals of the evaluation before are where Newton's method starts
         spring = self.spring
@@ -163,7 +162,7 @@ class Objective(Unknowns):
         return replace(self, **columns, counts=size[filled], weight=None, _before={})
 
 
-def _touching(depth: Array) -> Any:
+def _touching(depth: Array) -> slice | Indices:
     """Points in contact: a slice where they are one stretch to the end, as a mask costs as much as the model."""
     inside = depth > 0
     start = int(np.argmax(inside)) if inside.any() else depth.size
