@@ -6,7 +6,7 @@ Comparing or iterating over an array, a quantity or a data set raises errors of 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from flatpunch._support.checks import BadValue, shown
 
@@ -46,7 +46,7 @@ def instance(name: str, value: object, kinds: tuple[type, ...], written: str) ->
         raise TypeError(f"{name} = {shown(value)} must be {written}.")
 
 
-def mapping(name: str, value: object, example: str) -> Mapping[str, Any]:
+def mapping(name: str, value: object, example: str) -> Mapping[str, object]:
     """Return a mapping, empty for None; a TypeError if it is something else."""
     if value is None:
         return {}

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from types import ModuleType
-from typing import Any
 
 import lazy_loader
 
@@ -15,7 +14,7 @@ from flatpunch._support.deprecation import warn_old
 
 def names_of(
     package: str, file: str, moved: Mapping[str, tuple[str, str, str]] | None = None
-) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
     """Return __getattr__, __dir__ and __all__ of a package, whose stub (.pyi) beside the file says where names come from.
 
     Names that were moved warn: by name the package that has them now, the version of the move, and the one in which they go.
@@ -29,7 +28,7 @@ def names_of(
             if not (name in names and isinstance(value, ModuleType)):
                 super().__setattr__(name, value)
 
-    def found_or_moved(name: str) -> Any:
+    def found_or_moved(name: str) -> object:
         if name not in (moved or {}):
             return found(name)
         room, since, gone = (moved or {})[name]

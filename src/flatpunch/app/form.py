@@ -186,7 +186,7 @@ def is_mark(field: str, fields: Mapping[str, str]) -> bool:
     return owner in fields and part in ("fit", *_LIMITS)
 
 
-def _marked(field: str, fields: Mapping[str, str], fitted: bool) -> Any:
+def _marked(field: str, fields: Mapping[str, str], fitted: bool) -> object:
     """Value of a field; in a fit as { fit = ..., min = ..., max = ... } if it is looked for."""
     value = _value(field.rpartition(".")[2], fields[field])
     if not fitted or fields.get(f"{field}.fit") != "on":
@@ -195,7 +195,7 @@ def _marked(field: str, fields: Mapping[str, str], fitted: bool) -> Any:
     return {"fit": value, **limits}
 
 
-def _value(name: str, text: str) -> Any:
+def _value(name: str, text: str) -> object:
     """Value of a text in a case file: TOML in brackets, a number, true or false, or the text itself."""
     if name in _TEXTS:
         return text

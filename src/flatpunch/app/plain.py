@@ -15,7 +15,7 @@ from flatpunch.files import Case
 from flatpunch.files.cases import case_from, parsed
 
 
-def plain(values: object) -> Any:
+def plain(values: object) -> object:
     """Return an array as nested lists of floats, None where there is no finite number; floats keep every digit."""
     array = np.asarray(values)
     if array.dtype.kind == "f":
@@ -24,7 +24,7 @@ def plain(values: object) -> Any:
     return array.tolist()
 
 
-def short(values: Array) -> Any:
+def short(values: Array) -> object:
     """Return an array with five significant digits, for drawings."""
     array = np.asarray(values, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):

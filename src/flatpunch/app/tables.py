@@ -190,7 +190,7 @@ def _how(info: FieldInfo) -> tuple[str, str, tuple[str, ...]]:
     return "text", "", ()
 
 
-def _described(info: FieldInfo) -> tuple[str | None, Any]:
+def _described(info: FieldInfo) -> tuple[str | None, object]:
     """Description and type of a field; those of optional fields are one level deeper."""
     if info.description:
         return info.description, info.annotation

@@ -230,7 +230,7 @@ def _is_ready(worker: Worker) -> bool:
         return False
 
 
-def _done(worker: Worker, job: Job) -> tuple[str, Any, bool]:
+def _done(worker: Worker, job: Job) -> tuple[str, object, bool]:
     """Do a job; return its last state and outcome, and whether the worker can be used again."""
     job.state = "running"
     try:
@@ -253,7 +253,7 @@ def _done(worker: Worker, job: Job) -> tuple[str, Any, bool]:
     return "stopped", None, False
 
 
-def _prepared() -> Callable[..., tuple[str, Any]]:
+def _prepared() -> Callable[..., tuple[str, object]]:
     """Load what jobs call, in the process."""
     import_module("flatpunch.app.jobs.press").warm_up()
     for name in _JOBS:
@@ -261,7 +261,7 @@ def _prepared() -> Callable[..., tuple[str, Any]]:
     return _call
 
 
-def _call(report: Report, function: str, arguments: tuple[object, ...]) -> tuple[str, Any]:
+def _call(report: Report, function: str, arguments: tuple[object, ...]) -> tuple[str, object]:
     """Call a function of `flatpunch.app.jobs`, in the process; return the state and outcome of the job."""
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening

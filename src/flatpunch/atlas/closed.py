@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -25,10 +24,10 @@ class PowerLawTable:
     panels = ()
     beta_range = (0.0, float("inf"))
     bound = ROUNDING
-    attributes: Mapping[str, Any] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
+    attributes: Mapping[str, object] = {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997"}
 
     def stiffness_and_moments(
-        self, beta: float | Array, exponents: Sequence[float] = (), **parameters: Any
+        self, beta: float | Array, exponents: Sequence[float] = (), **parameters: float | Array
     ) -> tuple[Array, ...]:
         """Kbar and moments kappa_n [-], as `Table.stiffness_and_moments`; parameters `grading` and `poisson`."""
         names = {p.name for p in self.parameters}
@@ -51,6 +50,7 @@ class PowerLawTable:
                 result[row, chosen] = punch.moment(n, radius.ravel()[chosen])
         return tuple(row.reshape(radius.shape) for row in result)
 
-    def edge_coefficients(self, beta: float | Array, **parameters: Any) -> Array:
+    def edge_coefficients(self, beta: float | Array, **parameters: float | Array) -> Array:
         """Edge strength [-]: its square is d(a Kbar)/da = (1 + k) Kbar."""
-        return np.sqrt((1 + np.asarray(parameters["grading"])) * self.stiffness_and_moments(beta, **parameters)[0])
+        stiffness = self.stiffness_and_moments(beta, (), **parameters)[0]
+        return np.asarray(np.sqrt((1 + np.asarray(parameters["grading"])) * stiffness))

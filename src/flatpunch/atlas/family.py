@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter
 from flatpunch.media import (
+    Body,
     ExponentialModulus,
     GradedLayer,
     HalfSpace,
@@ -25,6 +26,10 @@ from flatpunch.media import (
     Medium,
     RigidBase,
 )
+from flatpunch.media.laws import Law
+
+L = TypeVar("L", Layer, GradedLayer)
+S = TypeVar("S", HalfSpace, RigidBase)
 
 BETA_RANGE = (1e-3, 1e2)
 """Punch radius over the length of the medium, in all shipped families."""
@@ -76,8 +81,8 @@ class Family:
     name: str
     title: str
     parameters: tuple[Parameter, ...]
-    make: Callable[..., Any]
-    identify: Callable[[Any], Mapping[str, float] | None] | None = None
+    make: Callable[..., Body]
+    identify: Callable[[Body], Mapping[str, float] | None] | None = None
     tolerance: float = 1e-11
     responses: bool = False
     beta: tuple[float, float] = BETA_RANGE
@@ -93,7 +98,7 @@ class Family:
                 "Scale moduli and lengths out, or run a parameter study instead."
             )
 
-    def values(self, given: Mapping[str, Any]) -> tuple[Any, ...]:
+    def values(self, given: Mapping[str, float | Array]) -> tuple[Array, ...]:
         """Values of the parameters in their order, with a clear message for names that are missing or unknown."""
         names = [p.name for p in self.parameters]
         unknown, missing = sorted(set(given) - set(names)), [name for name in names if name not in given]
@@ -152,28 +157,28 @@ def exponential_coating(modulus_ratio: float, poisson: float) -> Medium:
     return _graded_coating(ExponentialModulus(modulus_ratio, 1.0, 1.0), poisson)
 
 
-def _graded_coating(law: Any, poisson: float) -> Medium:
+def _graded_coating(law: Law, poisson: float) -> Medium:
     layer = GradedLayer(young=law, poisson=poisson, thickness=1.0)
     return Medium([layer], base=HalfSpace(young=1.0, poisson=poisson))
 
 
-def find_bonded_layer(medium: Any) -> Mapping[str, float] | None:
+def find_bonded_layer(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer bonded to a rigid base."""
-    layer = _only_layer(medium, Layer, RigidBase, bonded=True)
-    return None if layer is None else {"poisson": layer.poisson}
+    found = _only_layer(medium, Layer, RigidBase, bonded=True)
+    return None if found is None else {"poisson": found[0].poisson}
 
 
-def find_sliding_layer(medium: Any) -> Mapping[str, float] | None:
+def find_sliding_layer(medium: Body) -> Mapping[str, float] | None:
     """Parameters, none, of a layer that slides on a rigid base."""
     return None if _only_layer(medium, Layer, RigidBase, bonded=False) is None else {}
 
 
-def find_bonded_coating(medium: Any) -> Mapping[str, float] | None:
+def find_bonded_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer bonded to a half-space."""
-    layer = _only_layer(medium, Layer, HalfSpace, bonded=True)
-    if layer is None:
+    found = _only_layer(medium, Layer, HalfSpace, bonded=True)
+    if found is None:
         return None
-    base = medium.base
+    layer, base = found
     alpha, beta = dundurs(layer, base)
     return {
         "modulus_ratio": layer.surface_modulus / base.surface_modulus,
@@ -181,27 +186,28 @@ def find_bonded_coating(medium: Any) -> Mapping[str, float] | None:
     }
 
 
-def find_sliding_coating(medium: Any) -> Mapping[str, float] | None:
+def find_sliding_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer that slides on a half-space."""
-    layer = _only_layer(medium, Layer, HalfSpace, bonded=False)
-    return None if layer is None else {"modulus_ratio": layer.surface_modulus / medium.base.surface_modulus}
+    found = _only_layer(medium, Layer, HalfSpace, bonded=False)
+    return None if found is None else {"modulus_ratio": found[0].surface_modulus / found[1].surface_modulus}
 
 
-def find_linear_coating(medium: Any) -> Mapping[str, float] | None:
+def find_linear_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a linear coating on a matching half-space."""
     return _find_graded(medium, LinearModulus)
 
 
-def find_exponential_coating(medium: Any) -> Mapping[str, float] | None:
+def find_exponential_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of an exponential coating on a matching half-space."""
     return _find_graded(medium, ExponentialModulus)
 
 
-def _find_graded(medium: Any, law: type) -> Mapping[str, float] | None:
-    layer = _only_layer(medium, GradedLayer, HalfSpace, bonded=True)
-    if layer is None or not isinstance(layer.young, law):
+def _find_graded(medium: Body, law: type) -> Mapping[str, float] | None:
+    found = _only_layer(medium, GradedLayer, HalfSpace, bonded=True)
+    if found is None or not isinstance(found[0].young, law):
         return None
-    base, (top, bottom) = medium.base, layer.young_at(np.array([0.0, layer.thickness]))
+    layer, base = found
+    top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
     ends = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
     if not np.isclose(bottom, base.young, rtol=ROUNDING) or np.abs(ends - base.poisson).max() > ROUNDING:
         return None
@@ -233,12 +239,12 @@ def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
     return alpha, (mu1 * (1 - 2 * base.poisson) - mu2 * (1 - 2 * film.poisson)) / (2 * below)
 
 
-def _only_layer(medium: Any, kind: type, base: type, *, bonded: bool) -> Any:
-    """The layer of a medium with this one layer on such a base, or None."""
+def _only_layer(medium: Body, kind: type[L], base: type[S], *, bonded: bool) -> tuple[L, S] | None:
+    """Layer and base of a medium with this one layer on such a base, or None."""
     if not isinstance(medium, Medium) or len(medium.layers) != 1 or not isinstance(medium.base, base):
         return None
     layer = medium.layers[0]
-    return layer if isinstance(layer, kind) and layer.bonded == bonded else None
+    return (layer, medium.base) if isinstance(layer, kind) and layer.bonded == bonded else None
 
 
 _POISSON = Parameter("poisson", "Poisson ratio nu of layer and base, constant over the depth", 0.0, 0.5, "upper", 0.03)

@@ -12,6 +12,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.kinds import one_of
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import is_file
 from flatpunch.atlas.closed import PowerLawTable
 from flatpunch.atlas.family import FAMILIES
@@ -19,7 +20,7 @@ from flatpunch.atlas.solution import Solution
 from flatpunch.atlas.storage import read_table
 from flatpunch.atlas.table import Table
 from flatpunch.compliance import compliance
-from flatpunch.media import TabulatedMedium
+from flatpunch.media import Body, Solid, TabulatedMedium
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 Outside = Literal["solve", "refuse"]
@@ -87,7 +88,7 @@ def find_table(name: str | Path) -> Any:
 
 
 def tabulated(
-    medium: Any, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
+    medium: Solid, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
     """A medium that takes its flat punches from the atlas, for use as any other medium.
 
@@ -149,7 +150,7 @@ def tabulated(
     )
 
 
-def _check_same(medium: Any, solution: Solution) -> None:
+def _check_same(medium: Body, solution: Solution) -> None:
     """Refuse a table of another medium: one punch is solved directly."""
     kernel = compliance(medium)
     beta = np.array([np.sqrt(np.prod(solution.beta_range))])
@@ -221,7 +222,7 @@ def _read(path: Path) -> Table:
     return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
 
 
-def describe(found: Table) -> dict[str, Any]:
+def describe(found: Table) -> Plain:
     """What a table is, for listings."""
     low, high = found.beta_range
     entries = sum(series.value.size for panel in found.panels for series in panel.series.values())

@@ -85,7 +85,7 @@ class Table:
     parameters: tuple[Parameter, ...]
     panels: tuple[Panel, ...]
     bound: float
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    attributes: Mapping[str, object] = field(default_factory=dict)
     _kept: dict[Any, Any] = field(default_factory=dict, repr=False)
 
     def _line_(self) -> str:
@@ -156,7 +156,7 @@ class Table:
             result[:, part] = self._many(flat[0][part], tuple(x[part] for x in flat[1:]), tuple(exponents))
         return tuple(row.reshape(beta.shape) for row in result)
 
-    def edge_coefficients(self, beta: float | Array, **parameters: Any) -> Array:
+    def edge_coefficients(self, beta: float | Array, **parameters: float | Array) -> Array:
         """Edge strength [-], whose square is d(a Kbar)/da = Kbar (1 + dln Kbar/dln beta), for many radii and media at once."""
         given = self._coordinates(parameters)
         beta, *given = np.broadcast_arrays(check_beta(beta, *self.beta_range), *given)
@@ -204,7 +204,7 @@ class Table:
         index = np.searchsorted(edges, logs)
         return [(int(i), index == i) for i in np.unique(index)]
 
-    def _coordinates(self, given: Mapping[str, Any]) -> list[Array]:
+    def _coordinates(self, given: Mapping[str, float | Array]) -> list[Array]:
         names = [p.name for p in self.parameters]
         if set(given) != set(names):
             raise TypeError(

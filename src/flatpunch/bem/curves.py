@@ -7,12 +7,12 @@ together start from the solution before, others from coarser grids.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flatpunch._support.ceilings import ANGLES, CELLS
-from flatpunch._support.checks import Array, Flags, values, whole
+from flatpunch._support.checks import Array, Flags, Values, values, whole
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (
@@ -23,7 +23,7 @@ from flatpunch.bem.bounding_box import (
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import SMALLEST, Grid
+from flatpunch.bem.grid import SMALLEST, Cells, Grid, Namespace
 from flatpunch.bem.height import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.resources import announced, fitting_threads
@@ -47,18 +47,18 @@ def solve(
     kernel: Kernel,
     indenter: Indenter,
     *,
-    depths: Any = None,
-    forces: Any = None,
+    depths: Values | None = None,
+    forces: Values | None = None,
     grid: Grid | int | None = None,
-    half_widths: Any = None,
-    centers: Any = None,
+    half_widths: ArrayLike | None = None,
+    centers: ArrayLike | None = None,
     search: bool | Flags = True,
     tolerance: float = 1e-8,
     limit: int = 1000,
     stiffness: bool | float = False,
     angles: int = 360,
     single: bool = False,
-    xp: Any = np,
+    xp: Namespace = np,
     progress: Report | None = None,
 ) -> list[Solution]:
     """Contact at each depth or force.
@@ -195,7 +195,7 @@ def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
     return _solve_steps(course, steps, np, _Counted(None, len(steps)))
 
 
-def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted) -> list[Solution]:
+def _solve_steps(course: _Course, steps: list[_Step], xp: Namespace, report: _Counted) -> list[Solution]:
     """Solutions one after the other; close steps share a chosen grid."""
     kernel, indenter, grid = course.kernel, course.indenter, course.grid
     height = IndenterHeight(indenter)
@@ -236,7 +236,7 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Any, report: _Counted)
     return solutions
 
 
-def _targets(depths: Any, forces: Any) -> tuple[Array, bool]:
+def _targets(depths: Values | None, forces: Values | None) -> tuple[Array, bool]:
     if (depths is None) == (forces is None):
         raise TypeError("Give either depths or forces.")
     if depths is not None:
@@ -244,7 +244,7 @@ def _targets(depths: Any, forces: Any) -> tuple[Array, bool]:
     return values("forces", forces, strict=True, unit="N"), False
 
 
-def _hints(half_widths: Any, centers: Any, steps: int) -> list[Extent | None]:
+def _hints(half_widths: ArrayLike | None, centers: ArrayLike | None, steps: int) -> list[Extent | None]:
     if half_widths is None:
         return [None] * steps
     boxes, middles = (
@@ -271,7 +271,8 @@ def _around_parts(course: _Course, height: Height, *, depth: float | None = None
 
     The depth of a force is first found on the whole tip.
     """
-    box: Any = course.indenter
+    box = course.indenter
+    assert has_parts(box)
     if force is not None:
         whole = Levels(course.kernel, Extent(*box.box(np.inf)).grid(DEFAULT_CELLS // 2, force=force))
         guess = typical_depth(height, whole.grid, force / course.kernel.modulus)
@@ -286,8 +287,8 @@ def _with_all_parts(
     course: _Course, levels: Levels, height: Height, state: State, effort: Effort, growths: int
 ) -> tuple[Levels, State, Effort]:
     """The solution, or one on a larger grid where the depth found for a force reaches parts of the tip beyond the grid."""
-    box: Any = course.indenter
-    if not has_parts(course.indenter) or course.by_depth or not growths:
+    box = course.indenter
+    if not has_parts(box) or course.by_depth or not growths:
         return levels, state, effort
     extent, grid = Extent(*box.box(state.depth * levels.grid.spacing)), levels.grid
     inside = all(
@@ -318,7 +319,7 @@ def _solve(
     height: Height,
     tolerance: float,
     limit: int,
-    start: Any,
+    start: Cells,
     *,
     rough: Rough | None,
     depth: float | None = None,
@@ -336,7 +337,7 @@ def _solve_inside(
     height: Height,
     tolerance: float,
     limit: int,
-    start: Any,
+    start: Cells,
     growths: int,
     *,
     hinted: bool = False,

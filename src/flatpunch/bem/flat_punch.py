@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, positive
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, Namespace
 from flatpunch.bem.height import PunchHeight
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import trace_outline
@@ -30,7 +29,7 @@ def solve_punch(
     limit: int = 1000,
     angles: int = 360,
     single: bool = False,
-    xp: Any = np,
+    xp: Namespace = np,
 ) -> Solution:
     """Punch of any planform, flat-ended or with a given face, pressed in to `depth`, adhering where it would lift off.
 

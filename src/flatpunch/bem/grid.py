@@ -20,6 +20,12 @@ from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
 
+Cells = Any
+"""Array of NumPy or of another library that follows the array API standard (PyTorch, JAX, CuPy); these share no class."""
+
+Namespace = Any
+"""Module of such a library, with the functions of the array API standard."""
+
 SMALLEST = 8
 """Fewest cells along an axis."""
 
@@ -176,7 +182,7 @@ class Grid:
         cx, cy = (0.0 if half else c for c, half in zip(self.center, mirrored, strict=True))
         return replace(self, nx=nx, ny=ny, center=(cx, cy), mirrored=mirrored)
 
-    def unfold(self, values: Any) -> Any:
+    def unfold(self, values: Cells) -> Cells:
         """An array of this folded grid on the whole one."""
         along_x, along_y = self.mirrored
         wide = np.concatenate([values[:, ::-1], values], axis=1) if along_x else values

@@ -11,9 +11,9 @@ graded surface changes, is only some cells thick and the power law holds nowhere
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
 from flatpunch._support.checks import Array
@@ -230,7 +230,7 @@ def ray_lengths(grid: Grid) -> Array:
     return np.asarray(np.diff(np.diff(corner, axis=0), axis=1) / (2 * np.pi))
 
 
-def read(grid: Grid, values: Array, points: Any) -> Array:
+def read(grid: Grid, values: Array, points: Array | NDArray[np.complex128]) -> Array:
     """Values on a grid at points x + iy [m], linear between cell centres, zero beyond the grid."""
     places = [(points.imag - grid.y[0]) / grid.spacing, (points.real - grid.x[0]) / grid.spacing]
     return np.asarray(map_coordinates(values, places, order=1, mode="constant"))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import label
@@ -189,7 +189,7 @@ def not_converged(gap: float, penetration: float, force: float, tolerance: float
     )
 
 
-def warned(notes: Any) -> tuple[str, ...]:
+def warned(notes: Iterable[str]) -> tuple[str, ...]:
     """Warn with each note, at the place that called `solve`."""
     for note in notes:
         warnings.warn(note, FlatpunchWarning, stacklevel=4)

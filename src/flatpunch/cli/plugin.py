@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from flatpunch._support.paths import Plain
 from flatpunch.cli.terminal import command, say, say_written
 
 plugin_app = typer.Typer(no_args_is_help=True, help="Use the media of this package in other programs: files for them.")
@@ -45,7 +46,7 @@ def write(
 
     output = output or Path(f"flatpunch_{host}.py")
     check_target("--output", output, (".py",))
-    options: dict[str, Any] = {}
+    options: Plain = {}
     if depths is not None:
         options["depths"] = [named_si("--depths", entry.strip(), LENGTH) for entry in depths.split(",")]
     if spacing is not None or cells:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy
@@ -131,7 +131,7 @@ def plane_at(medium: Body, z: Array, layer: Indices) -> PlaneAt:
     return PlaneAt(*found)
 
 
-def _body_of(medium: Body, i: int) -> Any:
+def _body_of(medium: Body, i: int) -> object:
     """Layer i from the surface down; the base comes last."""
     if not isinstance(medium, Medium):
         return medium

@@ -11,18 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance.layered import SATURATION
-from flatpunch.numerics.chebyshev import NODES, nodal_transform, polynomials, unit_nodes
-
-Numbers = NDArray[Any]
-"""Real or complex arrays: the punch matrices need L - 1 a little off the real axis."""
+from flatpunch.numerics.chebyshev import NODES, Numbers, nodal_transform, polynomials, unit_nodes
 
 TOLERANCE = 2e-12
 """Size of the last coefficients, relative to L: what the response itself is good for."""

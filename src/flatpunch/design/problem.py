@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -42,7 +43,7 @@ class Problem:
     evaluations: int = 0
     refusal: str = ""
     limits: dict[bytes, tuple[str, ...]] = field(default_factory=dict)
-    _known: dict[tuple[str | bytes, ...], Any] = field(default_factory=dict)
+    _known: dict[tuple[str | bytes, ...], object] = field(default_factory=dict)
 
     def quantity(self, u: Array, control: Control, quantity: Quantity) -> tuple[Array, Array]:
         """Values of a quantity, shape (n,), and derivatives of their logarithms by u, shape (n, variables)."""
@@ -103,7 +104,7 @@ class Problem:
         result: float = self._once(("load", u.tobytes()), solved)
         return result
 
-    def _once(self, key: tuple[str | bytes, ...], solve: Any) -> Any:
+    def _once(self, key: tuple[str | bytes, ...], solve: Callable[[], object]) -> Any:
         if key not in self._known:
             self._known[key] = solve()
         return self._known[key]

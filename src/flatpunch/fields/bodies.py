@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.depth import Side, layer_at
-from flatpunch.media import ElasticBase, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
 __all__ = ["Layered", "Located", "Side", "Solid", "layer_at", "located"]
 
@@ -44,7 +43,7 @@ class Located:
     upper: bool = False
 
 
-def located(medium: Any, z: Array, side: Side) -> list[Located]:
+def located(medium: Body, z: Array, side: Side) -> list[Located]:
     """Sort points by body and layer; `side` decides at interfaces, and between two bodies at z = 0.
 
     Raises
@@ -71,7 +70,7 @@ def located(medium: Any, z: Array, side: Side) -> list[Located]:
     return parts
 
 
-def _inside(body: Any, depth: Array, z: Array) -> None:
+def _inside(body: Solid | RigidBase, depth: Array, z: Array) -> None:
     if isinstance(body, PowerLawHalfSpace) and body.exponent < 0 and (depth == 0).any():
         raise ValueError(
             f"z = 0 is the surface of a body whose modulus grows without bound towards it (exponent = {body.exponent:.6g}), so "

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch import bem
 from flatpunch._support.checks import Array, BadValue, positive
+from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact import BoundaryElements, FirstOrder, Method, indent, method_of, pressure
@@ -22,6 +23,10 @@ from flatpunch.fields.cells import Cells
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import Body
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SAMPLED, _SUPERPOSED = 192, 128
 """Cells along each side of a contact that is no disc: of boundary elements, and of a superposed pressure, which is expensive."""
@@ -45,7 +50,7 @@ class Contact:
         Work of adhesion [J/m^2].
     """
 
-    medium: Any
+    medium: Body
     indenter: Indenter
     control: Control
     method: Method | None = None
@@ -63,9 +68,9 @@ class Contact:
 
 
 def contact_of(
-    medium: Any,
-    indenter: Any,
-    given: dict[str, Any],
+    medium: Body,
+    indenter: Indenter,
+    given: Plain,
     method: str | Method | None = None,
     work_of_adhesion: float | None = None,
 ) -> Contact:
@@ -102,7 +107,7 @@ def contact_of(
     return Contact(medium, indenter, control, chosen, work_of_adhesion)
 
 
-def _check_depth(medium: Any, control: Control) -> None:
+def _check_depth(medium: Body, control: Control) -> None:
     deep = deepest(medium)
     if control.name == "depth" and control.values.max() >= deep:
         raise BadValue(
@@ -113,7 +118,7 @@ def _check_depth(medium: Any, control: Control) -> None:
         )
 
 
-def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], Plain]:
     """Source of a contact, and what a result says about it: depth, force, radius, method, notes."""
     if not contact.exact:
         if contact.work is not None:
@@ -132,7 +137,7 @@ def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], di
     return [RoundSource(load, 1.0, friction, again=partial(make, again=True), own_error=apart)], about
 
 
-def solved(contact: Contact) -> dict[str, Any]:
+def solved(contact: Contact) -> Plain:
     """Depth, force and radius of a contact by `indent`, with its method and notes."""
     curve = _curve(contact)
     numbers = {name: float(curve[name].values[0]) for name in ("depth", "force", "radius")}
@@ -144,12 +149,12 @@ def solved(contact: Contact) -> dict[str, Any]:
     }
 
 
-def _curve(contact: Contact) -> Any:
-    target: dict[str, Any] = {contact.control.name: contact.control.values}
+def _curve(contact: Contact) -> xr.Dataset:
+    target: Plain = {contact.control.name: contact.control.values}
     return indent(contact.medium, contact.indenter, method=contact.method, work_of_adhesion=contact.work, **target)
 
 
-def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of the superposed pressure of the first-order method."""
     curve, about = _curve(contact), solved(contact)
     if not about["radius"] > 0:
@@ -163,7 +168,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
     h = 2 * half / _SUPERPOSED
     # the mean of two by two points in each cell, scaled to the force
     fine = (np.arange(2 * _SUPERPOSED) - (2 * _SUPERPOSED - 1) / 2) * h / 2
-    target: dict[str, Any] = {contact.control.name: contact.control.values}
+    target: Plain = {contact.control.name: contact.control.values}
     sampled, error = pressure(
         contact.medium,
         contact.indenter,
@@ -179,7 +184,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
     return [CellSource(Cells(sampled, friction * sampled, h, (0.0, 0.0)), share)], about
 
 
-def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of an adhesive contact: its outline by `indent`, and the pressure that makes the surface follow the tip inside."""
     curve, about = _curve(contact), solved(contact)
     outline = outlines(curve)[0]
@@ -210,7 +215,7 @@ def _joined(values: Array) -> Array:
     return np.asarray(values.reshape(n, 2, n, 2).mean(axis=(1, 3)))
 
 
-def _boundary_elements(contact: Contact, friction: float) -> tuple[list[Source], dict[str, Any]]:
+def _boundary_elements(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of a contact solved by boundary elements; a mean radius is turned into a depth by the contact method."""
     control = contact.control
     own = contact.method if isinstance(contact.method, BoundaryElements) else BoundaryElements()
@@ -243,7 +248,7 @@ def _solutions(
 ) -> tuple[bem.Solution, bem.Solution | None]:
     """Boundary element solutions on the cells asked for, and on cells twice as wide for the estimate of the error."""
     grid = _SAMPLED if own.grid is None else own.grid
-    settings: dict[str, Any] = {"limit": own.limit, "single": own.single, control.name + "s": control.values}
+    settings: Plain = {"limit": own.limit, "single": own.single, control.name + "s": control.values}
     settings["tolerance"] = own.tolerance or (1e-5 if own.single else 1e-6)
     (solution,) = bem.solve(kernel, indenter, grid=grid, **settings)
     half = solution.grid.coarser()

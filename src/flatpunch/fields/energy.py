@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, BadValue, Values, values
 from flatpunch._support.prefixes import text
@@ -26,7 +27,7 @@ from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import attenuation, interfaces, waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
-from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.fields.axisymmetric.layered import wavenumbers
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.bodies import Solid, layer_at
@@ -125,7 +126,7 @@ def energy_by_depth(
         "energy": ("layer", energy, {"units": "J", "long_name": "elastic energy of the layer"}),
         "share": ("layer", energy / total if total else energy, {"long_name": "share of the elastic energy"}),
     }
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, tuple[NDArray[np.generic], Attributes]] = {
         "layer": (np.arange(energy.size), {"long_name": "layer from the surface inwards; the base comes last"})
     }
     if below.size:

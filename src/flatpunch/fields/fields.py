@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flatpunch._support.ceilings import INSIDE
-from flatpunch._support.checks import LARGEST, Array, BadValue, Values, numbers, real, refused_overflow, shown, values
+from flatpunch._support.checks import (
+    LARGEST,
+    Array,
+    BadValue,
+    Indices,
+    Values,
+    numbers,
+    real,
+    refused_overflow,
+    shown,
+    values,
+)
+from flatpunch._support.paths import Plain
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -22,7 +34,7 @@ from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Medium, underlying
 
 if TYPE_CHECKING:
@@ -123,9 +135,9 @@ def fields(
     if loads := _loads(indenter):
         _nothing_to_solve(given, method, work_of_adhesion)
         sources = prescribed_sources(loads, friction)
-        solved: dict[str, Any] = {}
+        solved: Plain = {}
     else:
-        contact = contact_of(medium, indenter, given, method, work_of_adhesion)
+        contact = contact_of(medium, check_indenter(indenter), given, method, work_of_adhesion)
         sources, solved = contact_sources(contact, friction)
     stress, displacement, error = evaluate(sources, parts, points, direction)
     layer = np.empty(points.shape[1], dtype=int)
@@ -147,7 +159,7 @@ def fields(
     return _dataset(points, shape, stress, displacement, layer, attributes)
 
 
-def of_case(medium: Any, load: Any) -> dict[str, str]:
+def of_case(medium: Body, load: object) -> dict[str, str]:
     """Attributes that every result inside the body has."""
     return {
         "medium": json.dumps(record(underlying(medium))),
@@ -199,7 +211,7 @@ def checked_friction(friction: object) -> float:
     return value
 
 
-def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | None:
+def residual_stresses(medium: Body, given: Sequence[float] | None) -> Array | None:
     """Biaxial stress of each layer and the base, shape (layers + 1,)."""
     if given is None:
         return None
@@ -218,7 +230,7 @@ def residual_stresses(medium: Any, given: Sequence[float] | None) -> Array | Non
     return np.append(stresses, np.zeros(layers + 1 - stresses.size))
 
 
-def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
+def _points(x: Values, y: Values, z: Values) -> tuple[Array, tuple[int, ...]]:
     arrays = []
     for name, value in (("x", x), ("y", y), ("z", z)):
         array = numbers(name, value, "m")
@@ -244,7 +256,7 @@ def _points(x: Any, y: Any, z: Any) -> tuple[Array, tuple[int, ...]]:
     return np.array([np.broadcast_to(array, shape).ravel() for array in arrays]), shape
 
 
-def _loads(indenter: Any) -> tuple[Any, ...]:
+def _loads(indenter: object) -> tuple[Load, ...]:
     """Prescribed loads, or none if it is an indenter."""
     from flatpunch.fields.loads import DiscLoad, PatchLoad
 
@@ -262,7 +274,7 @@ def _loads(indenter: Any) -> tuple[Any, ...]:
     return tuple(indenter)
 
 
-def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any) -> None:
+def _nothing_to_solve(given: Plain, method: object, work: object) -> None:
     named = {**given, "method": method, "work_of_adhesion": work}
     wrong = [name for name, value in named.items() if value is not None]
     if wrong:
@@ -272,7 +284,12 @@ def _nothing_to_solve(given: dict[str, Any], method: Any, work: Any) -> None:
 
 
 def _dataset(
-    points: Array, shape: tuple[int, ...], stress: Array, displacement: Array, layer: Any, attributes: dict[str, Any]
+    points: Array,
+    shape: tuple[int, ...],
+    stress: Array,
+    displacement: Array,
+    layer: Indices,
+    attributes: dict[str, object],
 ) -> xr.Dataset:
     dims = ("point",) if len(shape) == 1 else tuple(f"axis_{i}" for i in range(len(shape)))
     main = principal(stress)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import LARGEST, Array, BadValue, numbers, point, positive, real
@@ -35,7 +35,7 @@ class DiscLoad:
 
     See Also
     --------
-    PatchLoad : Any footprint.
+    PatchLoad : Footprints of any shape.
     fields : Takes it.
 
     Examples
@@ -91,9 +91,9 @@ class PatchLoad:
     [-0.96 -0.04]
     """
 
-    pressure: Any
+    pressure: ArrayLike
     spacing: float
-    traction: Any = 0.0
+    traction: ArrayLike = 0.0
     center: tuple[float, float] = (0.0, 0.0)
     cells: tuple[Array, Array] = field(init=False, repr=False)
 
@@ -117,7 +117,7 @@ class PatchLoad:
         object.__setattr__(self, "cells", (pressure, traction))
 
     @property
-    def recorded(self) -> dict[str, Any]:
+    def recorded(self) -> dict[str, object]:
         """Size of the grid and total load, which is what a record of the calculation needs to know."""
         pressure, _ = self.cells
         return {
@@ -132,7 +132,7 @@ class PatchLoad:
 Load = DiscLoad | PatchLoad
 
 
-def _cells(name: str, value: Any) -> Array:
+def _cells(name: str, value: object) -> Array:
     cells = numbers(name, value, "Pa")
     if cells.ndim != 2 or cells.size == 0:
         raise BadValue(name, "", f"has shape {cells.shape}; it must be a two-dimensional array (ny, nx), rows along y.")

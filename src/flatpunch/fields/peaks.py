@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, Values, real
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import Control
-from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.fields.bodies import Layered
@@ -29,7 +30,7 @@ from flatpunch.fields.failure.strength import Strength
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Medium, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, Medium, RigidBase, Solid, TwoBodies, underlying
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}
@@ -54,7 +55,7 @@ def peak_stresses(
     radius: Values | None = None,
     friction: float = 0.0,
     direction: float = 0.0,
-    residual_stress: Sequence[Any] | None = None,
+    residual_stress: Sequence[object] | None = None,
 ) -> xr.Dataset:
     """Largest stresses in every layer and at every interface under one contact, and their places.
 
@@ -134,7 +135,7 @@ def peak_stresses(
     return dataset(columns, coordinates, attributes)
 
 
-def _bodies(medium: Any, residual: Any) -> tuple[Judged, ...]:
+def _bodies(medium: Solid, residual: Any) -> tuple[Judged, ...]:
     """All elastic bodies with strengths of 1 Pa."""
     if isinstance(medium, TwoBodies):
         pair = (None, None) if residual is None else residual
@@ -156,7 +157,7 @@ def _bodies(medium: Any, residual: Any) -> tuple[Judged, ...]:
 
 def _columns(
     bodies: tuple[Judged, ...], best: dict[tuple[str, int, str], Event], direction: float
-) -> tuple[dict[str, Column], dict[str, Any]]:
+) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]]]:
     """Values and places along layers and interfaces."""
     layers = [(each.name, i) for each in bodies for i in each.watched]
     interfaces = [(each.name, i) for each in bodies for i in each.watched if each.strengths[i].of_interface]
@@ -174,7 +175,7 @@ def _columns(
                 places,
                 {"units": "m", "long_name": f"place of the {_WORDS[name]}"},
             )
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, tuple[NDArray[np.generic], Attributes]] = {
         "layer": (
             np.array([i for _, i in layers]),
             {"long_name": "layer from the surface inwards; the base comes last"},

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.paths import Plain
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
 from flatpunch._support.whole_file import sealed
@@ -24,14 +25,16 @@ from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, check_curves
 from flatpunch.fit.measured.readers import read_curve
-from flatpunch.fit.models import model_of
+from flatpunch.fit.models import Model, model_of
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
+from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.places import Place, listed, on_grid
 from flatpunch.fit.records import Records, keys_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Relaxation
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
 
 _CHUNK = 16
@@ -67,7 +70,7 @@ class Batch:
     1 True
     """
 
-    rows: tuple[Mapping[str, Any], ...]
+    rows: tuple[Plain, ...]
 
     def _line_(self) -> str:
         """How many curves, and how many of them can be trusted."""
@@ -97,7 +100,7 @@ class Batch:
         return [*names, "notes"]
 
     @property
-    def failed(self) -> tuple[Mapping[str, Any], ...]:
+    def failed(self) -> tuple[Plain, ...]:
         """Records of the curves that could not be evaluated, or whose values cannot be trusted; the latter keep their values."""
         return tuple(row for row in self.rows if not row["ok"])
 
@@ -145,7 +148,7 @@ class Batch:
 
     def dataset(self) -> xr.Dataset:
         """The table along `curve`."""
-        data: dict[str, Any] = {}
+        data: Plain = {}
         for name in self.columns:
             if name == "curve":
                 continue
@@ -178,17 +181,17 @@ def _title(name: str) -> str:
 
 
 def fit_batch(
-    curves: Iterable[Any],
-    medium: Any,
-    indenter: Any,
-    free: Any = (),
+    curves: Iterable[Curve | str | Path],
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames = (),
     *,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
-    relaxation: Any = None,
+    relaxation: Relaxation | None = None,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
-    reading: Mapping[str, Any] | None = None,
+    reading: Plain | None = None,
     store: str | Path | None = None,
     **settings: Unpack[SettingsOf],
 ) -> Batch:
@@ -240,7 +243,7 @@ def fit_batch(
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     given: SettingsOf = {"quick": True, **settings}
     chosen = Settings(**given)
-    rows: list[dict[str, Any]] = []
+    rows: list[Plain] = []
     records = Records(store) if store is not None else None
     for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers, records):
         rows.extend(done)
@@ -250,14 +253,14 @@ def fit_batch(
 
 
 def fit_rows(
-    items: Sequence[Any],
+    items: Sequence[Curve | Place],
     sample: Sample,
     free: Mapping[str, Free],
     settings: Settings,
-    reading: Mapping[str, Any] | None = None,
+    reading: Plain | None = None,
     workers: int | None = None,
     records: Records | None = None,
-) -> Iterator[list[dict[str, Any]]]:
+) -> Iterator[list[Plain]]:
     """Records of fits, chunk by chunk, in order.
 
     Parameters
@@ -292,7 +295,7 @@ def fit_rows(
         yield [known[i] for i in range(place, len(items))]
 
 
-def _in_parallel(job: _Job, items: Sequence[Any], workers: int | None) -> Iterator[list[dict[str, Any]]]:
+def _in_parallel(job: _Job, items: Sequence[Curve | Place], workers: int | None) -> Iterator[list[Plain]]:
     """Records of all items, chunk by chunk, in order."""
     count = workers if workers is not None else min(cores(), 1 + len(items) // 64)
     chunks = (items[i : i + _CHUNK] for i in range(0, len(items), _CHUNK))
@@ -322,24 +325,25 @@ class _Job:
     sample: Sample
     free: Mapping[str, Free]
     settings: Settings
-    reading: Mapping[str, Any]
+    reading: Plain
 
-    def run(self, items: Sequence[Any]) -> list[dict[str, Any]]:
+    def run(self, items: Sequence[Curve | Place]) -> list[Plain]:
         """Records of some items: plain curves side by side, the others one by one."""
         model = model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
         opened = [self._opened(item) for item in items]
-        plain: dict[int, dict[str, Any] | None] = {}
+        plain: dict[int, Plain | None] = {}
         if isinstance(model, ForwardModel) and supported(model, self.settings):
-            places = [i for i, (_, curve) in enumerate(opened) if isinstance(curve, Curve)]
-            found = plain_rows([opened[i][1] for i in places], model, self.free, self.settings)
-            plain = dict(zip(places, found, strict=True))
+            read = {i: curve for i, (_, curve) in enumerate(opened) if isinstance(curve, Curve)}
+            plain = dict(zip(read, plain_rows([*read.values()], model, self.free, self.settings), strict=True))
         rows = []
         for i, (origin, curve) in enumerate(opened):
-            row = plain.get(i)
-            rows.append({**origin, **row, **_position(curve)} if row else self._one(origin, curve, model))
+            if (row := plain.get(i)) and isinstance(curve, Curve):
+                rows.append({**origin, **row, **_position(curve)})
+            else:
+                rows.append(self._one(origin, curve, model))
         return rows
 
-    def _opened(self, item: Any) -> tuple[dict[str, Any], Any]:
+    def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
         """Where a curve comes from, and the curve or what is wrong with it."""
         if isinstance(item, Curve):
             return {"curve": item.name}, item
@@ -349,7 +353,7 @@ class _Job:
         except Exception as error:
             return origin, error
 
-    def _one(self, origin: dict[str, Any], curve: Any, model: Any) -> dict[str, Any]:
+    def _one(self, origin: Plain, curve: Curve | Exception, model: Model) -> Plain:
         place: dict[str, float] = {}
         try:
             if isinstance(curve, Exception):
@@ -369,7 +373,7 @@ class _Job:
         return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
 
 
-def _origin(place: Place) -> dict[str, Any]:
+def _origin(place: Place) -> Plain:
     return {"curve": place.name, "file": place.path.name, "index": place.index or 0}
 
 

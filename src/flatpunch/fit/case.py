@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue
+from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch.files import CaseError
 from flatpunch.files.cases import ContactTable, case_text, parsed
@@ -25,6 +26,7 @@ from flatpunch.fit.cases.tables import CorrectTable, CurveTable, FilmTable, FitT
 from flatpunch.fit.cases.values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
+from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.readers import read_curve
 from flatpunch.fit.models import check_free
@@ -36,7 +38,8 @@ from flatpunch.fit.report.log_posterior import CALIBRATION
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
-from flatpunch.media import HalfSpace
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Relaxation
 
 DRIFTING = "layers[0].young"
 """What `drift` follows over the depth."""
@@ -92,21 +95,21 @@ class FitCase:
     """
 
     title: str
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     free: Mapping[str, Free]
     settings: Settings
-    reading: Mapping[str, Any] = field(default_factory=dict)
+    reading: Plain = field(default_factory=dict)
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
-    relaxation: Any = None
-    film: Mapping[str, Any] = field(default_factory=dict)
-    curves: tuple[Mapping[str, Any], ...] = ()
+    relaxation: Relaxation | None = None
+    film: Plain = field(default_factory=dict)
+    curves: tuple[Plain, ...] = ()
     own: tuple[str, ...] = ()
-    correct: Mapping[str, Any] = field(default_factory=dict)
+    correct: Plain = field(default_factory=dict)
     priors: Mapping[str, Prior] = field(default_factory=dict)
-    posterior: Mapping[str, Any] = field(default_factory=dict)
-    plan: Mapping[str, Any] = field(default_factory=dict)
+    posterior: Plain = field(default_factory=dict)
+    plan: Plain = field(default_factory=dict)
 
     @property
     def sample(self) -> Sample:
@@ -114,7 +117,7 @@ class FitCase:
         return Sample(self.medium, self.indenter, self.work_of_adhesion, self.range_of_action, self.relaxation)
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> Plain:
         """What `fit` takes by name, after the curve, medium, indenter and free."""
         more = {
             name: value
@@ -133,7 +136,7 @@ class FitCaseTable(ContactTable):
     film: FilmTable | None = None
     correct: CorrectTable | None = None
     curves: list[OneCurveTable] = Field(default=[])
-    priors: dict[str, Any] = Field(default={})
+    priors: Plain = Field(default={})
     posterior: PosteriorTable | None = None
     plan: PlanTable | None = None
 
@@ -201,7 +204,7 @@ def read_fit_case(path: str | Path) -> FitCase:
     return fit_case_from(parsed(case_text(path), path), path)
 
 
-def fit_case_from(data: dict[str, Any], path: Path) -> FitCase:
+def fit_case_from(data: Plain, path: Path) -> FitCase:
     """Check the tables of a case file of a fit; messages call it `path`, and files that it names are beside it."""
     try:
         plain, found, own = split(data)
@@ -327,7 +330,7 @@ def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]
     """
     if DRIFTING not in case.free:
         raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
-    top = case.medium.layers[0]
+    _, top = layer_on_top(case.medium)
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
     body = HalfSpace(top.young, top.poisson)
     return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)

@@ -37,11 +37,9 @@ def describe_fit(case: FitCase) -> Iterator[str]:
         others = [f"{name} = {quantity(value, unit_of(name))}" for name, value in entry["values"].items()]
         tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
         yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
-    contact = settings.contact
-    if contact != "free":
-        contact = (
-            f"free{between(contact[0], contact[1], 'm')}" if isinstance(contact, tuple) else quantity(contact, "m")
-        )
+    given = settings.contact
+    contact = f"free{between(*given, 'm')}" if isinstance(given, tuple) else given
+    contact = quantity(contact, "m") if isinstance(contact, float) else contact
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {_segment(case)}"
     method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
     chosen = method or method_for(case.indenter, settings.method)

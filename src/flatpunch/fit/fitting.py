@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external
-from flatpunch.fit.parameters.settings import Free, Settings, SettingsOf, as_free
-from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged, tilt_note
 from flatpunch.fit.report.intervals import by_profile
@@ -35,18 +35,20 @@ from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Relaxation
 
 
 @one_blas_thread()
 def fit(
     curve: Curve,
-    medium: Any,
-    indenter: Any,
-    free: Any = (),
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames = (),
     *,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
-    relaxation: Any = None,
+    relaxation: Relaxation | None = None,
     **settings: Unpack[SettingsOf],
 ) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
@@ -108,9 +110,9 @@ def fit(
 @one_blas_thread()
 def fit_ranges(
     curve: Curve,
-    medium: Any,
-    indenter: Any,
-    free: Any = (),
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames = (),
     *,
     shares: Iterable[float] = (0.3, 0.45, 0.6, 0.8, 1.0),
     **settings: Unpack[SettingsOf],
@@ -214,7 +216,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     return replace(result, notes=notes)
 
 
-def _in_strain_table(objective: Objective, model: ForwardModel, x: Array) -> None:
+def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None:
     """Refuse curves that end deeper than the table of large strains."""
     parameters, background = objective.split(x)
     place = strained(*model.case(model.externals(parameters)))
@@ -240,7 +242,7 @@ def _about_tilt(setup: Setup, found: Minimum, result: FitResult) -> tuple[str, .
     return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
 
 
-def with_tilt(objective: Objective) -> Objective:
+def with_tilt(objective: Unknowns) -> Unknowns:
     """The problem with a tilt of the baseline beside its other unknowns."""
     names = tuple(n for n in NUISANCE if n in objective.names or n == "tilt")
     return replace(objective, nuisance=names, _before={})
@@ -273,7 +275,7 @@ def _rounding(setup: Setup, found: Minimum) -> Array:
     return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
 
 
-def undetected_tilts(normal: Array, curves: Iterable[tuple[Objective, Array, Indices, float]]) -> Array:
+def undetected_tilts(normal: Array, curves: Iterable[tuple[Unknowns, Array, Indices, float]]) -> Array:
     """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
 
     Parameters

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.fit.elastic.many import Found, at_once, plain
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.problem import Problem
@@ -26,7 +26,7 @@ from flatpunch.fit.report.findings import doubts
 
 def plain_rows(
     curves: Sequence[Curve], model: ForwardModel, free: Mapping[str, Free], settings: Settings
-) -> list[dict[str, Any] | None]:
+) -> list[Plain | None]:
     """Rows as of `FitResult.row`; None for curves that must be fitted one by one.
 
     Parameters
@@ -61,14 +61,20 @@ def _found(problems: Mapping[int, Problem], model: ForwardModel, settings: Setti
 
 def _row(
     curve: Curve, approach: Approach, problem: Problem, flat: Found, tilted: Found | None, free: Mapping[str, Free]
-) -> dict[str, Any] | None:
+) -> Plain | None:
     if tilted is not None:
         linear = replace(problem, settings=replace(problem.settings, baseline="linear"))
         problem = replace(problem, line=_scan(linear.objective(), tilted))
     try:
         setup = known_contact(approach, problem, _scan(problem.objective(), flat))
         found = tilted if setup is not None and setup.settings.baseline != flat.baseline else flat
-        if setup is None or found is None or setup.part is not problem.part or not setup.used.all():
+        if (
+            setup is None
+            or found is None
+            or not isinstance(setup.objective, Objective)
+            or setup.part is not problem.part
+            or not setup.used.all()
+        ):
             return None
         x = _internal(setup.objective, found)
         if not ((setup.lower < x) & (x < setup.upper)).all():

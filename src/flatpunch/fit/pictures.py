@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
 from flatpunch.fit.batch_pictures import bars, first_parameter
+from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
 from flatpunch.fit.report.quantities import label as label_of
@@ -371,7 +372,7 @@ def _film(result: FilmResult, axes: Axes) -> None:
     styles = (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1)))
     known = {name: young for name, (young, _) in result.others.items() if np.isfinite(young)}
     for (name, young), style in zip(known.items(), styles, strict=False):
-        poisson = float(result.case.layers[0].poisson)
+        poisson = layer_on_top(result.case)[1].poisson
         axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=0.9, ls=style, label=f"film, {name}")
     axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import as_path
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
@@ -31,9 +31,9 @@ class Place:
         return self.path.name if self.index is None else f"{self.path.name}[{self.index}]"
 
 
-def listed(curves: Iterable[Any], reading: Mapping[str, Any] | None = None) -> list[Any]:
+def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -> list[Curve | Place]:
     """Curves and places of curves; a file with many of them is opened to count them."""
-    items: list[Any] = []
+    items: list[Curve | Place] = []
     for item in curves:
         if isinstance(item, Curve):
             items.append(item)
@@ -63,7 +63,7 @@ def files_in(folder: str | Path) -> list[Path]:
     return found
 
 
-def on_grid(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def on_grid(rows: Sequence[Plain]) -> list[Plain]:
     """Records in the order of the grid of a map, line by line, with "row" and "column"; as they are where they fill no grid."""
     try:
         x, y = (np.array([float(row[f"position {axis}"]) for row in rows]) for axis in "xy")
@@ -89,7 +89,7 @@ def _levels(values: Array) -> Indices:
     return found
 
 
-def digests(items: Sequence[Any], case: str) -> Iterator[str | None]:
+def digests(items: Sequence[Curve | Place], case: str) -> Iterator[str | None]:
     """Digest of each curve together with the case; None for a file that cannot be read.
 
     Parameters
@@ -110,7 +110,7 @@ def digests(items: Sequence[Any], case: str) -> Iterator[str | None]:
         yield None if digest is None else content_key(case, digest, item.name, item.index)
 
 
-def _content(curve: Curve) -> tuple[Any, ...]:
+def _content(curve: Curve) -> tuple[object, ...]:
     """What of a curve reaches its record."""
     columns = (curve.depth, curve.force, curve.stiffness, curve.time, curve.segment)
     known = curve.meta.get("metadata", {})

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -26,8 +26,10 @@ from flatpunch.fit.least_squares.minimum import covariance
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import slope
-from flatpunch.fit.parameters.settings import Settings, as_free
+from flatpunch.fit.parameters.settings import FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
 
@@ -215,7 +217,9 @@ class PlanScan:
         return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
 
 
-def plan_scan(medium: Any, tips: Mapping[str, Any], free: Any, *, depths: Sequence[float], **rest: Any) -> PlanScan:
+def plan_scan(
+    medium: Body, tips: Mapping[str, Indenter], free: FreeNames, *, depths: Sequence[float], **rest: Any
+) -> PlanScan:
     """Plan curves with several tips to several depths.
 
     Parameters
@@ -267,9 +271,9 @@ def plan_scan(medium: Any, tips: Mapping[str, Any], free: Any, *, depths: Sequen
 
 @one_blas_thread()
 def planned(
-    medium: Any,
-    indenter: Any,
-    free: Any,
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames,
     *,
     depth: float,
     noise: float,
@@ -278,7 +282,7 @@ def planned(
     spring_constant: float | None = None,
     priors: Mapping[str, Prior] | None = None,
     work_of_adhesion: float | None = None,
-    **settings: Any,
+    **settings: Unpack[SettingsOf],
 ) -> Plan:
     """How well a planned curve will determine the parameters of a case.
 
@@ -400,7 +404,7 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
 
 
 def _judged(
-    sample: Sample, names: tuple[str, ...], settings: Settings, scaled: Array, priors: dict[str, Any], text: str
+    sample: Sample, names: tuple[str, ...], settings: Settings, scaled: Array, priors: Mapping[str, Prior], text: str
 ) -> Plan:
     """Information, covariance and notes."""
     all_names = (*names, *settings.nuisance)

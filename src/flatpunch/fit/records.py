@@ -11,15 +11,16 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
+from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
-from flatpunch.fit.places import digests
+from flatpunch.fit.places import Place, digests
 from flatpunch.parallel.interruption import held
 from flatpunch.parallel.keys import content_key
 
@@ -44,13 +45,13 @@ class Records:
         self.path = as_path("store", path)
         made_folder("store", self.path)
         remove_left(self.path)
-        self.known: dict[str, dict[str, Any]] = {}
+        self.known: dict[str, Plain] = {}
         self.reused = 0
         self._told = False
         for file in sorted(self.path.glob("*.json")):
             self.known |= _whole(file)
 
-    def keep(self, keys: Sequence[str | None], rows: Sequence[Mapping[str, Any]]) -> None:
+    def keep(self, keys: Sequence[str | None], rows: Sequence[Plain]) -> None:
         """Keep the records of fitted curves; those without values are tried again by the next run."""
         good = {key: dict(row) for key, row in zip(keys, rows, strict=True) if key is not None and "points" in row}
         if not good:
@@ -82,14 +83,14 @@ class Records:
             self.path.rmdir()
 
 
-def _whole(file: Path) -> dict[str, dict[str, Any]]:
+def _whole(file: Path) -> dict[str, Plain]:
     """Records in a file; none, with a warning, if it is damaged."""
     try:
         # largest file of records that is read [bytes]
         body, has_seal = unsealed(content(file, 1_000_000_000))
         if not has_seal:
             raise BrokenSeal("it has no seal")
-        found: dict[str, dict[str, Any]] = json.loads(body)
+        found: dict[str, Plain] = json.loads(body)
     except (BrokenSeal, Unreadable, ValueError, OSError) as error:
         warnings.warn(
             f"{file}: damaged or changed after it was written ({error}). Its curves are fitted again.",
@@ -101,7 +102,7 @@ def _whole(file: Path) -> dict[str, dict[str, Any]]:
 
 
 def keys_of(
-    items: Sequence[Any], sample: Sample, free: Mapping[str, Free], settings: Settings, reading: Mapping[str, Any]
+    items: Sequence[Curve | Place], sample: Sample, free: Mapping[str, Free], settings: Settings, reading: Plain
 ) -> list[str | None]:
     """Digest of each item with the case and the version of the package.
 

@@ -106,9 +106,10 @@ def evenly_weighted(
     # searches with equal weights, each with the contact stiffness of the one before
     for _ in range(2):
         x = found.x
-        even, coarse = (
-            None if o is None else replace(o, weight=o.gives(x), _before={}) for o in (objective, setup.coarse)
-        )
+        even = replace(objective, weight=objective.gives(x), _before={})
+        coarse = setup.coarse
+        if isinstance(coarse, Objective):
+            coarse = replace(coarse, weight=coarse.gives(x), _before={})
         setup, found = searched(replace(setup, objective=even, coarse=coarse, start=x.copy), name, free, settings)
     return setup, found
 

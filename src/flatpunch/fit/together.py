@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import OF
-from flatpunch.fit.parameters.settings import Free, Settings, as_free
+from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged
 from flatpunch.fit.report.intervals import by_profile
@@ -35,6 +35,7 @@ from flatpunch.fit.report.joint import JointResult
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Relaxation
 
 
 @readable
@@ -64,7 +65,7 @@ class Measured:
     """
 
     curve: Curve
-    indenter: Any = None
+    indenter: Indenter | None = None
     values: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -79,15 +80,15 @@ class Measured:
 @one_blas_thread()
 def fit_together(
     curves: Iterable[Curve | Measured],
-    medium: Any,
-    indenter: Any,
-    free: Any = (),
-    own: Any = (),
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames = (),
+    own: FreeNames = (),
     *,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
-    relaxation: Any = None,
-    **settings: Any,
+    relaxation: Relaxation | None = None,
+    **settings: Unpack[SettingsOf],
 ) -> JointResult:
     """Fit one sample to several curves at once.
 
@@ -139,7 +140,8 @@ def fit_together(
     """
     check_curves(curves)
     measured = [m if isinstance(m, Measured) else Measured(m) for m in curves]
-    chosen = Settings(**{"quick": True, **settings})
+    given: SettingsOf = {"quick": True, **settings}
+    chosen = Settings(**given)
     shared, each = as_free(free), as_free(own)
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     _check(measured, shared, each, chosen)
@@ -190,7 +192,9 @@ class Problem:
 
 def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings) -> Problem:
     """The problem of one curve, from its own best amplitude, contact point and background."""
-    here = replace(sample, indenter=measured.indenter or sample.indenter).replaced(dict(measured.values))
+    here = replace(sample, indenter=sample.indenter if measured.indenter is None else measured.indenter).replaced(
+        dict(measured.values)
+    )
     # limits and starts of the fit hold where the place says nothing
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)

@@ -80,13 +80,14 @@ class Indenter(Protocol):
         """Equal indenters share what has been computed for them."""
 
 
-def check_indenter(indenter: object) -> None:
-    """Refuse what is no indenter."""
+def check_indenter(indenter: object) -> Indenter:
+    """The indenter itself; what is none is refused."""
     if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
             f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
             "inclination=...)."
         )
+    return indenter
 
 
 def is_rising(indenter: Indenter) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace, TwoBodies
 
-Tuples = tuple[Any, Any]
+Tuples = tuple[Sequence[Sequence[float]], Sequence[float] | None]
 """Layers from the surface down and the base, as plain tuples."""
 
 

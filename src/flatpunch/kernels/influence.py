@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
-from flatpunch.kernels.vectors import Array
 
 if TYPE_CHECKING:
     from flatpunch.media import Body

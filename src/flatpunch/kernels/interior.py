@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
-from flatpunch.kernels.vectors import Array, Numbers, checked
+from flatpunch.kernels.vectors import checked
+from flatpunch.numerics.chebyshev import Numbers
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Indices
     from flatpunch.compliance.depth import Side, Waves
-    from flatpunch.media import Body
+    from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace
 
 
 def interior(
@@ -73,7 +75,7 @@ def interior(
     return displacement.reshape(*shape, 3, 3), stress.reshape(*shape, 6, 3)
 
 
-def _waves(body: Any, k: Array, z: Array, side: Side) -> Waves:
+def _waves(body: ElasticBase | Medium | PowerLawHalfSpace, k: Array, z: Array, side: Side) -> Waves:
     from flatpunch._support.checks import ROUNDING
     from flatpunch._support.kinds import one_of
     from flatpunch._support.prefixes import text

@@ -8,14 +8,14 @@ tolerance; a finer table of cubics, made from the last nodes, is then evaluated 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flatpunch.kernels.vectors import Array
+from flatpunch._support.checks import Array
 
 if TYPE_CHECKING:
-    from flatpunch.media import PowerLawHalfSpace, TwoBodies
+    from flatpunch.media import Medium, PowerLawHalfSpace, Solid, TwoBodies
 
 _POINTS = 8
 """Nodes of a polynomial."""
@@ -36,7 +36,7 @@ class Radial(NamedTuple):
     coupling: Array
 
 
-def radial_compliance(body: Any, k: Array) -> Radial:
+def radial_compliance(body: Solid, k: Array) -> Radial:
     """The four functions at wavenumbers k > 0, shape (n,) each."""
     from flatpunch.compliance.surface import surface_flexibility
     from flatpunch.media import PowerLawHalfSpace, TwoBodies
@@ -76,7 +76,7 @@ def _of_power_law(body: PowerLawHalfSpace, k: Array) -> Radial:
     return Radial(np.asarray(compliance(body)(k)), -shear[0] / k, -across[0] / k, -normal[0] / k)
 
 
-def at_zero(body: Any) -> tuple[float, float]:
+def at_zero(body: Solid) -> tuple[float, float]:
     """C_zz and C_xx of a uniform traction, infinite where it is carried by nothing that limits the displacement."""
     from flatpunch.media import Medium, RigidBase, TwoBodies
 
@@ -91,13 +91,13 @@ def at_zero(body: Any) -> tuple[float, float]:
     return float(total[0]), float(total[1])
 
 
-def _of_layer(body: Any, i: int) -> Array:
+def _of_layer(body: Medium, i: int) -> Array:
     """Thickness over C33 and over C44 of a layer and its lower face."""
     from flatpunch.compliance.depth import plane_at
     from flatpunch.media import GradedLayer, Interface
 
     layer = body.layers[i]
-    top = sum(each.thickness for each in body.layers[:i])
+    top = sum((each.thickness for each in body.layers[:i]), 0.0)
     edges = [0.0, *(layer.breaks if isinstance(layer, GradedLayer) else ()), layer.thickness]
     # Gauss nodes between breaks of a law, which is smooth there
     x, w = np.polynomial.legendre.leggauss(40)
@@ -128,7 +128,7 @@ class Table:
         Largest error, relative to each diagonal entry, and of d to the root of a and n.
     """
 
-    def __init__(self, body: Any, low: float, high: float, rtol: float) -> None:
+    def __init__(self, body: Solid, low: float, high: float, rtol: float) -> None:
         start, end = np.log(low), np.log(high)
         count = max(_POINTS, int(np.ceil((end - start) / _SPACING)) + 1)
         s = np.linspace(start, end, count)
@@ -169,7 +169,7 @@ class Table:
         return found
 
 
-def _smooth(body: Any, s: Array) -> Array:
+def _smooth(body: Solid, s: Array) -> Array:
     """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
     k = np.exp(s)
     n, a, c, d = radial_compliance(body, k)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
 from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
-from flatpunch.kernels.vectors import Array, Numbers, checked
+from flatpunch.kernels.vectors import checked
+from flatpunch.numerics.chebyshev import Numbers
 
 if TYPE_CHECKING:
-    from flatpunch.media import Body
+    from flatpunch.media import Body, Solid
 
 _DIRECT = 4000
 """Largest number of wave vectors that are all computed; more are interpolated."""
@@ -177,7 +180,7 @@ def _matrices(
     return result.reshape(*shape, 3, 3)
 
 
-def _functions(body: Any, square: Array, rtol: float) -> Any:
+def _functions(body: Solid, square: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: |q|^2 of a part of the wave vectors -> Radial."""
     if rtol > 0 and square.size > _DIRECT:
         present = square[square > 0]
@@ -197,7 +200,9 @@ def _functions(body: Any, square: Array, rtol: float) -> Any:
     return computed
 
 
-def _fill(result: Numbers, x: Array, y: Array, square: Array, functions: Any, inverse: bool) -> None:
+def _fill(
+    result: Numbers, x: Array, y: Array, square: Array, functions: Callable[[Array], Radial], inverse: bool
+) -> None:
     """Write the matrices of a part of the wave vectors."""
     square = np.where(square > 0, square, square.max() or 1.0)  # q = 0 is written afterwards
     n, a, c, d = functions(square)

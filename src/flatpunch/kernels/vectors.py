@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Numbers = NDArray[Any]
+from flatpunch._support.checks import Array
+from flatpunch.numerics.chebyshev import Numbers
 
 
 def checked(**given: Numbers) -> list[Array]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -59,7 +58,7 @@ def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult) 
     return Citations(tuple(replace(known[key], reason=reason) for key, reason in reasons.items()))
 
 
-def _facts(result: Any) -> Iterator[Mapping[str, Any]]:
+def _facts(result: object) -> Iterator[Mapping[str, object]]:
     """What the result records of itself, for each of its parts."""
     if isinstance(result, JointResult):
         for each in result.results:
@@ -79,7 +78,7 @@ def _facts(result: Any) -> Iterator[Mapping[str, Any]]:
         )
 
 
-def _reasons(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _reasons(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     """Keys of the bibliography, each with what it is cited for."""
     title, method = str(facts.get("title", "")), str(facts.get("method", ""))
     parts = " ".join(str(facts.get(name, "")) for name in ("medium", "indenter", "load", "tips"))

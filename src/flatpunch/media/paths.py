@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from flatpunch._support.paths import Plain, steps
 from flatpunch.media.bodies import HalfSpace
 from flatpunch.media.laws import Constant
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.transverse import TransverselyIsotropic, TransverselyIsotropicHalfSpace, scaled
+
+M = TypeVar("M")
+T = TypeVar("T")
 
 _BASES = HalfSpace, PowerLawHalfSpace, TransverselyIsotropicHalfSpace
 """Half-spaces, each of which is its own base."""
@@ -32,9 +35,8 @@ def value_of(medium: object, indenter: object, name: str) -> float:
     return float(thing.value if isinstance(thing, Constant) else thing)
 
 
-def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+def with_values(medium: M, indenter: T, values: Mapping[str, float]) -> tuple[M, T]:
     """Medium and tip with some numbers replaced; those of one table or list are replaced together."""
-    both = {"medium": medium, "indenter": indenter}
     tree: Plain = {}
     for name, value in values.items():
         side, (*way, last) = _side(name)
@@ -42,8 +44,7 @@ def with_values(medium: Any, indenter: Any, values: Mapping[str, float]) -> tupl
         for step in way:
             branch = branch.setdefault(step, {})
         branch[last] = float(value)
-    both |= {side: _replaced(both[side], changes) for side, changes in tree.items()}
-    return both["medium"], both["indenter"]
+    return _replaced(medium, tree.get("medium", {})), _replaced(indenter, tree.get("indenter", {}))
 
 
 def _side(name: str) -> tuple[str, list[str | int]]:
@@ -56,6 +57,8 @@ def _replaced(thing: Any, changes: Any) -> Any:
     """A frozen object with the numbers of nested `changes` in their places."""
     if not isinstance(changes, dict):
         return Constant(changes) if isinstance(thing, Constant) else changes
+    if not changes:
+        return thing
     if isinstance(thing, tuple):
         entries = list(thing)
         for j, change in changes.items():

@@ -177,7 +177,7 @@ def _place(store: str | Path | Store | None) -> Store:
     return store
 
 
-def point_keys(function: Function, points: Mapping[Any, object], version: object = None) -> dict[Name, str]:
+def point_keys(function: Function, points: Mapping[object, object], version: object = None) -> dict[Name, str]:
     """Return the keys under which `solve_points` keeps its outcomes, by the names of the points."""
     salt = content_key(function_name(function), __version__, version)
     return {name: content_key(salt, point) for name, point in points.items()}

@@ -145,7 +145,7 @@ def _loaded(work: bytes) -> Any:
     return pickle.loads(work)
 
 
-def _call(work: bytes, item: object) -> Any:
+def _call(work: bytes, item: object) -> object:
     """Call in a worker; what warns fails here, and is called again where the caller sees the warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")

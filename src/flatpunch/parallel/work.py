@@ -89,7 +89,7 @@ def solve_one(function: Function, point: object) -> Outcome:
     return Outcome(numbers, "", time.perf_counter() - start)
 
 
-def _plain(name: str, value: object) -> Any:
+def _plain(name: str, value: object) -> object:
     """Return an array or NumPy scalar, as it will be read back from a file."""
     array = np.asarray(value)
     if array.dtype.hasobject:

@@ -38,7 +38,7 @@ class Worker:
     """
 
     def __init__(
-        self, prepare: Callable[[], Callable[..., Any]], name: str, *, with_main: bool = False, shares: bool = False
+        self, prepare: Callable[[], Callable[..., object]], name: str, *, with_main: bool = False, shares: bool = False
     ) -> None:
         self.pipe, end = _fresh.Pipe()
         self._process = _fresh.Process(target=_serve, args=(end,), name=name, daemon=not shares)
@@ -63,7 +63,7 @@ class Worker:
 
     def answer(self) -> tuple[bool, Any]:
         """Wait for (True, what the call returned) or (False, (steps done, steps in all)); EOFError or OSError if it has died."""
-        found: tuple[bool, Any] = self.pipe.recv()
+        found: tuple[bool, object] = self.pipe.recv()
         return found
 
     def obituary(self) -> str:

@@ -7,7 +7,7 @@ the surface is drawn at its own scale, which the title states.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,6 +33,9 @@ from flatpunch.plots.style import (
     styled,
 )
 
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d import Axes3D
+
 _SURFACE, _LINES = "#c3d2df", "#2b3a4a"
 
 _BELOW = -20
@@ -52,7 +55,7 @@ def plot_tip(
     Parameters
     ----------
     indenter : Indenter
-        Any indenter.
+        The tip.
     axes : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure. The surface needs three-dimensional axes. Axes that hold a tip keep their units,
         and the new one has its own colours.
@@ -99,7 +102,7 @@ def indenter_figure(
     Parameters
     ----------
     indenter : Indenter
-        Any indenter.
+        The tip.
     extent : float, optional
         Half the width of the pictures [m]; as for `plot_tip`.
     title : str
@@ -129,7 +132,7 @@ def _half(indenter: Indenter, extent: float | None) -> float:
     return positive("extent", extent, "It is half the width of the picture.", unit="m")
 
 
-def _surface(indenter: Indenter, axes: Any, extent: float, label: str | None = None) -> None:
+def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None = None) -> None:
     """Draw the surface into three-dimensional axes, apex down, cut where it reaches the lowest height on the border."""
     top = _rim(indenter, extent)
     phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)]))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from flatpunch._support.checks import Array
 from flatpunch.numerics.extents import ROOM, covered
@@ -119,7 +119,7 @@ def rough_figure(
 
 
 def asperities_figure(
-    contact: xr.Dataset, positions: Any, *, title: str = "", style: StyleName | str = "screen"
+    contact: xr.Dataset, positions: ArrayLike, *, title: str = "", style: StyleName | str = "screen"
 ) -> Figure:
     """Return the forces of asperities over depth, and their contacts at the last step, seen from above."""
     with styled(style) as chosen:

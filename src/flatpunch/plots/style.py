@@ -150,7 +150,7 @@ def panels(style: Style, count: int, *, title: str = "") -> tuple[Figure, list[A
     return drawn, list(grid.flat[:count])
 
 
-def axes_or_new(axes: Axes | None, size: tuple[float, float] = (5.0, 4.0), **how: Any) -> Axes:
+def axes_or_new(axes: Axes | None, size: tuple[float, float] = (5.0, 4.0), **how: object) -> Axes:
     """Axes as given, or those of a new figure: one of pyplot if the caller works with it, so that a notebook shows it."""
     if axes is not None:
         if not hasattr(axes, "pcolormesh"):
@@ -191,7 +191,7 @@ def next_colour(axes: Axes) -> str:
     return next((colour for colour in COLOURS if colour not in drawn), COLOURS[len(drawn) % len(COLOURS)])
 
 
-def legend_below(axes: Axes, **how: Any) -> None:
+def legend_below(axes: Axes, **how: object) -> None:
     """Legend below the label of the horizontal axis, at a distance that goes with the font and not with the axes."""
     drawn = axes.get_figure()
     assert drawn is not None

@@ -6,13 +6,13 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from flatpunch._support.readable import source_of
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
 from flatpunch.fit.parameters.settings import FitMethod
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Layer, Medium, RigidBase
 
 _MOST_COORDINATES = 2
 """Free parameters that change the shape of the force curve; with three, the table in the file would have millions of numbers."""
@@ -45,7 +45,7 @@ def shown_title(title: str, default: str) -> str:
     return (title or default).replace('"', "'").replace("\\", "/")
 
 
-def entries_of(medium: Any, indenter: Any) -> list[Entry]:
+def entries_of(medium: Body, indenter: Indenter) -> list[Entry]:
     """Modulus of the top layer, and those of its thickness and the tip's size whose tables are made in seconds."""
     kept: list[Entry] = []
     for entry in _entries(medium, indenter):
@@ -55,7 +55,9 @@ def entries_of(medium: Any, indenter: Any) -> list[Entry]:
     return kept
 
 
-def parts_of(medium: Any, indenter: Any, entries: list[Entry], title: str, method: FitMethod) -> dict[str, Any]:
+def parts_of(
+    medium: Body, indenter: Indenter, entries: list[Entry], title: str, method: FitMethod
+) -> dict[str, object]:
     """Title, imports, case and free parameters as texts of a template."""
     chosen = method_for(indenter, method)
     return {
@@ -70,7 +72,7 @@ def parts_of(medium: Any, indenter: Any, entries: list[Entry], title: str, metho
     }
 
 
-def _entries(medium: Any, indenter: Any) -> list[Entry]:
+def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
     plain = isinstance(medium, HalfSpace) or (
         isinstance(medium, Medium) and isinstance(medium.base, (HalfSpace, RigidBase))
     )
@@ -83,9 +85,11 @@ def _entries(medium: Any, indenter: Any) -> list[Entry]:
         value = value_of(medium, indenter, "layers[0].thickness")
         entries.append(Entry("h", "layers[0].thickness", "Layer Thickness", "m", value, False))
     if "indenter.radius" in names:
-        entries.append(Entry("R", "indenter.radius", "Tip Radius", "m", indenter.radius, False))
+        entries.append(
+            Entry("R", "indenter.radius", "Tip Radius", "m", value_of(medium, indenter, "indenter.radius"), False)
+        )
     elif "indenter.inclination" in names:
-        half = 90 - math.degrees(indenter.inclination)
+        half = 90 - math.degrees(value_of(medium, indenter, "indenter.inclination"))
         convert = "np.pi / 2 - np.radians({})"
         entries.append(Entry("alpha", "indenter.inclination", "Half Opening Angle", "°", half, False, 90, convert))
     else:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.checks import Array
 from flatpunch.fit import Curve, FilmResult, Tip, fit_film
-from flatpunch.media import HalfSpace
+from flatpunch.media import Body, HalfSpace
 
 _MICRO, _MILLI, _GIGA = 1e-6, 1e-3, 1e9
 
@@ -17,9 +18,9 @@ _MICRO, _MILLI, _GIGA = 1e-6, 1e-3, 1e9
 def tip_of(indentation: Any) -> Tip:
     """Area function, epsilon and material of an `Indentation`, whose beta is 1."""
 
-    def area(depth: Any) -> Any:
+    def area(depth: Array) -> Array:
         # the host's function changes its argument
-        return indentation.tip.areaFunction(np.array(depth, dtype=float) / _MICRO) * _MICRO**2
+        return np.asarray(indentation.tip.areaFunction(np.array(depth, dtype=float) / _MICRO)) * _MICRO**2
 
     model = indentation.model
     epsilon = float(model["beta"]) * float(model["nonMetal"])
@@ -40,7 +41,7 @@ def curve_of(indentation: Any) -> Curve:
     )
 
 
-def film(indentation: Any, medium: Any, **options: Any) -> FilmResult:
+def film(indentation: Any, medium: Body, **options: Any) -> FilmResult:
     """Fit a film to an analysed indentation.
 
     Parameters

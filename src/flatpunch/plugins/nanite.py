@@ -7,10 +7,11 @@ here carries one case; it needs flatpunch and lmfit where it runs, and neither i
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from flatpunch._support.whole_file import write_whole
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.plugins.cases import Entry, entries_of, module_path, parts_of
 
 _TEMPLATE = '''"""{title}
@@ -66,8 +67,8 @@ valid_axes_y = ["force"]
 
 def write_nanite_model(
     path: str | Path,
-    medium: Any,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     *,
     title: str = "",
     key: str | None = None,

@@ -17,6 +17,7 @@ import numpy as np
 from flatpunch import kernels
 from flatpunch._support.checks import Array, values
 from flatpunch._support.whole_file import write_whole
+from flatpunch.media import Body
 from flatpunch.plugins.cases import module_path, shown_title
 
 _PER_UNIT = 32
@@ -161,7 +162,7 @@ class LayeredMaterial(_IMMaterial):
 
 
 def write_slippy_material(
-    path: str | Path, medium: Any, *, title: str = "", depths: Any = (), spacing: float = 0.0, cells: int = 0
+    path: str | Path, medium: Body, *, title: str = "", depths: Any = (), spacing: float = 0.0, cells: int = 0
 ) -> Path:
     """Write a body as a material file for slippy.
 
@@ -198,14 +199,14 @@ def write_slippy_material(
     return path
 
 
-def _surface(medium: Any, q: Array) -> Array:
+def _surface(medium: Body, q: Array) -> Array:
     """Logarithms of |q| n, |q| a and |q| c, and d over the root of n and a, shape (nq, 4)."""
     c = kernels.surface_compliance(medium, q, np.zeros(1), rtol=0)
     n, a, across = (c[:, i, i].real for i in (2, 0, 1))
     return np.stack([np.log(q * n), np.log(q * a), np.log(q * across), c[:, 0, 2].imag / np.sqrt(n * a)], axis=-1)
 
 
-def _stress(medium: Any, q: Array, z: Array) -> Array:
+def _stress(medium: Body, q: Array, z: Array) -> Array:
     """The ten stresses that differ from zero under waves along x, at depths, shape (nq, 10, nz)."""
     if not z.size:
         return np.zeros((q.size, 10, 0))

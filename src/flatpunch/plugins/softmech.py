@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from flatpunch._support.whole_file import write_whole
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.plugins.cases import entries_of, module_path, parts_of
 
 _TEMPLATE = '''"""{title}
@@ -57,7 +58,7 @@ class ForceModel(Base):
 
 
 def write_softmech_model(
-    path: str | Path, medium: Any, indenter: Any, *, title: str = "", method: FitMethod = "auto"
+    path: str | Path, medium: Body, indenter: Indenter, *, title: str = "", method: FitMethod = "auto"
 ) -> Path:
     """Write a force model for SoftMech.
 

@@ -4,12 +4,13 @@
 moduli of the model are not used.
 """
 
-from typing import Any
-
 import numpy as np
 import tamaas
+from numpy.typing import NDArray
 
 from flatpunch import kernels
+from flatpunch._support.checks import Array
+from flatpunch.media import Body
 
 _DIMENSIONS = {tamaas.model_type.basic_1d: 1, tamaas.model_type.basic_2d: 2}
 
@@ -27,14 +28,14 @@ class MediumOperator(tamaas.IntegralOperator):
         Whether the surface repeats; else cells must be squares.
     """
 
-    def __init__(self, model: Any, medium: Any, periodic: bool = True) -> None:
+    def __init__(self, model: tamaas.Model, medium: Body, periodic: bool = True) -> None:
         super().__init__(model)
         if model.type not in _DIMENSIONS:
             raise ValueError(f"model is of type {model.type}; pressures without friction need basic_1d or basic_2d.")
         if tamaas.mpi.size() > 1:
             raise ValueError("the operator knows the whole grid; run without MPI.")
         self._points = tuple(model.shape)
-        self._transform: Any
+        self._transform: NDArray[np.inexact]
         steps = np.divide(model.boundary_system_size, self._points)
         if periodic:
             self._padded = self._points
@@ -51,17 +52,17 @@ class MediumOperator(tamaas.IntegralOperator):
             green = kernels.influence_coefficients(medium, steps[0], [n + 1 for n in self._points])
             self._transform = np.fft.rfftn(green[np.ix_(*offsets)])
 
-    def apply(self, pressure: Any, displacement: Any) -> None:
+    def apply(self, pressure: Array, displacement: Array) -> None:
         """Write the displacement under a pressure."""
         spectrum = np.fft.rfftn(pressure.reshape(self._points), self._padded, axes=range(len(self._points)))
         whole = np.fft.irfftn(spectrum * self._transform, self._padded, axes=range(len(self._points)))
         displacement[...] = whole[tuple(map(slice, self._points))].reshape(displacement.shape)
 
-    def getKind(self) -> Any:
+    def getKind(self) -> object:
         """From pressures to displacements."""
         return tamaas.IntegralOperator.neumann
 
-    def getType(self) -> Any:
+    def getType(self) -> object:
         """Type of the model."""
         return self.model.type
 
@@ -86,7 +87,9 @@ class ContactSolver(tamaas.PolonskyKeerRey):
         Whether the surface repeats.
     """
 
-    def __init__(self, model: Any, surface: Any, tolerance: float, medium: Any, periodic: bool = True) -> None:
+    def __init__(
+        self, model: tamaas.Model, surface: Array, tolerance: float, medium: Body, periodic: bool = True
+    ) -> None:
         super().__init__(model, surface, tolerance)
         # Tamaas keeps the half of the operator that is its own, and this solver the one that is Python's
         self.operator = MediumOperator(model, medium, periodic)

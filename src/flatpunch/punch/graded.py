@@ -41,7 +41,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
@@ -52,11 +51,12 @@ from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.interpolant import SmoothResponse
+from flatpunch.numerics.chebyshev import Numbers
 from flatpunch.punch.basis import half_space_diagonal, inverse_factors
 from flatpunch.punch.krein import excess, round_functionals
 from flatpunch.punch.wavenumbers import above_orders, bessel_table, composite_gauss, far_edges, panel_edges
 
-ComplexArray = NDArray[np.complexfloating[Any, Any]]
+ComplexArray = NDArray[np.complexfloating]
 
 
 def graded_terms(kernel: Kernel, beta: float) -> int:
@@ -168,7 +168,7 @@ def _combined(weights: Array, shapes: Array, functions: Array, weighted: Callabl
     return np.asarray(np.tensordot(weights, products, axes=1))
 
 
-def _derivatives(series: SmoothResponse, kappa: Array | ComplexArray, order: int) -> NDArray[Any]:
+def _derivatives(series: SmoothResponse, kappa: Array | ComplexArray, order: int) -> Numbers:
     """L - 1 and derivatives by ln kappa at kappa, shape (nb, n) -> (order + 1, nb, n)."""
     return np.asarray(series.derivatives(kappa.ravel(), order).reshape(order + 1, *kappa.shape))
 

@@ -21,9 +21,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
@@ -61,7 +62,7 @@ _STEPS = 60
 def asperities(
     medium: Body,
     tips: Indenter | Sequence[Indenter],
-    positions: Any,
+    positions: ArrayLike,
     heights: Values = 0.0,
     *,
     depth: Values | None = None,
@@ -317,7 +318,7 @@ def _influence(kernel: Kernel, distance: Array) -> tuple[Array, ...]:
 
 
 def _dataset(
-    medium: Any,
+    medium: Body,
     shapes: list[Indenter],
     group: _Group,
     steps: list[tuple[Array, float, float, bool]],

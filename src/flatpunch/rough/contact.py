@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import Array, Values, refused_overflow, shown, switch, values, whole
+from flatpunch._support.checks import Array, Flags, Values, refused_overflow, shown, switch, values, whole
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._version import __version__
@@ -24,7 +25,7 @@ from flatpunch.bem.solver.levels import COARSEST
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.uniform import uniform_compliance
 from flatpunch.contact.curve import few, first_failure
-from flatpunch.contact.dataset import Column, dataset
+from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import STEEPEST, deepest
 from flatpunch.media import Body
 from flatpunch.rough.measures import STAIRCASE, at_border, patch_sizes, perimeter
@@ -174,7 +175,7 @@ def _control(**given: Values | None) -> tuple[ControlName, Array]:
             f"Give exactly one of pressure, force and depth; got {' and '.join(named) or 'none'}. The others are part of the "
             "result."
         )
-    name: Any = named[0]
+    name = cast("ControlName", named[0])
     return name, few(name, values(name, given[name], unit=_UNITS[name]))
 
 
@@ -274,7 +275,7 @@ class _Case:
         waves = np.vdot(pressure, moved) / 2 * unit
         return float(waves) + uniform * mean_pressure**2 * self.topography.area / 2
 
-    def _stiffness(self, contact: Any, moved: float, tolerance: float) -> tuple[float, float]:
+    def _stiffness(self, contact: Flags, moved: float, tolerance: float) -> tuple[float, float]:
         """dF/dd and -dF/d(mean gap) [N/m], from the flat punch under the contact."""
         # the error of the stiffness is the square of that of the displacement under the punch
         punch, stiffness, _, _ = punch_stiffness(self.level.inner, contact, max(SINGLE_FLOOR, tolerance**0.5))
@@ -329,7 +330,7 @@ def required(topography: Topography) -> int:
     return topography.heights.size * (240, 190, 170)[sum(topography.periodic)]
 
 
-def _dataset(medium: Any, rough: Topography, control: str, steps: list[_Step], *, fields: bool) -> xr.Dataset:
+def _dataset(medium: Body, rough: Topography, control: str, steps: list[_Step], *, fields: bool) -> xr.Dataset:
     data: dict[str, Column] = {
         name: ("step", np.array([step.numbers[name] for step in steps]), {"units": unit, "long_name": long_name})
         for name, (unit, long_name) in _COLUMNS.items()
@@ -339,7 +340,7 @@ def _dataset(medium: Any, rough: Topography, control: str, steps: list[_Step], *
     through = np.nan_to_num(depth) >= deepest(medium)
     converged, border = (np.array([getattr(step, name) for step in steps]) for name in ("converged", "at_border"))
     data["valid"] = ("step", converged & ~through, {"long_name": "whether the step converged and the theory holds"})
-    coordinates: dict[str, tuple[Any, dict[str, str]]] = {
+    coordinates: dict[str, tuple[NDArray[np.generic], Attributes]] = {
         "step": (np.arange(len(steps)), {"long_name": "step of the curve"})
     }
     if fields:
@@ -361,7 +362,9 @@ def _dataset(medium: Any, rough: Topography, control: str, steps: list[_Step], *
     return dataset(data, coordinates, attributes)
 
 
-def _notes(medium: Any, rough: Topography, depth: Array, converged: Any, border: Any, through: Any) -> tuple[str, ...]:
+def _notes(
+    medium: Body, rough: Topography, depth: Array, converged: Flags, border: Flags, through: Flags
+) -> tuple[str, ...]:
     found: tuple[str, ...] = ()
     if np.isnan(depth).any():
         found += (

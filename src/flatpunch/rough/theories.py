@@ -8,7 +8,7 @@ area is the share of the surface above a level. On layers the first two take the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
@@ -63,14 +63,16 @@ class FullContact:
     rms_height: float
     rms_slope: float
 
-    def area_fraction(self, pressure: Values) -> Any:
+    def area_fraction(self, pressure: Values) -> Array | float:
         """Persson's share of the area in contact at mean pressures [Pa], erf(p/sqrt(2 V)), V the variance of full contact."""
         p = numbers("pressure", pressure, "Pa")
         values("pressure", p.ravel())
         # a flat surface touches as a whole under any pressure
-        return erf(
-            np.divide(p, np.sqrt(2) * self.rms_pressure, out=np.where(p > 0, np.inf, 0.0), where=self.rms_pressure > 0)
+        over = np.divide(
+            p, np.sqrt(2) * self.rms_pressure, out=np.where(p > 0, np.inf, 0.0), where=self.rms_pressure > 0
         )
+        share: Array | float = erf(over)
+        return share
 
 
 def full_contact(medium: Body, spectrum: Spectrum) -> FullContact:

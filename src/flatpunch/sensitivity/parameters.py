@@ -10,7 +10,7 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from flatpunch.media import (
 )
 from flatpunch.media.laws import Law
 from flatpunch.media.transverse import CONSTANTS
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom", "young_in_plane", "young_axial", "shear"), "Pa"),
@@ -167,7 +170,7 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     return best
 
 
-def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
+def _body_parameters(body: object, prefix: str, index: int) -> list[Parameter]:
     found: list[Parameter] = []
     layers = body.layers if isinstance(body, Medium) else ()
     for i, layer in enumerate(layers):
@@ -207,7 +210,7 @@ def _body_parameters(body: Any, prefix: str, index: int) -> list[Parameter]:
     return found
 
 
-def _constants(body: Any) -> tuple[str, ...]:
+def _constants(body: object) -> tuple[str, ...]:
     """Names of the elastic constants of a homogeneous layer or base."""
     anisotropic = isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
     return CONSTANTS if anisotropic else ("young", "poisson")
@@ -237,7 +240,7 @@ def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> lis
                         _table_step(law, j),
                     )
                 )
-        elif dataclasses.is_dataclass(law):
+        elif dataclasses.is_dataclass(law) and not isinstance(law, type):
             for field in dataclasses.fields(law):
                 value = getattr(law, field.name)
                 if field.init and _is_number(value):
@@ -257,7 +260,7 @@ def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> lis
     return found
 
 
-def _tip_parameters(tip: Any, name: str) -> list[Parameter]:
+def _tip_parameters(tip: DataclassInstance, name: str) -> list[Parameter]:
     found = []
     # tips that make their own fields, as from a map, take other arguments
     taken = inspect.signature(type(tip)).parameters.keys() - _NO_SHAPE
@@ -308,9 +311,10 @@ def _table_with(law: DepthTable, j: int) -> Callable[[float], Law]:
     return changed
 
 
-def _law_with(law: Any, field: str) -> Callable[[float], Law]:
+def _law_with(law: DataclassInstance, field: str) -> Callable[[float], Law]:
     def changed(value: float) -> Law:
-        found: Law = dataclasses.replace(law, **{field: value})
+        found: object = dataclasses.replace(law, **{field: value})
+        assert callable(found)
         return found
 
     return changed

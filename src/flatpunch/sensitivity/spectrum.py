@@ -15,7 +15,6 @@ integrals are those of C, known in closed form, less those that are taken.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -119,7 +118,7 @@ def _surface_change(parameter: Parameter, body: Layered) -> float:
     """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
     if parameter.kind == "thickness" or parameter.kind.endswith("spring"):
         return 0.0
-    top: Any = body.layers[0] if isinstance(body, Medium) and body.layers else body
+    top: object = body.layers[0] if isinstance(body, Medium) and body.layers else body
     if isinstance(top, Medium):
         top = top.base
     if isinstance(top, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):

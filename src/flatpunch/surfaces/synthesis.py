@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.fft
 
@@ -98,7 +96,7 @@ def self_affine(
     return Topography(rough.heights * factor, spacing)
 
 
-def _two(shape: Any) -> tuple[Any, Any]:
+def _two(shape: object) -> tuple[object, object]:
     if not isinstance(shape, (tuple, list)):
         return shape, shape
     if len(shape) != 2:

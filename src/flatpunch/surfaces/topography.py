@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import LARGEST, Array, numbers, positive, shown, switch
@@ -56,7 +56,7 @@ class Topography:
     spacing: float
     periodic: tuple[bool, bool] = (True, True)
 
-    def __init__(self, heights: Any, spacing: float, periodic: bool | tuple[bool, bool] = True) -> None:
+    def __init__(self, heights: ArrayLike, spacing: float, periodic: bool | tuple[bool, bool] = True) -> None:
         table = numbers("Topography.heights", heights, "m")
         if table.ndim != 2 or min(table.shape) < _FEWEST:
             raise ValueError(
@@ -90,7 +90,7 @@ class Topography:
         return hash(self._key)
 
     @property
-    def recorded(self) -> dict[str, Any]:
+    def recorded(self) -> dict[str, object]:
         """What a record of a calculation holds in place of all heights."""
         names = ("shape", "periodic")
         numbers = ("spacing", "rms_height", "rms_slope")
@@ -143,11 +143,11 @@ class Topography:
         return hashlib.sha256(self.heights.tobytes()).hexdigest()[:16]
 
     @property
-    def _key(self) -> tuple[Any, ...]:
+    def _key(self) -> tuple[object, ...]:
         return self._digest, self.shape, self.spacing, self.periodic
 
 
-def _pair(periodic: Any) -> tuple[bool, bool]:
+def _pair(periodic: object) -> tuple[bool, bool]:
     """Whether a surface repeats along x and y."""
     if isinstance(periodic, (tuple, list)) and len(periodic) == 2:
         along_x, along_y = (switch("Topography.periodic", each) for each in periodic)

@@ -225,7 +225,7 @@ def _norm(result: xr.Dataset, name: str, factor: float = 1.0) -> Normalize:
     return kind(float(values.min()), float(values.max()))
 
 
-def _legend(drawn: Figure, grid: Any, result: xr.Dataset, name: str) -> None:
+def _legend(drawn: Figure, grid: Array, result: xr.Dataset, name: str) -> None:
     """Tell the lines apart: by a colour bar where there are many numbers."""
     if _barred(result, name):
         factor, _ = _unit(result, name)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -42,7 +42,7 @@ Found = NDArray[np.generic]
 
 def sweep(
     case: str | Path | Case,
-    vary: Mapping[str, Any] | None = None,
+    vary: Mapping[str, object] | None = None,
     *,
     contours: bool = False,
     store: str | Path | None = None,
@@ -92,7 +92,7 @@ def sweep(
     --------
     read_case : The case.
     sweeps.table : The result as a table.
-    parallel.solve_points : Any function over any points.
+    parallel.solve_points : A function of your own over any points.
 
     Examples
     --------

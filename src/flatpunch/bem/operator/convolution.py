@@ -20,7 +20,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -28,7 +27,7 @@ import scipy.fft
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.threads import allowed_threads
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Cells, Grid, Namespace
 from flatpunch.bem.operator.influence import influence_coefficients
 from flatpunch.bem.operator.radial import BLOCK, STEP
 from flatpunch.bem.operator.transforms import (
@@ -81,12 +80,12 @@ class Operator:
     """
 
     grid: Grid
-    spectrum: Any
-    inverse: Any
-    smoothing: Any
+    spectrum: Cells
+    inverse: Cells
+    smoothing: Cells
     padded: tuple[int, int]
     periodic: tuple[int, int]
-    xp: Any
+    xp: Namespace
     threads: int
 
     @property
@@ -94,17 +93,17 @@ class Operator:
         """Whether the grid repeats along an axis: it is not padded there."""
         return any(n == m for n, m in zip(self.grid.shape, self.padded, strict=True))
 
-    def apply(self, pressure: Any) -> Any:
+    def apply(self, pressure: Cells) -> Cells:
         """Displacement [cells] of a pressure [E*], shape (..., ny, nx)."""
         if self.xp is np:
             return self._apply_numpy(pressure)
         return self._apply_standard(pressure)
 
-    def precondition(self, gap: Any) -> Any:
+    def precondition(self, gap: Cells) -> Cells:
         """Pressure [E*] that approximately removes a gap error [cells], shape (ny, nx)."""
         return self._periodic(gap, self.inverse)
 
-    def spread(self, values: Any) -> Any:
+    def spread(self, values: Cells) -> Cells:
         """Values averaged with weights 1/(r^2 + h^2)^(3/2), whose transform is `smoothing`; shape (ny, nx)."""
         return self._periodic(values, self.smoothing)
 
@@ -114,7 +113,7 @@ class Operator:
         names = ("spectrum", "inverse", "smoothing")
         return replace(self, **{name: xp.astype(getattr(self, name), xp.float32) for name in names})
 
-    def asarray(self, values: Any) -> Any:
+    def asarray(self, values: Cells) -> Cells:
         """NumPy values as an array of this operator's namespace and precision."""
         return self.xp.asarray(np.asarray(values), dtype=self.spectrum.dtype)
 
@@ -172,7 +171,7 @@ class Operator:
             for first in blocks:
                 convolve(first, self.threads)
 
-    def _periodic(self, values: Any, factor: Any) -> Any:
+    def _periodic(self, values: Cells, factor: Cells) -> Cells:
         """Values times a factor in the space of wavenumbers of the grid, without padding; shape (ny, nx)."""
         (qy, qx), (ny, nx), threads = self.periodic, self.grid.shape, self.threads
         if self.xp is not np:
@@ -188,7 +187,7 @@ class Operator:
             u = cosine_back(_convolved(cosine(wide, even, threads), other, factor, threads), even, threads)
         return np.asarray(u[:ny, :nx])
 
-    def _apply_standard(self, pressure: Any) -> Any:
+    def _apply_standard(self, pressure: Cells) -> Cells:
         (my, mx), (ny, nx), xp = self.padded, self.grid.shape, self.xp
         half = self.spectrum
         rows = xp.fft.fft(xp.fft.rfft(pressure, n=mx, axis=1), n=my, axis=0)
@@ -197,7 +196,7 @@ class Operator:
         return xp.fft.irfft(u, n=mx, axis=1)[:, :nx]
 
 
-def _convolved(block: Any, axes: Axes, factor: Array, threads: int, *, even: bool = False) -> Any:
+def _convolved(block: Cells, axes: Axes, factor: Array, threads: int, *, even: bool = False) -> Cells:
     """Real values convolved along axes: their transforms, cosine ones if they are `even`, times a factor that may be larger."""
     spectrum = cosine(block, axes, threads) if even else fourier(block, axes, threads)
     spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
@@ -212,7 +211,7 @@ def _block(length: int) -> int:
 
 
 def build_operator(
-    kernel: Kernel, grid: Grid, *, xp: Any = np, coefficients: Array | None = None, solving: bool = True
+    kernel: Kernel, grid: Grid, *, xp: Namespace = np, coefficients: Array | None = None, solving: bool = True
 ) -> Operator:
     """Transform of the influence coefficients and of the approximate inverse on a grid.
 
@@ -298,7 +297,7 @@ def _compliance_block(kernel: Kernel, block: int) -> Array:
     return np.log(np.asarray(kernel(np.exp(n * STEP))))
 
 
-def to_numpy(values: Any) -> Array:
+def to_numpy(values: Cells) -> Array:
     """Array of any library as a NumPy array in main memory."""
     if hasattr(values, "get"):
         values = values.get()

@@ -15,10 +15,10 @@ Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from flatpunch.bem.grid import Cells, Namespace
 from flatpunch.bem.operator.convolution import Operator
 from flatpunch.bem.solver.conjugate import Removal, dot, largest
 
@@ -51,9 +51,9 @@ class State:
         Whether both errors are within the tolerance.
     """
 
-    pressure: Any
-    displacement: Any
-    contact: Any
+    pressure: Cells
+    displacement: Cells
+    contact: Cells
     depth: float
     force: float
     gap_error: float
@@ -82,26 +82,26 @@ class Aim:
 
     force: float
     stiffness: float
-    punch: Any
+    punch: Cells
 
 
 @dataclass(slots=True)
 class _Trial:
     """A pressure with its displacement at one depth."""
 
-    pressure: Any
-    displacement: Any
-    gap: Any
+    pressure: Cells
+    displacement: Cells
+    gap: Cells
     gap_error: float
     penetration: float
 
 
 def solve_contact(
     operator: Operator,
-    height: Any,
+    height: Cells,
     depth: float,
     *,
-    start: Any = None,
+    start: Cells = None,
     inner: Operator | None = None,
     aim: Aim | None = None,
     tolerance: float = 1e-8,
@@ -183,7 +183,7 @@ def solve_contact(
 
 
 def _advance(
-    operator: Operator, height: Any, depth: float, now: _Trial, change: Any, careful: bool
+    operator: Operator, height: Cells, depth: float, now: _Trial, change: Cells, careful: bool
 ) -> tuple[_Trial, int]:
     """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
     xp = operator.xp
@@ -203,7 +203,7 @@ def _advance(
     return _descended(operator, height, depth, now, change), halvings + 1
 
 
-def _descended(operator: Operator, height: Any, depth: float, now: _Trial, change: Any) -> _Trial:
+def _descended(operator: Operator, height: Cells, depth: float, now: _Trial, change: Cells) -> _Trial:
     """A step that is sure to lower the energy, as projecting part of a Newton step is not.
 
     In cells that overlap the pressure may grow without bound, so that they are loaded by what overlaps, as much as lowers the
@@ -233,16 +233,16 @@ def _missing(operator: Operator, aim: Aim, now: _Trial) -> float:
     return abs(1 - _force(operator, now.pressure) / aim.force)
 
 
-def _force(operator: Operator, pressure: Any) -> float:
+def _force(operator: Operator, pressure: Cells) -> float:
     """Force of a pressure, all copies of its cells counted."""
     return float(operator.xp.sum(pressure)) * operator.grid.copies
 
 
-def _trial(operator: Operator, height: Any, depth: float, pressure: Any) -> _Trial:
+def _trial(operator: Operator, height: Cells, depth: float, pressure: Cells) -> _Trial:
     return _judged(operator, height, depth, pressure, operator.apply(pressure))
 
 
-def _judged(operator: Operator, height: Any, depth: float, pressure: Any, u: Any) -> _Trial:
+def _judged(operator: Operator, height: Cells, depth: float, pressure: Cells, u: Cells) -> _Trial:
     xp = operator.xp
     gap = u + (height - depth)
     loaded = pressure > 0
@@ -253,7 +253,7 @@ def _judged(operator: Operator, height: Any, depth: float, pressure: Any, u: Any
     return _Trial(pressure, u, gap, gap_error, penetration)
 
 
-def approach(operator: Operator, height: Any, depth: float, displacement: Any) -> float:
+def approach(operator: Operator, height: Cells, depth: float, displacement: Cells) -> float:
     """What errors of the gap are relative to [cells]: the depth, less the mean displacement of surfaces that repeat.
 
     A mean pressure that repeats moves a surface by C(0), any number on elastic bases; without it, approach is the decrease of
@@ -264,20 +264,20 @@ def approach(operator: Operator, height: Any, depth: float, displacement: Any) -
     return abs(depth - float(displacement.mean()))
 
 
-def _energy(xp: Any, trial: _Trial) -> float:
+def _energy(xp: Namespace, trial: _Trial) -> float:
     """Sum of p (u/2 + f - d), which is p (gap - u/2) where the indenter has a surface."""
     inside = xp.where(trial.pressure > 0, trial.gap, xp.zeros_like(trial.gap))
     return dot(xp, trial.pressure, inside - 0.5 * trial.displacement)
 
 
-def _pressing(xp: Any, pressure: Any) -> Any:
+def _pressing(xp: Namespace, pressure: Cells) -> Cells:
     """A pressure without its negative part."""
     return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
 
 
 def punch_stiffness(
-    operator: Operator, contact: Any, tolerance: float = 1e-2, limit: int = 400
-) -> tuple[Any, float, float, int]:
+    operator: Operator, contact: Cells, tolerance: float = 1e-2, limit: int = 400
+) -> tuple[Cells, float, float, int]:
     """Flat punch of the planform `contact` pressed in by one cell.
 
     Parameters
@@ -308,8 +308,8 @@ def punch_stiffness(
 
 
 def adhering(
-    operator: Operator, contact: Any, displacement: Any, tolerance: float, limit: int
-) -> tuple[Any, float, int]:
+    operator: Operator, contact: Cells, displacement: Cells, tolerance: float, limit: int
+) -> tuple[Cells, float, int]:
     """Pressure, tension included, that gives the cells of `contact` a displacement.
 
     Parameters

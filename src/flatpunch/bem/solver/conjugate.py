@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from flatpunch.bem.grid import Cells, Namespace
 from flatpunch.bem.operator.convolution import Operator
 
 MANY = 6
@@ -36,7 +36,7 @@ class Removal:
     operator: Operator
     extended: bool = False
 
-    def __call__(self, contact: Any, gap: Any, drop: float, limit: int) -> tuple[Any, int]:
+    def __call__(self, contact: Cells, gap: Cells, drop: float, limit: int) -> tuple[Cells, int]:
         """Pressure on `contact` that reduces the gap there by the factor `drop`, with the iterations taken; see `remove_gap`."""
         change, count = remove_gap(self.operator, contact, gap, drop, limit, extended=self.extended)
         self.extended |= count >= MANY
@@ -44,8 +44,8 @@ class Removal:
 
 
 def remove_gap(
-    operator: Operator, contact: Any, gap: Any, drop: float, limit: int, *, extended: bool = False
-) -> tuple[Any, int]:
+    operator: Operator, contact: Cells, gap: Cells, drop: float, limit: int, *, extended: bool = False
+) -> tuple[Cells, int]:
     """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
 
     Parameters
@@ -97,25 +97,25 @@ def remove_gap(
     return p * scale, limit
 
 
-def preconditioner(operator: Operator, mask: Any, *, extended: bool) -> Callable[[Any], Any]:
+def preconditioner(operator: Operator, mask: Cells, *, extended: bool) -> Callable[[Cells], Cells]:
     """Pressure on a contact that approximately removes a gap there, E' C^-1 E; `mask` is 1 on the contact and else 0."""
     if not extended:
         return lambda gap: operator.precondition(gap) * mask
     # weight of zero in that mean over the sum of all weights, as displacements vanish far away; at twice or half, as many steps
     weight = (1 - mask) / (operator.xp.abs(operator.spread(mask)) + 0.01)
 
-    def precondition(gap: Any) -> Any:
+    def precondition(gap: Cells) -> Cells:
         pressure = operator.precondition(gap + weight * operator.spread(gap))
         return (pressure + operator.spread(weight * pressure)) * mask
 
     return precondition
 
 
-def dot(xp: Any, a: Any, b: Any) -> float:
+def dot(xp: Namespace, a: Cells, b: Cells) -> float:
     """Sum of a b over the grid."""
     return float(xp.vecdot(xp.reshape(a, (-1,)), xp.reshape(b, (-1,))))
 
 
-def largest(xp: Any, a: Any) -> float:
+def largest(xp: Namespace, a: Cells) -> float:
     """Largest |a| over the grid, without an array of all of them."""
     return max(float(xp.max(a)), -float(xp.min(a)))

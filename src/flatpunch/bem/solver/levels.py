@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Cells, Grid, Namespace
 from flatpunch.bem.operator.convolution import Operator, build_operator, coefficients_for, padded_shape, to_numpy
 from flatpunch.bem.solver.active_set import State
 from flatpunch.compliance import Kernel
@@ -42,7 +41,7 @@ class Levels:
 
     kernel: Kernel
     grid: Grid
-    xp: Any = np
+    xp: Namespace = np
     single: bool = False
     shared: Array | None = field(default=None, repr=False, compare=False)
 
@@ -74,7 +73,7 @@ class Levels:
         """Operator of the inner loop."""
         return self.operator if self.single else self.operator.single()
 
-    def window(self, pressure: Any) -> Window | None:
+    def window(self, pressure: Cells) -> Window | None:
         """The part of the grid around the contact of a pressure, which is kept; None where that would save little."""
         contact = to_numpy(pressure) > 0
         rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
@@ -97,7 +96,7 @@ class Levels:
     def _windows(self) -> list[Window]:
         return []
 
-    def around(self, contact: Any) -> tuple[Levels, Any]:
+    def around(self, contact: Cells) -> tuple[Levels, Cells]:
         """The levels of the latest window and its part of a contact, if it holds all of it; else these and the contact."""
         for window in self._windows:
             inside = window.cut(contact)
@@ -105,7 +104,7 @@ class Levels:
                 return window.levels, inside
         return self, contact
 
-    def folded_to(self, height: Callable[[Grid], Array]) -> tuple[Levels, Any]:
+    def folded_to(self, height: Callable[[Grid], Array]) -> tuple[Levels, Cells]:
         """The levels folded along the axes about which the indenter is its own mirror image, with its `cells` there."""
         heights = height(self.grid) / self.grid.spacing
         folded = self.folded(mirror_axes(self, heights))
@@ -123,7 +122,7 @@ class Levels:
     def _folded(self) -> dict[tuple[bool, bool], Levels]:
         return {}
 
-    def kept(self, values: Any) -> Any:
+    def kept(self, values: Cells) -> Cells:
         """The part of an array on the whole grid that this folded one holds."""
         along_x, along_y = self.grid.mirrored
         return values[along_y * self.grid.ny :, along_x * self.grid.nx :]
@@ -138,11 +137,11 @@ class Levels:
         """Force of a cell under E* [N]."""
         return self.kernel.modulus * self.grid.cell_area
 
-    def cells(self, height: Callable[[Grid], Array]) -> Any:
+    def cells(self, height: Callable[[Grid], Array]) -> Cells:
         """Gap at first touch in units of a cell, shape (ny, nx)."""
         return self.asarray(height(self.grid) / self.grid.spacing)
 
-    def asarray(self, values: Any) -> Any:
+    def asarray(self, values: Cells) -> Cells:
         """NumPy values as an array of the levels' namespace and precision."""
         return self.xp.asarray(np.asarray(values), dtype=self.xp.float32 if self.single else self.xp.float64)
 
@@ -156,11 +155,11 @@ class Window:
     columns: slice
     whole: Grid
 
-    def cut(self, values: Any) -> Any:
+    def cut(self, values: Cells) -> Cells:
         """The window's part of an array on the whole grid."""
         return values[self.rows, self.columns]
 
-    def embed(self, values: Any) -> Any:
+    def embed(self, values: Cells) -> Cells:
         """An array on the whole grid that is zero outside the window."""
         whole = self.levels.xp.zeros(self.whole.shape, dtype=values.dtype)
         whole[self.rows, self.columns] = values

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Cells, Grid
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.solver.active_set import Aim, State, punch_stiffness, solve_contact
 from flatpunch.bem.solver.levels import Levels, mirror_axes
@@ -61,7 +60,7 @@ def solve_depth(
     depth: float,
     tolerance: float,
     limit: int,
-    start: Any = None,
+    start: Cells = None,
     *,
     rough: Rough | None = None,
 ) -> tuple[State, Effort]:
@@ -84,11 +83,11 @@ class Rough:
 def _nested_depth(
     levels: Levels,
     height: Callable[[Grid], Array],
-    cells: Any,
+    cells: Cells,
     depth: float,
     tolerance: float,
     limit: int,
-    start: Any,
+    start: Cells,
     rough: Rough | None,
     *,
     finest: bool = True,
@@ -125,7 +124,7 @@ def solve_force(
     return folded.unfolded_state(state), effort
 
 
-def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
+def solve_stiffness(levels: Levels, contact: Cells, tolerance: float) -> float:
     """Stiffness dF/dd [N/m] of a flat punch under a contact on the finest grid."""
     folded = levels.folded(mirror_axes(levels, to_numpy(contact)))
     part, contact = folded.around(folded.kept(contact))
@@ -137,7 +136,7 @@ def solve_stiffness(levels: Levels, contact: Any, tolerance: float) -> float:
 def _nested_force(
     levels: Levels,
     height: Callable[[Grid], Array],
-    cells: Any,
+    cells: Cells,
     force: float,
     guess: float,
     tolerance: float,
@@ -174,10 +173,10 @@ def _nested_force(
 
 def _newton(
     levels: Levels,
-    cells: Any,
+    cells: Cells,
     force: float,
     depth: float,
-    start: Any,
+    start: Cells,
     punch: Punch | None,
     tolerance: float,
     limit: int,
@@ -222,9 +221,9 @@ def _newton(
 
 def _solve(
     levels: Levels,
-    cells: Any,
+    cells: Cells,
     depth: float,
-    start: Any,
+    start: Cells,
     tolerance: float,
     limit: int,
     aim: Aim | None = None,

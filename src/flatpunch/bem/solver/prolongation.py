@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid
+from flatpunch.bem.grid import Cells, Grid
 from flatpunch.bem.operator.convolution import to_numpy
 
 
-def prolong(pressure: Any, coarse: Grid, fine: Grid) -> Array:
+def prolong(pressure: Cells, coarse: Grid, fine: Grid) -> Array:
     """Pressure of a coarse grid on a finer one: p^2, linear at the rim of a smooth contact, is interpolated linearly."""
     squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
     return np.asarray(np.sqrt(np.maximum(sampled(squared, coarse, fine), 0.0)))

@@ -71,7 +71,7 @@ def solve(
         ].grid
     rays = enough_rays(phi.size)
 
-    def solved(some: Array, **options: Any) -> list[bem.Solution]:
+    def solved(some: Array, **options: object) -> list[bem.Solution]:
         return _solutions(
             kernel, indenter, control.name, some, grid, tolerance, single, rays, limit=limit, stiffness=True, **options
         )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array
@@ -11,7 +9,7 @@ from flatpunch.contact.viscoelastic.elastic import ElasticCurve
 from flatpunch.contact.viscoelastic.monotone import with_touches
 from flatpunch.contact.viscoelastic.response import SECOND_ORDER, TOLERANCE, Response
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series, mean_decay
-from flatpunch.contact.viscoelastic.springs import SPRINGS, Ahead, End, Springs
+from flatpunch.contact.viscoelastic.springs import SPRINGS, Ahead, End, Springs, State
 from flatpunch.media.relaxation import Relaxation
 
 _HALVINGS = 14
@@ -142,11 +140,11 @@ class _Driven:
     def __init__(self, springs: Springs, most: float) -> None:
         self.springs, self.most, self.rate = springs, most, 0.0
 
-    def state(self) -> tuple[Any, float]:
+    def state(self) -> tuple[State, float]:
         """Copy of the present state."""
         return self.springs.state(), self.rate
 
-    def restore(self, state: tuple[Any, float]) -> None:
+    def restore(self, state: tuple[State, float]) -> None:
         """Go back to a state."""
         self.springs.restore(state[0])
         self.rate = state[1]

@@ -31,6 +31,7 @@ from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
+    Body,
     GradedLayer,
     HalfSpace,
     Layer,
@@ -59,7 +60,7 @@ _MOST = 30_000
 """Largest number of wavenumbers: contacts of some hundred thicknesses of the top layer."""
 
 
-def relaxations(medium: Medium, given: Sequence[Any]) -> Relaxations:
+def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
     """One Prony series or None for each layer and the base, checked."""
     rigid = isinstance(medium.base, RigidBase)
     count = len(medium.layers) + (0 if rigid else 1)
@@ -89,7 +90,7 @@ def relaxations(medium: Medium, given: Sequence[Any]) -> Relaxations:
     return tuple(found)
 
 
-def check_each(medium: Any, indenter: Indenter, method: Any, given: Sequence[Any]) -> Relaxations:
+def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[object]) -> Relaxations:
     """The relaxations of each layer and the base, refused where they are not solved."""
     if method is not None and method.name != "exact":
         raise ValueError("method is not chosen with one relaxation for each layer, which is solved for round tips.")

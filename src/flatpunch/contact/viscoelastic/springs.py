@@ -1,4 +1,4 @@
-"""Any history, contact growing and shrinking as often as it likes: a row of independent viscoelastic springs.
+"""All histories, contact growing and shrinking as often as it likes: a row of independent viscoelastic springs.
 
 A contact on any medium is a superposition of flat punches, p = -int Q'(x) p_x dx, with p_x the pressure of a punch of the outline
 that an elastic contact has at depth x. The displacement inside the outline x fixes the deflection w(x) = d - x, no pressure
@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -31,6 +30,10 @@ from flatpunch.contact.viscoelastic.series import ExponentialSeries
 
 SPRINGS = 400
 """Springs to begin with: errors of the force of about 1e-5; half as many leave four times that, twice take twice as long."""
+
+
+State = tuple[Array, Array, Array, float, int, int]
+"""Memories, modes and deflections, depth, springs in contact and springs touched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,12 +203,12 @@ class Springs:
         """Stiffness of so many springs [N/m]."""
         return float(self.fine.slope[min(contact, self.count) - 1]) if contact else 0.0
 
-    def state(self) -> tuple[Any, ...]:
+    def state(self) -> State:
         """Copy of the present state."""
         arrays = self.memory.copy(), self.modes.copy(), self.deflection.copy()
         return (*arrays, self.depth, self.contact, self.touched)
 
-    def restore(self, state: tuple[Any, ...]) -> None:
+    def restore(self, state: State) -> None:
         """Go back to a state."""
         self.memory, self.modes, self.deflection, self.depth, self.contact, self.touched = state
 

@@ -13,16 +13,16 @@ needs. Where g begins with a root the path is described by s = sqrt((v - v_b)/(v
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array
+from flatpunch.numerics.chebyshev import Numbers
 from flatpunch.numerics.gauss import gauss
 
-Complex = NDArray[np.complexfloating[Any, Any]]
+Complex = NDArray[np.complexfloating]
 
 ORDERS = 4
 """Angular orders m = 0 ... 3: friction needs them all, a normal load the first three."""
@@ -53,7 +53,7 @@ class Rule:
 _RULE = Rule()
 
 
-def add_jump(result: NDArray[Any], v: Complex, r: Array, jump: float) -> None:
+def add_jump(result: Numbers, v: Complex, r: Array, jump: float) -> None:
     """What a jump of g leaves."""
     kappa = jump / (r * np.cosh(v))
     for m in range(ORDERS):
@@ -62,7 +62,7 @@ def add_jump(result: NDArray[Any], v: Complex, r: Array, jump: float) -> None:
         kappa = kappa * np.exp(-v)
 
 
-def _add(result: NDArray[Any], values: Complex) -> None:
+def _add(result: Numbers, values: Complex) -> None:
     """Add values, or their real part to a real result."""
     result += values if np.iscomplexobj(result) else values.real
 
@@ -81,7 +81,7 @@ class Panel:
     series: Array
     rooted: bool
 
-    def add(self, result: NDArray[Any], start: Complex, end: Complex, r: Array) -> None:
+    def add(self, result: Numbers, start: Complex, end: Complex, r: Array) -> None:
         """Add the integrals over the panel, along straight paths from v_b = `start` to v_c = `end`; long paths in pieces."""
         span = _span(start, end, r, self.length)
         long = np.abs(span) > _RULE.long
@@ -93,7 +93,7 @@ class Panel:
                 self._add(part, start[chosen], span[chosen], r[chosen], pieces)
                 result[:, :, chosen] += part
 
-    def _add(self, result: NDArray[Any], start: Complex, span: Complex, r: Array, pieces: int) -> None:
+    def _add(self, result: Numbers, start: Complex, span: Complex, r: Array, pieces: int) -> None:
         """Add the integrals along paths of length `span`, in equal pieces."""
         x, weight = gauss(_RULE.root_nodes if self.rooted else _RULE.nodes)
         s = ((np.arange(pieces)[:, None] + (1 + x) / 2) / pieces).reshape(-1, 1)
@@ -137,7 +137,7 @@ class Panel:
         return slope / (self.length * (2 if self.rooted else 1))
 
 
-def _clenshaw(s: Complex, series: NDArray[Any]) -> Complex:
+def _clenshaw(s: Complex, series: Numbers) -> Complex:
     """Chebyshev series at complex s."""
     if series.size == 1:
         return np.full_like(s, series[0])

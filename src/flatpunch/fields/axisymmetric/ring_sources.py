@@ -15,18 +15,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 from numpy.polynomial import legendre as polynomial
-from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.threads import in_threads
 from flatpunch.fields.axisymmetric.ring_panel import ORDERS, Complex, Panel, add_jump
-from flatpunch.numerics.chebyshev import unit_nodes
+from flatpunch.numerics.chebyshev import Numbers, unit_nodes
 from flatpunch.numerics.gauss import gauss
 
 _TERMS = 16
@@ -159,7 +157,7 @@ class RingSources:
             total[~slow] += 2 * half * _oscillating(own, fast * half, fast * middle)
         return total
 
-    def integrals(self, r: Array, z: Array | Complex) -> NDArray[Any]:
+    def integrals(self, r: Array, z: Array | Complex) -> Numbers:
         """I_mj at points (r, z), shape (n,), with Re z >= 0.
 
         Returns
@@ -172,7 +170,7 @@ class RingSources:
             return np.asarray(self._integrals(r, z) + self._integrals(r, z.conj()).conj()) / 2
         return self._integrals(r, z)
 
-    def _integrals(self, r: Array, z: Array | Complex) -> NDArray[Any]:
+    def _integrals(self, r: Array, z: Array | Complex) -> Numbers:
         """Contribution of the sources at z + i t, or its real part where z is real."""
         result = np.empty((ORDERS, 3, r.size), dtype=z.dtype)
         # on the axis all orders but m = 0 vanish; this far off it they do, to rounding
@@ -186,9 +184,9 @@ class RingSources:
         in_threads(fill, -(-r.size // _CHUNK), operations=1e4 * r.size * len(self.series))
         return result
 
-    def _chunk(self, r: Array, z: Array | Complex) -> NDArray[Any]:
+    def _chunk(self, r: Array, z: Array | Complex) -> Numbers:
         v = np.arcsinh((z + 1j * self.breaks[:, None]) / r)
-        result: NDArray[Any] = np.zeros((ORDERS, 3, r.size), dtype=z.dtype)
+        result: Numbers = np.zeros((ORDERS, 3, r.size), dtype=z.dtype)
         for at, jump in zip(v, self._jumps, strict=True):
             if jump:
                 add_jump(result, at, r, jump)

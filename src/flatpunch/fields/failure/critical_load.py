@@ -262,7 +262,7 @@ class _OneCriterion:
 
 
 def _search(
-    medium: Any, indenter: Indenter, strengths: Any, friction: float, residual_stress: Any
+    medium: Body, indenter: Indenter, strengths: Any, friction: float, residual_stress: Any
 ) -> tuple[RoundSearch | CellSearch, bool]:
     """Check the arguments; the search, and whether criteria are named with their body."""
     kernel = compliance(medium)  # refuses what is no medium
@@ -276,7 +276,7 @@ def _search(
     return search, isinstance(underlying(medium), TwoBodies)
 
 
-def _found(search: Any, medium: Any, named: bool) -> CriticalLoad:
+def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
     """The first event of a search."""
     try:
         size, worst, events = first_event(search)
@@ -297,7 +297,7 @@ def _found(search: Any, medium: Any, named: bool) -> CriticalLoad:
     return CriticalLoad(force, depth, radius, kind, layer, worst.place, margins(events, named=named), body, off, notes)
 
 
-def _limits(medium: Any, indenter: Indenter, force: float, depth: float, radius: float) -> tuple[str, ...]:
+def _limits(medium: Body, indenter: Indenter, force: float, depth: float, radius: float) -> tuple[str, ...]:
     """Where the contact at that load is beyond the theory, or beyond what solids bear."""
     at = np.array([depth])
     mean = np.array([force / (np.pi * radius**2)])
@@ -334,7 +334,7 @@ def _uncertain(worst: Event, off: float) -> str:
     )
 
 
-def _judged(medium: Any, strengths: Any, residual: Any) -> tuple[Judged, ...]:
+def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
     """Bodies with their checked strengths; of two bodies only those that have strengths."""
     if isinstance(medium, Solid):
         found = checked_strengths(medium, strengths)

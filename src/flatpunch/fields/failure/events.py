@@ -125,9 +125,9 @@ class Judged:
     def maxima(self, i: int, stress: Array, place: Array, parts: Sequence[slice] = (slice(None),)) -> list[Event]:
         """Local maxima of each kind on a grid in a layer, those close to the largest, in each part of its second axis."""
 
-        def peaks(ratio: Array) -> list[tuple[Any, ...]]:
+        def peaks(ratio: Array) -> list[tuple[object, ...]]:
             least = ratio.max() - _WORTH * abs(ratio.max())
-            found: list[tuple[Any, ...]] = []
+            found: list[tuple[object, ...]] = []
             for part in parts:
                 here = ratio[:, part]
                 high = (here == maximum_filter(here, size=3)) & (here >= least)

@@ -90,7 +90,7 @@ class Strength:
 def checked_strengths(body: Solid, strengths: Any) -> tuple[Strength, ...]:
     """One strength for each layer and the base."""
     layers = len(body.layers) if isinstance(body, Medium) else 0
-    given: Sequence[Any] = (strengths,) if isinstance(strengths, Strength) else strengths
+    given: Sequence[object] = (strengths,) if isinstance(strengths, Strength) else strengths
     if not isinstance(given, (list, tuple)):
         raise TypeError(
             f"strengths = {shown(strengths)} must be a Strength, or a list of one for each layer and then the base."

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -23,11 +22,12 @@ from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import WORK, Sample
 from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.indenters.profile import Indenter
 
 _METHODS = ("auto", "first-order", "second-order")
 
 
-def adhesive_method(indenter: Any, method: FitMethod) -> MethodName:
+def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name
     if name not in _METHODS or (name == "first-order" and not indenter.round):
@@ -61,7 +61,7 @@ class AdhesiveModel(SampleParameters):
     method: FitMethod = "auto"
     approximate: bool = False
     _tables: BranchTables = field(init=False, repr=False, compare=False)
-    _forms: Any = field(init=False, repr=False, compare=False)
+    _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in self.free:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,8 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fit.elastic.table import Table
 from flatpunch.fit.parameters.scaling import Coordinate, Scaling
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 FUNCTIONS = 4
 """f_0 to f_3."""
@@ -43,8 +44,8 @@ class BranchFamily:
         Whether the last of them is the work of adhesion.
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     scaling: Scaling = field(compare=False)
     coordinates: tuple[Coordinate, ...] = field(compare=False)
     by_work: bool
@@ -54,7 +55,7 @@ class BranchFamily:
         """Names of the coordinates."""
         return tuple(c.name for c in self.coordinates)
 
-    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Any, float]:
+    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Indenter, float]:
         """Branch of the scaled problem, its tip, and w."""
         count = len(self.scaling.coordinates)
         medium, indenter = self.scaling.problem(q[:count])
@@ -88,7 +89,7 @@ class BranchTables:
 
     family: BranchFamily
     functions: tuple[Table, ...] = field(init=False)
-    _solved: dict[Any, Array] = field(default_factory=dict)
+    _solved: dict[tuple[tuple[float, ...], bytes], Array] = field(default_factory=dict)
     _coarse: tuple[Array, Array, Array] | None = None
 
     def __post_init__(self) -> None:

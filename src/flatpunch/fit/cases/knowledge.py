@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import Field
 
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.indenters import IndenterTable
@@ -26,7 +27,7 @@ _DIMENSIONS: dict[str, si.Dimension | None] = {
 """What numbers that are not of the case are measured in."""
 
 
-def priors_of(given: Mapping[str, Any]) -> dict[str, Prior]:
+def priors_of(given: Plain) -> dict[str, Prior]:
     """Priors as they stand in [priors]: { mean, std }, { median, relative } or { min, max } of each parameter.
 
     Raises
@@ -56,7 +57,7 @@ def _prior(name: str, table: Any) -> Prior:
     )
 
 
-def _value(name: str, field: str, given: Any) -> float:
+def _value(name: str, field: str, given: object) -> float:
     if name not in _DIMENSIONS:
         return value_in_si(name, given)
     dimension = _DIMENSIONS[name]
@@ -73,7 +74,7 @@ class PosteriorTable(Table):
     draws: Count = 10_000
     seed: Count = 0
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return arguments of `FitResult.posterior`."""
         return {"draws": self.draws, "seed": self.seed}
 
@@ -88,9 +89,9 @@ class PlanTable(Table):
     before: Length | None = None
     spring_constant: str | None = None
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return arguments of `planned`."""
-        found: dict[str, Any] = {"depth": self.depth, "noise": self.noise, "points": self.points, "before": self.before}
+        found: Plain = {"depth": self.depth, "noise": self.noise, "points": self.points, "before": self.before}
         if self.indenters:
             found["indenters"] = {name: table.built for name, table in self.indenters.items()}
         if self.spring_constant is not None:

@@ -6,11 +6,12 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue, poisson_ratio, positive
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
@@ -21,7 +22,7 @@ from flatpunch.fit.parameters.settings import Settings
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
 
 
-def _drag(given: Any) -> Any:
+def _drag(given: object) -> Literal["free"] | float:
     """0, "free", or a value [N s/m]."""
     if given is None:
         return 0.0
@@ -53,7 +54,7 @@ class FitTable(Table):
     segment: str = "auto"
     direction: str = "auto"
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return fields of `Settings`; the method comes from the top of the file."""
         found = {name: getattr(self, name) for name in type(self).model_fields}
         if isinstance(self.contact, ContactLimits):
@@ -76,7 +77,7 @@ class CurveTable(Table):
     skip_nan: Switch = False
     flip: Switch = False
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return keyword arguments of `read_curve`."""
         found = {name: getattr(self, name) for name in ("columns", "units", "decimal", "sheet", "skip_nan", "flip")}
         if self.index is not None:
@@ -95,7 +96,7 @@ class CurveTable(Table):
         return found
 
 
-def _with_std(name: str, given: Any, in_si: Callable[[str], float]) -> tuple[float, float]:
+def _with_std(name: str, given: str | Plain, in_si: Callable[[str], float]) -> tuple[float, float]:
     """Value, SI, and its relative standard deviation, which is given as a percentage or in the value's unit."""
     if isinstance(given, str):
         return in_si(given), 0.0
@@ -140,9 +141,9 @@ class OneCurveTable(CurveTable):
 
     file: str
     indenter: IndenterTable | None = None
-    values: dict[str, Any] = Field(default={})
+    values: Plain = Field(default={})
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return path, indenter, values [SI], and those keyword arguments of `read_curve` that are given here."""
         reading = CurveTable.build(self, folder)
         given = {name for name in self.model_fields_set if name in reading}
@@ -163,7 +164,7 @@ class CorrectTable(Table):
     poisson: Number | None = None
     over: Literal["curve", "depth"] = "curve"
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return keyword arguments of `correct`."""
         return {
             "reported": positive("reported", self.reported, unit="Pa"),
@@ -185,7 +186,7 @@ class FilmTable(Table):
     depth_min: Length = 0.0
     depth_max: Length | None = None
 
-    def build(self, folder: Path) -> dict[str, Any]:
+    def build(self, folder: Path) -> Plain:
         """Return what `fit_film` and `Tip` take."""
         frame = (
             si.named_si("frame", self.frame, si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN")))

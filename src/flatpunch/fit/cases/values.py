@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from flatpunch._support.checks import BadValue
+from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.fit.parameters.settings import Free
 
@@ -29,7 +30,7 @@ _DIMENSIONS = {
 }
 
 
-def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free], tuple[str, ...]]:
+def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
 
     Returns
@@ -55,7 +56,7 @@ def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Free], tuple[
     return plain, found, tuple(own)
 
 
-def value_in_si(name: str, given: Any) -> float:
+def value_in_si(name: str, given: object) -> float:
     """Value of a named parameter as it stands in a file, SI."""
     kind = name.replace("bonded.", "interface_").split(".")[-1].split("[")[0]
     if kind not in _DIMENSIONS:
@@ -65,7 +66,7 @@ def value_in_si(name: str, given: Any) -> float:
     return value
 
 
-def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, Any, Any, Mapping[str, Any]]]:
+def _wanted(label: str, table: Any, name: str, value: object) -> list[tuple[str, Any, str | int, Plain]]:
     """Fitted values in a field: itself, or entries of its list."""
     if isinstance(value, dict) and "fit" in value:
         return [(label, table, name, value)]
@@ -74,7 +75,7 @@ def _wanted(label: str, table: Any, name: Any, value: Any) -> list[tuple[str, An
     return []
 
 
-def _places(plain: dict[str, Any]) -> list[tuple[str, Any]]:
+def _places(plain: Plain) -> list[tuple[str, Any]]:
     """Tables in which something can be fitted, with what their names begin with."""
     places: list[tuple[str, Any]] = []
     for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
@@ -85,11 +86,11 @@ def _places(plain: dict[str, Any]) -> list[tuple[str, Any]]:
     return [(prefix, table) for prefix, table in [*places, ("", plain)] if isinstance(table, dict)]
 
 
-def _tables(value: Any) -> list[Any]:
+def _tables(value: object) -> list[object]:
     return value if isinstance(value, list) else []
 
 
-def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
+def _free(path: str, name: str, value: Mapping[str, object]) -> tuple[str, Free]:
     unknown = set(value) - {"fit", "min", "max", "each"}
     if unknown:
         raise ValueError(
@@ -104,7 +105,7 @@ def _free(path: str, name: str, value: Mapping[str, Any]) -> tuple[str, Free]:
     return path.replace("interface_", "bonded."), Free(None, *limits)
 
 
-def _limit(path: str, name: str, value: Any) -> float | None:
+def _limit(path: str, name: str, value: object) -> float | None:
     if value is None:
         return None
     dimension = _DIMENSIONS[name]

@@ -7,11 +7,12 @@ the model counts by 1/(kappa sigma), and a force bends the cantilever by sigma/k
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeGuard
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.objective import Objective
 
@@ -19,7 +20,7 @@ _NEWTON = 8
 """Newton steps at most for the force behind a cantilever."""
 
 
-def applies(objective: Any) -> bool:
+def applies(objective: object) -> TypeGuard[Objective]:
     """Whether residuals can be had at once: elastic contacts without adhesion or memory, from a table."""
     if not isinstance(objective, Objective) or not isinstance(objective.model, ForwardModel):
         return False
@@ -43,7 +44,7 @@ def residuals(objective: Objective, x: Array, spring_constant: Array, sensitivit
     ndarray, shape (vectors, n)
     """
     count = len(objective.model.free)
-    rest: dict[str, Any] = dict(objective.held)
+    rest: Plain = dict(objective.held)
     for name, column in zip(objective.nuisance, x[:, count:].T, strict=True):
         offset, unit = objective.scales()[name]
         rest[name] = (offset + unit * column)[:, None]

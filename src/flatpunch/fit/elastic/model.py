@@ -26,6 +26,8 @@ from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.parameters.settings import FiniteStrain, FitMethod
 from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer
 
 _FEW_ANGLES = 8
@@ -35,7 +37,7 @@ _THIRD_OF_DECADE = 10 ** (1 / 3)
 """By how much the largest depth of a table is lowered where the layer cannot be resolved."""
 
 
-def method_for(indenter: Any, method: FitMethod = "auto") -> MethodName | Method:
+def method_for(indenter: Indenter, method: FitMethod = "auto") -> MethodName | Method:
     """Contact method of a fit: exact for round tips, else the best of the fast ones.
 
     Parameters
@@ -83,13 +85,13 @@ class ForwardModel(FreeParameters):
     [1.04  3.789]
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     free: tuple[str, ...] = ()
     method: FitMethod = "auto"
     finite_strain: FiniteStrain | None = None
     _table: Table = field(init=False, repr=False, compare=False)
-    _forms: Any = field(init=False, repr=False, compare=False)
+    _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         free = tuple(self.free)
@@ -122,7 +124,7 @@ class ForwardModel(FreeParameters):
         """Value of a parameter in the case, free or not, SI."""
         return value_of(self.medium, self.indenter, name)
 
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
         return replaced(self.medium, self.indenter, values)
 
@@ -218,7 +220,12 @@ def free_coordinates(found: Scaling) -> tuple[str, ...]:
 
 
 def _table(
-    medium: Any, indenter: Any, names: Sequence[str], found: Scaling, method: Any, finite_strain: FiniteStrain | None
+    medium: Body,
+    indenter: Indenter,
+    names: Sequence[str],
+    found: Scaling,
+    method: MethodName | Method,
+    finite_strain: FiniteStrain | None,
 ) -> Table:
     try:
         return _shared(_Family(medium, indenter, tuple(names), method, finite_strain, found))
@@ -232,8 +239,8 @@ def _table(
 class _Family:
     """What models must have in common to share a table; `scaling` follows from it up to units."""
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     names: tuple[str, ...]
     method: MethodName | Method
     finite_strain: FiniteStrain | None

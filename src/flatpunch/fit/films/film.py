@@ -10,8 +10,9 @@ series. The film's modulus, and whatever else is free, is fitted over all depths
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeGuard
 
 import numpy as np
 
@@ -21,13 +22,13 @@ from flatpunch._support.readable import Table, readable
 from flatpunch.fit.films.formulas import by_formulas, differentiated
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
 from flatpunch.fit.half_space.contact_area import punch_modulus
-from flatpunch.fit.least_squares.minimum import covariance, minimise
+from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
-from flatpunch.media import HalfSpace, Medium, TransverselyIsotropicLayer
+from flatpunch.media import Body, HalfSpace, Medium, TransverselyIsotropicLayer
 
 _FRAME = "frame"
 
@@ -91,7 +92,7 @@ class FilmResult:
     """
 
     estimates: dict[str, Estimate]
-    case: Any
+    case: Body
     points: OliverPharr
     model: Array
     others: dict[str, tuple[float, float]]
@@ -161,7 +162,7 @@ class TenthRule:
         )
 
 
-def normalised_stiffness(medium: Any, radius: Array) -> Array:
+def normalised_stiffness(medium: Body, radius: Array) -> Array:
     """Exact Kbar of flat punches of `radius` [m], shape (n,)."""
     return np.asarray(punch_modulus(medium, radius) / medium.surface_modulus)
 
@@ -213,12 +214,12 @@ class _Stiffness:
 
     curve: Curve
     tip: Tip
-    medium: Any
+    medium: Body
     names: tuple[str, ...]
     span: tuple[float, float]
     frame: float
 
-    def case(self, x: Array) -> tuple[Any, float]:
+    def case(self, x: Array) -> tuple[Body, float]:
         values = {name: external(name, v) for name, v in zip(self.names, x, strict=True) if name != _FRAME}
         frame = self.frame + (x[self.names.index(_FRAME)] * _UNIT if _FRAME in self.names else 0.0)
         return replaced(self.medium, None, values)[0], float(frame)
@@ -243,9 +244,9 @@ _UNIT = 1e-9
 
 def fit_film(
     curve: Curve,
-    sample: Medium | HalfSpace,
+    sample: Body,
     tip: Tip,
-    free: Any = None,
+    free: Iterable[str] | None = None,
     *,
     depths: tuple[float, float] = (0.0, float("inf")),
     frame: float = 0.0,
@@ -323,14 +324,13 @@ def fit_film(
             f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
             "The intervals are those of the scatter only."
         )
-    film = _isotropic(sample)
-    others = by_formulas(points, tip, medium) if film and compare else {}
-    rule = tenth_rule(medium, tip) if film else None
+    others = by_formulas(points, tip, medium) if _isotropic(medium) and compare else {}
+    rule = tenth_rule(medium, tip) if _isotropic(medium) else None
     model = medium.surface_modulus * normalised_stiffness(medium, points.radius)
     return FilmResult(_named(problem, found.x, spread), medium, points, model, others, misfit, rule, tuple(notes))
 
 
-def _isotropic(sample: Any) -> bool:
+def _isotropic(sample: Body) -> TypeGuard[Medium]:
     """Whether it is one isotropic film on a half-space, as the published formulas suppose."""
     return (
         isinstance(sample, Medium)
@@ -340,7 +340,7 @@ def _isotropic(sample: Any) -> bool:
     )
 
 
-def _minimum(problem: _Stiffness) -> tuple[Any, Array]:
+def _minimum(problem: _Stiffness) -> tuple[Minimum, Array]:
     start = np.array([0.0 if n == _FRAME else internal(n, value_of(problem.medium, None, n)) for n in problem.names])
     wide = np.array([1e6 if n == _FRAME else 14.0 for n in problem.names])
     upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(problem.names, start + wide, strict=True)])

@@ -6,17 +6,19 @@ import csv
 import io
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Values
+from flatpunch._support.paths import Plain
 from flatpunch._version import __version__
 from flatpunch.contact import Method, MethodName, indent
 from flatpunch.files import Case
 from flatpunch.files.units import text
 from flatpunch.fit.half_space.formulas import Formula, Reported, formulas, half_space_models, layer_on_top
-from flatpunch.media import Interface, Medium
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Interface, Medium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,12 +28,12 @@ WITHIN = (0.01, 0.05, 0.10)
 
 
 def compare_formulas(
-    medium: Medium,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     *,
-    depth: Any = None,
-    force: Any = None,
-    radius: Any = None,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
     method: MethodName | Method | None = None,
     finite_strain: Literal["neo-hookean"] | None = None,
 ) -> xr.Dataset:
@@ -78,9 +80,9 @@ def compare_formulas(
     """
     import xarray as xr
 
-    top = layer_on_top(medium)
+    medium, top = layer_on_top(medium)
     given = {"depth": depth, "force": force, "radius": radius}
-    control: dict[str, Any] = {name: values for name, values in given.items() if values is not None}
+    control: Plain = {name: values for name, values in given.items() if values is not None}
     result = indent(medium, indenter, method=method, angles=8, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
     star = 1 / (1 - top.poisson**2)
@@ -120,9 +122,9 @@ def _bare(model: Reported, star: float) -> Formula:
     return Formula(model.name.capitalize(), lambda d, young: young * star * model.force(d), remark="no correction")
 
 
-def _of_one_layer(medium: Medium, indenter: Any) -> list[Formula]:
+def _of_one_layer(medium: Medium, indenter: Indenter) -> list[Formula]:
     """The formulas for the layer at the surface on the base, with a remark on what they do not see."""
-    top = layer_on_top(medium)
+    top = layer_on_top(medium)[1]
     rest = len(medium.layers) - 1
     unseen = [f"without the {rest} layers below" if rest > 1 else "without the layer below"] if rest else []
     if isinstance(top.bonded, Interface):
@@ -149,7 +151,7 @@ def compare_case(case: Case) -> xr.Dataset:
         raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
     if case.work_of_adhesion is not None:
         raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
-    given: dict[str, Any] = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
+    given: Plain = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
     return compare_formulas(case.medium, case.indenter, **given)
 
 

@@ -7,7 +7,6 @@ stiffness S = 2 beta a E* Kbar(a/t) of a flat punch of radius a: the film sought
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -18,14 +17,15 @@ from flatpunch.fit.half_space import published
 from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.indenters import AreaFunction
-from flatpunch.media import HalfSpace, Medium
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Medium
 from flatpunch.punch.family import punch_family
 
 _ANGLES = 3600
 """Polar angles of a section; the area of a Berkovich tip is right to 1e-6."""
 
 
-def section_radius(indenter: Any, depth: Array) -> Array:
+def section_radius(indenter: Indenter, depth: Array) -> Array:
     """Radius of the circle with the area of a tip's section [m].
 
     Parameters
@@ -37,7 +37,7 @@ def section_radius(indenter: Any, depth: Array) -> Array:
     """
     if isinstance(indenter, AreaFunction):
         return np.asarray(np.sqrt(indenter.area(depth) / np.pi))
-    phi = np.arange(_ANGLES) * (2 * np.pi / _ANGLES)
+    phi = np.arange(_ANGLES, dtype=np.float64) * (2 * np.pi / _ANGLES)
     low, high = np.zeros((depth.size, _ANGLES)), np.full((depth.size, _ANGLES), float(depth.max()))
     # no tip is wider than a metre
     while (lower := indenter.height(high, phi) < depth[:, None]).any() and high.max() < 1:
@@ -50,7 +50,7 @@ def section_radius(indenter: Any, depth: Array) -> Array:
     return np.asarray(np.sqrt((high**2).mean(axis=1)))
 
 
-def punch_modulus(medium: Any, radius: Array) -> Array:
+def punch_modulus(medium: Body, radius: Array) -> Array:
     """Plane-strain modulus of the half-space on which flat punches of `radius` [m] have the same stiffness [Pa], shape (n,)."""
     kernel = compliance(medium)
     return np.asarray(medium.surface_modulus * np.pi * punch_family(kernel).flat(radius / kernel.length)[:, 0])
@@ -63,7 +63,7 @@ def apparent_modulus(medium: Medium, young: float, radius: Array) -> Array:
 
 def area_laws(medium: Medium, radius: float) -> dict[str, Callable[[float], float]]:
     """Published equivalent moduli over the film's Young's modulus, for one layer on a half-space [Pa]."""
-    base, top = medium.base, layer_on_top(medium)
+    base, top = medium.base, layer_on_top(medium)[1]
     if len(medium.layers) != 1 or not isinstance(base, HalfSpace):
         return {}
     nu, t, substrate = top.poisson, top.thickness, base.surface_modulus

@@ -13,7 +13,7 @@ import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.optimize import brentq
@@ -36,7 +36,8 @@ from flatpunch.fit.half_space.formulas import (
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
-from flatpunch.media import Medium
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Medium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -154,8 +155,8 @@ class Correction:
 @one_blas_thread()
 def correct(
     reported: float,
-    medium: Medium,
-    indenter: Any,
+    medium: Body,
+    indenter: Indenter,
     depth: float,
     *,
     model: str | None = None,
@@ -208,7 +209,7 @@ def correct(
     1.38 kPa
     """
     reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
-    top = layer_on_top(medium)
+    medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
     if (isinstance(model, str) and model == OLIVER_PHARR) or (model is None and not has_half_space_model(indenter)):
@@ -234,7 +235,7 @@ def correct(
     return Correction(young, reported, reported / young, others, why, sensitivity, over, notes, along, apparent)
 
 
-def _by_area(reported: float, medium: Medium, indenter: Any, depth: float, nu: float) -> Correction:
+def _by_area(reported: float, medium: Medium, indenter: Indenter, depth: float, nu: float) -> Correction:
     """The layer behind a modulus after Oliver and Pharr at a contact depth."""
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     radius = section_radius(indenter, along)
@@ -286,7 +287,7 @@ def _solved(seen: Callable[[float], float], target: float, guess: float) -> floa
 
 
 def _others(
-    medium: Medium, indenter: Any, grid: Array, weight: Array, target: float
+    medium: Medium, indenter: Indenter, grid: Array, weight: Array, target: float
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Published corrections, each inverted for the same reported modulus."""
     results: dict[str, float] = {}

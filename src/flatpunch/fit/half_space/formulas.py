@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,8 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.kinds import one_of
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Interface, Layer, Medium, RigidBase
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Interface, Layer, Medium, RigidBase
 
 OLIVER_PHARR = "oliver-pharr"
 """Name of the evaluation by stiffness and contact area, which goes with every tip."""
@@ -41,7 +41,7 @@ class Reported:
         return np.asarray(self.factor * depth**self.exponent)
 
 
-def half_space_models(indenter: Any) -> dict[str, Reported]:
+def half_space_models(indenter: Indenter) -> dict[str, Reported]:
     """The half-space formulas in use for a tip by their names, the usual one first.
 
     Parameters
@@ -72,7 +72,7 @@ def half_space_models(indenter: Any) -> dict[str, Reported]:
     )
 
 
-def has_half_space_model(indenter: Any) -> bool:
+def has_half_space_model(indenter: Indenter) -> bool:
     """Whether a half-space formula is in use for a tip."""
     try:
         return bool(half_space_models(indenter))
@@ -80,7 +80,7 @@ def has_half_space_model(indenter: Any) -> bool:
         return False
 
 
-def half_space_model(indenter: Any, name: str | None = None) -> Reported:
+def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
     """One of the half-space formulas for a tip.
 
     Parameters
@@ -119,8 +119,8 @@ class Formula:
     remark: str = ""
 
 
-def layer_on_top(medium: Any) -> Layer:
-    """Return the homogeneous layer at the surface, whose modulus the formulas are about.
+def layer_on_top(medium: Body) -> tuple[Medium, Layer]:
+    """Return the sample and the homogeneous layer at its surface, whose modulus the formulas are about.
 
     Raises
     ------
@@ -129,10 +129,10 @@ def layer_on_top(medium: Any) -> Layer:
     """
     if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
         raise BadValue("layers[0]", "", "must be a homogeneous layer on top of a Medium: its modulus is looked for.")
-    return medium.layers[0]
+    return medium, medium.layers[0]
 
 
-def formulas(medium: Medium, indenter: Any) -> list[Formula]:
+def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
     """Return the published formulas for one layer on a base; none for more layers.
 
     Parameters
@@ -148,9 +148,9 @@ def formulas(medium: Medium, indenter: Any) -> list[Formula]:
     return [*found, *_substrate(medium, indenter)] if isinstance(medium.base, HalfSpace) else found
 
 
-def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
+def _thin_layer(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
     """Factors on the half-space force of layers on rigid bases."""
-    top = layer_on_top(medium)
+    top = layer_on_top(medium)[1]
     nu, h, tip, bonded = top.poisson, top.thickness, half_space_model(indenter), bool(top.bonded)
     star = 1 / (1 - nu**2)
     rigid = "" if isinstance(medium.base, RigidBase) else "for a rigid base"
@@ -190,9 +190,9 @@ def _thin_layer(medium: Medium, indenter: Any) -> Iterator[Formula]:
             )
 
 
-def _substrate(medium: Medium, indenter: Any) -> Iterator[Formula]:
+def _substrate(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
     """Equivalent moduli E(a/t): the contact radius is the half-space's, as these formulas are used."""
-    top, base, tip = layer_on_top(medium), medium.base, half_space_model(indenter)
+    top, base, tip = layer_on_top(medium)[1], medium.base, half_space_model(indenter)
     assert isinstance(base, HalfSpace)
     nu, t, substrate = top.poisson, top.thickness, base.surface_modulus
 
@@ -201,6 +201,7 @@ def _substrate(medium: Medium, indenter: Any) -> Iterator[Formula]:
             return np.asarray(np.sqrt(indenter.radius * d))
         if isinstance(indenter, Cylinder):
             return np.full_like(d, indenter.radius)
+        assert isinstance(indenter, (Cone, Pyramid))
         return np.asarray(2 / math.pi * d / math.tan(indenter.inclination))
 
     laws: dict[str, Callable[[Array, float], Array]] = {

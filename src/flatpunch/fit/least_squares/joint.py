@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class JointObjective:
         Their internal values where the search began.
     """
 
-    parts: tuple[Any, ...]
+    parts: tuple[Unknowns, ...]
     names: tuple[str, ...]
     places: tuple[Indices, ...]
     noise: Array

@@ -15,7 +15,6 @@ and drag are read by the detector and move no tip; the constant only shifts the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -24,27 +23,20 @@ from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Objective(Unknowns):
     """Least-squares problem in x, see `Unknowns`.
 
     Points are in contact where their depth is positive, unless `loaded` says which are (indices): adhesive contacts hold on
-    to negative depths. `part_loaded` is the same over all points of the curve that is shown. `counts` are the readings behind
-    each entry where entries are means. `softest` is the stiffness dF/dd [N/m] below which an
-    adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's position.
+    to negative depths. `part_loaded` is the same over all points of the curve that is shown. `softest` is the stiffness dF/dd
+    [N/m] below which an adhesive contact is continued by its tangent; above -k the depth then is a function of the piezo's
+    position.
     """
 
-    depth: Array
-    force: Array
-    weight: Array | None = None
-    spring: float | None = None
     loaded: Indices | None = None
     part_loaded: Indices | None = None
-    speed: Array | None = None
-    counts: Array | None = None
     softest: float | None = None
     position: Array = field(init=False, repr=False)
-    _before: dict[int, Array] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         Unknowns.__post_init__(self)
@@ -85,7 +77,7 @@ class Objective(Unknowns):
         """Residuals over the force range, shape (n,)."""
         return self.evaluate(x)[0]
 
-    def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, Any, Array, Array]:
+    def _residual(self, depth: Array, straight: Array, theta: Array) -> tuple[Array, slice | Indices, Array, Array]:
         """Residual [N], the points in contact, and stiffness and derivatives of M there."""
         # the residuals of the evaluation before are where Newton's method starts
         spring = self.spring
@@ -170,7 +162,7 @@ class Objective(Unknowns):
         return replace(self, **columns, counts=size[filled], weight=None, _before={})
 
 
-def _touching(depth: Array) -> Any:
+def _touching(depth: Array) -> slice | Indices:
     """Points in contact: a slice where they are one stretch to the end, as a mask costs as much as the model."""
     inside = depth > 0
     start = int(np.argmax(inside)) if inside.any() else depth.size

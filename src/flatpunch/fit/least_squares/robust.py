@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from flatpunch._support.checks import TINY, Array
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.settings import Loss
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 def influence(loss: Loss, r: Array) -> tuple[Array, Array]:
@@ -31,7 +31,7 @@ def robust_scale(residual: Array) -> float:
     return max(spread_of(residual - np.median(residual)), TINY)
 
 
-def reweighted(objective: Any, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
+def reweighted(objective: Unknowns, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
     """Iteratively reweighted least squares, the scale from the residuals of the step before."""
     base = np.ones_like(found.residual) if objective.weight is None else objective.weight
     x, count = found.x, found.evaluations

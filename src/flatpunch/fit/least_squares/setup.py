@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, real
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,26 +44,28 @@ class Setup:
 
     part: Curve
     used: Flags
-    objective: Any
+    objective: Unknowns
     lower: Array
     upper: Array
     start: Callable[[], Array]
     settings: Settings
     notes: tuple[str, ...] = ()
-    coarse: Any = None
+    coarse: Unknowns | None = None
     again: Callable[[Array], Setup | None] | None = None
     tilted: bool = False
     doubtful: bool = False
 
 
-def enough(curve: Curve, objective: Any) -> None:
+def enough(curve: Curve, objective: Unknowns) -> None:
     """Refuse more parameters than points."""
     count = len(objective.names)
     if objective.depth.size <= count:
         raise CurveError(f"{curve.name}: {objective.depth.size} points cannot determine {count} parameters.")
 
 
-def with_nuisance(objective: Any, limits: tuple[Array, Array], contact: tuple[float, float]) -> tuple[Array, Array]:
+def with_nuisance(
+    objective: Unknowns, limits: tuple[Array, Array], contact: tuple[float, float]
+) -> tuple[Array, Array]:
     """Limits of the free parameters, of the contact point [m], and none for the background."""
     offset, unit = objective.scales()["contact"]
     bounds = {

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
+from flatpunch._support.paths import Plain
 from flatpunch.fit.measured.calibration import Constants, calibrated
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.nanosurf import nanosurf_curves
@@ -66,7 +67,7 @@ class AfmFile:
     """An open microscope file; its curves are read when asked for, and an open file is kept for the next one."""
 
     path: Path
-    data: Sequence[Any]
+    data: Sequence[object]
     height: str
     given: Mapping[str, float]
 
@@ -111,9 +112,9 @@ def _kept(path: Path, changed: int, override: tuple[tuple[str, float], ...], hei
     return AfmFile(path, found, height, given)
 
 
-def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
+def _zipped(path: Path, override: dict[str, float]) -> Sequence[object]:
     """afmformats takes a zip for a workshop file; here it is only a wrapping. Columns are read before the folder goes."""
-    curves: list[Any] = []
+    curves: list[object] = []
     with unpacked(path) as files:
         for inner in files:
             curves += [_Columns(dict(data.metadata), _columns_of(data, path)) for data in _loaded(inner, override)]
@@ -124,18 +125,18 @@ def _zipped(path: Path, override: dict[str, float]) -> Sequence[Any]:
 class _Columns:
     """A curve that no longer needs its file."""
 
-    metadata: dict[str, Any]
-    data: dict[str, Any]
+    metadata: dict[str, object]
+    data: dict[str, object]
 
     @property
     def columns(self) -> list[str]:
         return list(self.data)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> object:
         return self.data[name]
 
 
-def _columns_of(data: Any, path: Path) -> dict[str, Any]:
+def _columns_of(data: Any, path: Path) -> Plain:
     with _explained(path):
         return {name: np.asarray(data[name]) for name in data.columns}
 
@@ -232,7 +233,7 @@ def _curve(data: Any, path: Path, index: int, height: str, given: Mapping[str, f
     }
     if time is not None and not np.isfinite(time).all():
         time, meta["no time"] = None, f"{path.name}: there are gaps in its column of times."
-    more: dict[str, Any] = {"name": name, "meta": meta, "time": time, "segment": segment}
+    more: Plain = {"name": name, "meta": meta, "time": time, "segment": segment}
     try:
         if "tip position" in columns:
             curve = Curve(-position, force, spring_constant=k, **more)

@@ -70,7 +70,7 @@ class Table:
     source: str
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    rows: Sequence[Sequence[Any]]
+    rows: Sequence[Sequence[object]]
     first_row: int = 1
     breaks: tuple[int, ...] = ()
     """Rows before which the file has blank lines."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, numbers, positive, shown, values
+from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 
@@ -87,7 +88,7 @@ class Curve:
     spring_constant: float | None = None
     stiffness: Array | None = None
     name: str = "curve"
-    meta: dict[str, Any] = field(default_factory=dict, repr=False)
+    meta: Plain = field(default_factory=dict, repr=False)
     time: Array | None = None
     segment: Array | None = None
 

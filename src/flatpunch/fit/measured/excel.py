@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -40,7 +39,7 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
     return [table for name, rows in sheets.items() for table in _tables(f"{path.name}, sheet {name}", rows)]
 
 
-def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
+def excel_sheets(path: Path) -> dict[str, list[list[object]]]:
     """All cells of all sheets; empty ones are None or ""."""
     try:
         check_archive(path)
@@ -64,7 +63,7 @@ def excel_sheets(path: Path) -> dict[str, list[list[Any]]]:
         raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None
 
 
-def _tables(source: str, rows: list[list[Any]]) -> list[Table]:
+def _tables(source: str, rows: list[list[object]]) -> list[Table]:
     """Tables of a sheet: first rows of text are titles and units, what follows is data; the same titles again begin another."""
     cells = [[_value(cell) for cell in row] for row in rows]
     first = next((i for i, row in enumerate(cells) if sum(isinstance(c, str) and bool(c) for c in row) >= 2), None)
@@ -78,10 +77,10 @@ def _tables(source: str, rows: list[list[Any]]) -> list[Table]:
     ]
 
 
-def _table(source: str, cells: list[list[Any]], begin: int) -> Table:
+def _table(source: str, cells: list[list[object]], begin: int) -> Table:
     titles = [str(cell or "") for cell in cells[0]]
     body = cells[1:]
-    unit_row: list[Any] = [None] * len(titles)
+    unit_row: list[object] = [None] * len(titles)
     if body and not any(isinstance(cell, (int, float)) for cell in body[0]):
         unit_row, body = [cell.strip("()[] ") if isinstance(cell, str) else cell for cell in body[0]], body[1:]
     # notes below the last row of numbers are none of the data
@@ -95,7 +94,7 @@ def _table(source: str, cells: list[list[Any]], begin: int) -> Table:
     return Table(source, tuple(name for name, _ in pairs), tuple(units), body, begin + 3, breaks)
 
 
-def _value(cell: Any) -> Any:
+def _value(cell: object) -> object:
     """A cell without blanks around it; a number that is stored as text is a number."""
     if not isinstance(cell, str):
         return cell

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.paths import Plain
 from flatpunch.fit.measured.curve import CurveError
 
 _DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 
 
-def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[dict[str, object], dict[str, object]]]:
     """Metadata and columns of each curve, heights growing away from the sample.
 
     Parameters
@@ -68,7 +69,7 @@ def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[di
         )
 
 
-def _factor(path: Path, unit: str, spring: Any, given: Mapping[str, float]) -> tuple[float, dict[str, Any]]:
+def _factor(path: Path, unit: str, spring: Any, given: Mapping[str, float]) -> tuple[float, Plain]:
     """Force over the channel of deflections, and the constants that it was made with."""
     k = spring if isinstance(spring, float) and spring > 0 else given.get("spring constant")
     sensitivity = given.get("sensitivity") if unit == "V" else None

@@ -7,7 +7,6 @@ first rows are the free tip, those constant readings are the baseline.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ def begins_free(deflection: Array) -> bool:
     return end > begin and end > few / deflection.size * float(np.ptp(deflection))
 
 
-def free_tip_first(path: Path, factor: float) -> dict[str, Any] | None:
+def free_tip_first(path: Path, factor: float) -> dict[str, object] | None:
     """Columns of a file whose first rows are the free tip; None for other files.
 
     Parameters

@@ -276,7 +276,7 @@ def curves_in(
     columns: Mapping[str, str | int] | None = None,
     decimal: str = ".",
     sheet: str | None = None,
-    **reading: Any,
+    **reading: object,
 ) -> int:
     """Number of curves in a file: a force map, a workbook of tests, blocks one below the other.
 
@@ -288,7 +288,7 @@ def curves_in(
         As for `read_curve`.
     """
     path = as_path("path", path)
-    afm: dict[str, Any] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
+    afm: dict[str, object] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
     if not is_file(path):
         return 1
     if path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
@@ -373,7 +373,7 @@ def curve_of(
     if (segments := segments_of(table)) is not None:
         data["segment"] = segments[1]
         used += f", segments from {segments[0]!r}"
-    meta: dict[str, Any] = {"source": table.source, "read": (f"{table.source}: {used}",)}
+    meta: dict[str, object] = {"source": table.source, "read": (f"{table.source}: {used}",)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
         try:
@@ -442,7 +442,7 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
     return "depth", "force"
 
 
-def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, Any]) -> Curve:
+def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, object]) -> Curve:
     more = {role: data[role] for role in ("stiffness", "time", "segment") if role in data}
     if "depth" in data:
         return Curve(sign * data["depth"], data["force"], spring_constant=k, name=name, meta=meta, **more)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -67,7 +66,7 @@ def _titled(name: str, unit: str | None) -> tuple[str, str | None]:
     return (name.replace("_", " "), unit) if unit else split_name(name)
 
 
-def _rows(table: Table, way: list[int], own: list[int]) -> list[list[Any]]:
+def _rows(table: Table, way: list[int], own: list[int]) -> list[list[object]]:
     """Rows of one side that are not empty."""
     rows = [[row[i] if i < len(row) else "" for i in way] for row in table.rows]
     return [row for row in rows if any(str(row[at] or "").strip() for at in own)]

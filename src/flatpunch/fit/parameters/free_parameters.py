@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, internal, slope
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 
 class FreeParameters(ABC):
@@ -29,7 +30,7 @@ class FreeParameters(ABC):
         """Value of a parameter in the case, free or not, SI."""
 
     @abstractmethod
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
 
     def start(self) -> Array:
@@ -69,12 +70,12 @@ class SampleParameters(FreeParameters):
     sample: Sample
 
     @property
-    def medium(self) -> Any:
+    def medium(self) -> Body:
         """Medium with the starting values."""
         return self.sample.medium
 
     @property
-    def indenter(self) -> Any:
+    def indenter(self) -> Indenter:
         """Tip with the starting values."""
         return self.sample.indenter
 
@@ -82,7 +83,7 @@ class SampleParameters(FreeParameters):
         """Value of a parameter in the case, free or not, SI."""
         return self.sample.value(name)
 
-    def case(self, values: Mapping[str, float]) -> tuple[Any, Any]:
+    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
         sample = self.sample.replaced(values)
         return sample.medium, sample.indenter

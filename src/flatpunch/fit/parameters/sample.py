@@ -13,8 +13,8 @@ from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import check_indenter
-from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
+from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
 WORK = "work_of_adhesion"
 
@@ -53,11 +53,11 @@ class Sample:
     0.001
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     work_of_adhesion: float | None = None
     range_of_action: float | None = None
-    relaxation: Any = None
+    relaxation: Relaxation | None = None
 
     def __post_init__(self) -> None:
         check_indenter(self.indenter)
@@ -156,16 +156,17 @@ def normalised(law: Prony) -> bool:
     return abs(sum(law.weights) + law.equilibrium - 1) < 1e-9
 
 
-def _law_value(law: Any, name: str) -> float:
+def _law_value(law: object, name: str) -> float:
     attribute, _, index = name.removeprefix("relaxation.").partition("[")
     found = getattr(law, attribute)
     return float(found[int(index[:-1])] if index else found)
 
 
-def law_with(law: Any, values: Mapping[str, float]) -> Any:
+def law_with(law: Any, values: Mapping[str, float]) -> Relaxation:
     """A relaxation function with some parameters replaced."""
     if not isinstance(law, Prony):
-        return replace(law, **{name.removeprefix("relaxation."): v for name, v in values.items()})
+        found: Relaxation = replace(law, **{name.removeprefix("relaxation."): v for name, v in values.items()})
+        return found
     columns = {"weights": np.array(law.weights), "times": np.array(law.times)}
     for name, value in values.items():
         attribute, _, index = name.removeprefix("relaxation.").partition("[")

@@ -16,11 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 from flatpunch._support.checks import shown
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
+    Body,
     ElasticBase,
     GradedLayer,
     HalfSpace,
@@ -33,6 +35,9 @@ from flatpunch.media import (
     TwoBodies,
     paths,
 )
+
+M = TypeVar("M", bound=Body)
+T = TypeVar("T", bound=Indenter | None)
 
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
@@ -62,7 +67,7 @@ class Coordinate:
     lowest: int | None = None
 
 
-def parameter_names(medium: Any, indenter: Any) -> list[str]:
+def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
     """Names of all parameters of a medium and an indenter that can be fitted.
 
     See Also
@@ -101,26 +106,26 @@ def parameter_names(medium: Any, indenter: Any) -> list[str]:
     return names
 
 
-def _bodies(medium: Any) -> dict[str, Any]:
+def _bodies(medium: Body) -> dict[str, Body | RigidBase]:
     """The bodies of a medium by what their names begin with."""
     if isinstance(medium, TwoBodies):
         return {"upper.": medium.upper, "lower.": medium.lower}
     return {"": medium}
 
 
-def value_of(medium: Any, indenter: Any, name: str) -> float:
+def value_of(medium: Body, indenter: Indenter | None, name: str) -> float:
     """Value of a named parameter, SI."""
     _check(medium, indenter, (name,))
     return paths.value_of(medium, indenter, name)
 
 
-def replaced(medium: Any, indenter: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+def replaced(medium: M, indenter: T, values: Mapping[str, float]) -> tuple[M, T]:
     """Medium and indenter with some parameters replaced."""
     _check(medium, indenter, values)
     return paths.with_values(medium, indenter, values)
 
 
-def _check(medium: Any, indenter: Any, names: Iterable[str]) -> None:
+def _check(medium: Body, indenter: Indenter | None, names: Iterable[str]) -> None:
     """Refuse names that are no parameters of this case."""
     known = parameter_names(medium, indenter)
     for name in names:
@@ -189,15 +194,15 @@ class Scaling:
         Parameters that serve as units.
     """
 
-    medium: Any
-    indenter: Any
+    medium: Body
+    indenter: Indenter
     force: Mapping[str, float]
     depth: Mapping[str, float]
     coordinates: tuple[Coordinate, ...]
     modulus: str | None
     length: str | None
 
-    def problem(self, q: Sequence[float]) -> tuple[Any, Any]:
+    def problem(self, q: Sequence[float]) -> tuple[Body, Indenter]:
         """Medium and indenter of unit modulus, unit length and unit slope (as far as they scale) at coordinates q."""
         u = {name: internal(name, value_of(self.medium, self.indenter, name)) for name in self._all()}
         # the reference quantities keep their values here; q fixes the others relative to them
@@ -228,7 +233,7 @@ class Scaling:
         return shift
 
 
-def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
+def scaling(medium: Body, indenter: Indenter, free: Sequence[str]) -> Scaling:
     """Work out how the force depends on the free parameters.
 
     Media that are not made of homogeneous layers and tips without a size of their own do not scale; then the free parameters
@@ -251,7 +256,7 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     if modulus:
         force[modulus] = 1.0
     if length:
-        n = float(indenter.exponent) if power else 1.0
+        n = indenter.exponent or 1.0
         depth[length], force[length] = n, n + 1.0
     if tip and power:
         # curvature 1/R of a paraboloid, tan of an inclination
@@ -268,7 +273,7 @@ def scaling(medium: Any, indenter: Any, free: Sequence[str]) -> Scaling:
     return Scaling(medium, indenter, force, depth, moving, modulus, length)
 
 
-def _homogeneous(body: Any) -> bool:
+def _homogeneous(body: Body | RigidBase) -> bool:
     """Whether all of a body scales with its moduli and thicknesses."""
     if isinstance(body, Medium):
         return not any(isinstance(layer, GradedLayer) for layer in body.layers)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict
+from typing import Literal, TypedDict
 
 from flatpunch._support.checks import BadValue, real, shown, switch
 from flatpunch._support.deprecation import deprecated
@@ -26,10 +26,14 @@ FiniteStrain = Literal["neo-hookean"]
 """Laws of the correction for large strains."""
 
 
+Contact = Literal["free"] | float | tuple[float | None, float | None]
+"""Contact point: fitted, known [m], or its limits."""
+
+
 class SettingsOf(TypedDict, total=False):
     """Fields of `Settings` as keyword arguments."""
 
-    contact: Any
+    contact: Contact
     baseline: Baseline
     loss: Loss
     adhesion: Adhesion
@@ -77,6 +81,10 @@ class Free:
             # limits may be infinite, which is none
             if given is not None and not (name != "start" and isinstance(given, float) and math.isinf(given)):
                 object.__setattr__(self, name, real(f"Free.{name}", given))
+
+
+FreeNames = Iterable[str] | Mapping[str, Free | float | tuple[float | None, float | None] | None]
+"""What is fitted: names of parameters, or with each a `Free`, its starting value or its limits."""
 
 
 def _of_engine(engine: str) -> dict[str, bool]:
@@ -133,7 +141,7 @@ class Settings:
     linear
     """
 
-    contact: Any = "free"
+    contact: Contact = "free"
     baseline: Baseline = "auto"
     loss: Loss = "linear"
     adhesion: Adhesion = "refuse"
@@ -199,10 +207,10 @@ class Settings:
         return self.contact if isinstance(self.contact, tuple) else (None, None)
 
 
-def _contact(given: Any) -> Any:
+def _contact(given: object) -> Contact:
     """Contact point as given: a word, a float, or a pair of limits."""
     if isinstance(given, str) and given == "free":
-        return given
+        return "free"
     if isinstance(given, Mapping):
         unknown = set(given) - {"min", "max"}
         if unknown:
@@ -220,7 +228,7 @@ def _contact(given: Any) -> Any:
     return real("contact", given, "m")
 
 
-def as_free(free: Any) -> dict[str, Free]:
+def as_free(free: object) -> dict[str, Free]:
     """What the user calls free, as one `Free` for each name."""
     if isinstance(free, str):
         raise TypeError(

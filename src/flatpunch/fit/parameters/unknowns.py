@@ -11,6 +11,7 @@ all of x are of order one; the baseline counts from the median of the measured f
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch.fit.measured.curve import Curve
 
 NUISANCE = ("contact", "baseline", "tilt", "sine", "cosine", "wavelength", "drag")
 
@@ -49,9 +51,9 @@ def frame_of(depth: Array, force: Array, position: Array | None = None, speed: A
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Unknowns:
-    """What x stands for in a least-squares problem.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Unknowns(ABC):
+    """A least-squares problem of one curve, and what x stands for in it.
 
     Parameters
     ----------
@@ -63,13 +65,46 @@ class Unknowns:
         The others, SI.
     frame : Frame
         Units.
+    depth, force : ndarray, shape (n,)
+        Readings [m, N].
+    weight : ndarray, shape (n,), optional
+        Factors of the residuals.
+    spring : float, optional
+        Stiffness of the cantilever [N/m].
+    speed : ndarray, shape (n,), optional
+        Speed of the cantilever's base [m/s].
+    counts : ndarray, shape (n,), optional
+        Readings behind each entry, where entries are means.
     """
 
     model: Any
     nuisance: tuple[str, ...]
     held: dict[str, float]
     frame: Frame
+    depth: Array
+    force: Array
+    weight: Array | None = None
+    spring: float | None = None
+    speed: Array | None = None
+    counts: Array | None = None
     _scales: dict[str, tuple[float, float]] = field(init=False, repr=False)
+    _before: dict[int | str, Array] = field(default_factory=dict, repr=False)  # where the next evaluation starts
+
+    @abstractmethod
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
+
+    @abstractmethod
+    def residuals(self, x: Array) -> Array:
+        """Residuals over the force range, shape (n,)."""
+
+    @abstractmethod
+    def over(self, curve: Curve, x: Array) -> Array:
+        """Fitted force at all points of the curve that is shown [N]."""
+
+    @abstractmethod
+    def indentation(self, curve: Curve, x: Array) -> Array:
+        """Indentation depth at all points of the curve that is shown [m]."""
 
     def __post_init__(self) -> None:
         f = self.frame

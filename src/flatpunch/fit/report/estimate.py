@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
+from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.parameters.scaling import external, slope
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.quantities import quantity, unit_of
 
 
@@ -98,7 +99,7 @@ def half_width(level: float, freedom: int) -> float:
 
 
 def estimated(
-    objective: Any, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
+    objective: Unknowns | JointObjective, found: Minimum, spread: Array, lower: Array, upper: Array, level: float
 ) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
     quantile = half_width(level, max(objective.depth.size - found.x.size, 1))

@@ -9,11 +9,13 @@ other parameters fitted anew within their limits.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch.fit.least_squares.joint import JointObjective
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.estimate import Estimate, half_width
 from flatpunch.fit.report.likelihood import ends_of, tilt_or_contact
 
@@ -25,7 +27,9 @@ _NARROW = 0.03
 """Standard error of an internal parameter (relative, for logarithms) above which intervals come from the profile."""
 
 
-def by_profile(result: FitResult | JointResult, coarse: Any = None, shared: Array | None = None) -> dict[str, Estimate]:
+def by_profile(
+    result: FitResult | JointResult, coarse: Unknowns | JointObjective | None = None, shared: Array | None = None
+) -> dict[str, Estimate]:
     """Estimates with intervals by the profile where they are needed.
 
     Parameters

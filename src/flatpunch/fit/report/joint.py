@@ -7,15 +7,16 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
+from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import Prior
@@ -67,7 +68,7 @@ class JointResult:
     5.00 kPa from 2 curves
     """
 
-    objective: Any
+    objective: JointObjective
     minimum: Minimum
     estimates: dict[str, Estimate]
     covariance: Array
@@ -159,7 +160,7 @@ class JointResult:
         """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
         return ridge(self, first, second, points, width)
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[Plain]:
         """A line for each curve: shared and own values with intervals, noise, notes."""
         return [result.row() for result in self.results]
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.readable import readable
+from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.quantities import unit_of
 
 _FAR = 3.0
@@ -23,7 +26,7 @@ class Fitted(Protocol):
     """What a profile needs of a fit; see `flatpunch.fit.FitResult`."""
 
     @property
-    def objective(self) -> Any:
+    def objective(self) -> Unknowns | JointObjective:
         """Residuals and Jacobian over the internal parameters."""
         ...
 
@@ -138,7 +141,7 @@ def profile(result: Fitted, name: str, level: float | None = None, points: int =
     return Profile(result.external(j, x), roots, *(float(v) for v in result.external(j, np.array(ends))))
 
 
-def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float]:
+def ends_of(result: Fitted, name: str, coarse: Unknowns | JointObjective | None = None) -> tuple[float, float]:
     """Ends of the interval of one parameter by its profile, internal; infinite where the profile does not reach the threshold.
 
     Parameters
@@ -161,7 +164,9 @@ def ends_of(result: Fitted, name: str, coarse: Any = None) -> tuple[float, float
     return low, high
 
 
-def _held_root(result: Fitted, minima: list[Array], j: int, coarse: Any = None) -> Callable[[float], float]:
+def _held_root(
+    result: Fitted, minima: list[Array], j: int, coarse: Unknowns | JointObjective | None = None
+) -> Callable[[float], float]:
     """Signed root of the growth of the sum of squares when parameter j is held."""
     variance = result.variance
     fixed = np.zeros(len(result.names), dtype=bool)
@@ -196,7 +201,11 @@ def tilt_or_contact(result: Fitted) -> bool:
     from scipy.stats import t as student
 
     objective, found = result.objective, result.minimum
-    if not {"contact", "tilt"} <= set(result.names) or getattr(objective, "loaded", True) is not None:
+    if (
+        not {"contact", "tilt"} <= set(result.names)
+        or not isinstance(objective, Objective)
+        or objective.loaded is not None
+    ):
         return False
     x, contact = found.x.copy(), result.index("contact")
     before = objective.depth < objective.split(x)[1]["contact"]
@@ -212,7 +221,7 @@ def tilt_or_contact(result: Fitted) -> bool:
     return bool(before.any()) and other.cost - found.cost < reach**2 * result.variance
 
 
-def _minima(result: Fitted, coarse: Any = None) -> list[Array]:
+def _minima(result: Fitted, coarse: Unknowns | JointObjective | None = None) -> list[Array]:
     """The minimum and the best other one where nothing shows the tilt: a contact before the first reading over less of it."""
     if "contact" not in result.names or not tilt_or_contact(result):
         return []

@@ -14,7 +14,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.parameters.scaling import plain_limits
-from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
 
 
 def lmfit_name(name: str) -> str:
@@ -24,7 +24,7 @@ def lmfit_name(name: str) -> str:
     return f"log_{plain}" if logarithm else plain
 
 
-def lmfit_problem(objective: Any, found: Minimum, lower: Array, upper: Array) -> Any:
+def lmfit_problem(objective: Unknowns, found: Minimum, lower: Array, upper: Array) -> Any:
     """`lmfit.Minimizer` of the residuals, in units of the curve's force range, with parameters that start at the minimum found.
 
     Raises

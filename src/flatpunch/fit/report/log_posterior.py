@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import kind, plain_limits
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Quadratic:
     terms: Array
 
     @classmethod
-    def of(cls, objective: Any, origin: Array, root: Array, reach: float) -> Quadratic:
+    def of(cls, objective: Unknowns, origin: Array, root: Array, reach: float) -> Quadratic:
         """The polynomial through residuals at u_i = 0, +-reach and at both of two equal to reach."""
         p = origin.size
 
@@ -95,7 +95,7 @@ class Part:
         Sum of squares within the blocks.
     """
 
-    objective: Any
+    objective: Unknowns | Quadratic
     places: Indices
     count: float
     within: float = 0.0
@@ -191,7 +191,7 @@ class LogPosterior:
             return self
         parts = []
         for part in self.parts:
-            if ensemble.applies(part.objective):
+            if isinstance(part.objective, Quadratic) or ensemble.applies(part.objective):
                 parts.append(part)
                 continue
             near = np.asarray(np.linalg.cholesky((root @ root.T)[np.ix_(part.places, part.places)]), dtype=float)
@@ -211,15 +211,16 @@ class LogPosterior:
         return replace(self, parts=tuple(parts))
 
 
-def parts_of(objective: Any, x: Array) -> tuple[Part, ...]:
+def parts_of(objective: Unknowns | JointObjective, x: Array) -> tuple[Part, ...]:
     """The curves of a problem, whose residuals at x show how many of their readings are independent."""
-    pairs = [(objective, np.arange(len(objective.names)))]
     if isinstance(objective, JointObjective):
         pairs = list(zip(objective.parts, objective.places, strict=True))
+    else:
+        pairs = [(objective, np.arange(len(objective.names)))]
     return tuple(Part(part, places, max(independent(part.evaluate(x[places])[0]), 1.0)) for part, places in pairs)
 
 
-def _on_blocks(objective: Any, x: Array) -> Any:
+def _on_blocks(objective: Unknowns | Quadratic, x: Array) -> Unknowns | Quadratic:
     """A problem on block means; itself where there is none, or it saves nothing."""
     if not ensemble.applies(objective) or objective.counts is not None:
         return objective

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -12,8 +12,12 @@ from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.viscoelastic.model import HistoryModel
+from flatpunch.fit.viscoelastic.objective import HistoryObjective
 from flatpunch.indenters import Paraboloid
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 NOTABLE = 0.01
 """Relative change of the force by the shape of the tip that is worth a note; few curves are calibrated better."""
@@ -45,7 +49,7 @@ def limits_of_theory(result: FitResult) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _as_sphere(tip: Any, depth: float) -> list[str]:
+def _as_sphere(tip: Indenter, depth: float) -> list[str]:
     """Whether a sphere of the radius of a paraboloid needs another force: Sneddon's closed form for half-spaces."""
     if not isinstance(tip, Paraboloid):
         return []
@@ -62,7 +66,7 @@ def _as_sphere(tip: Any, depth: float) -> list[str]:
     ]
 
 
-def _sample(model: Any, values: Mapping[str, float]) -> tuple[Any, Any]:
+def _sample(model: ForwardModel | AdhesiveModel | HistoryModel, values: Mapping[str, float]) -> tuple[Body, Indenter]:
     """Medium and tip at the fitted values."""
     if isinstance(model, ForwardModel):
         return model.case(values)
@@ -85,6 +89,7 @@ def _adhesion(result: FitResult, model: AdhesiveModel) -> list[str]:
 
 def _loaded(result: FitResult) -> np.ndarray:
     mask = np.zeros(result.curve.depth.size, dtype=bool)
+    assert isinstance(result.objective, Objective)
     mask[result.objective.part_loaded] = True
     return mask
 
@@ -92,6 +97,7 @@ def _loaded(result: FitResult) -> np.ndarray:
 def _relaxation(result: FitResult) -> list[str]:
     """Relaxation times that the curve is too short or too coarse for."""
     notes = []
+    assert isinstance(result.objective, HistoryObjective)
     time = result.objective.time
     longest, shortest = float(np.ptp(time)), float(np.median(np.diff(time)))
     for name, estimate in result.estimates.items():

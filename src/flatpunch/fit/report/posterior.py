@@ -138,7 +138,7 @@ class Posterior:
     def dataset(self) -> xr.Dataset:
         """All draws, for a file."""
         names = list(self.names)
-        data: dict[str, Any] = {
+        data: dict[str, object] = {
             "draws": (("draw", "parameter"), self.draws, {"long_name": "draws from the posterior, SI"}),
             "log_probability": (
                 "draw",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.report.estimate import Estimate
 
 
-def pull_off_force(model: Any, x: Array, spread: Array, reach: float) -> Estimate | None:
+def pull_off_force(model: object, x: Array, spread: Array, reach: float) -> Estimate | None:
     """Pull-off force [N], positive, with the interval that the fitted parameters imply; None without adhesion.
 
     Parameters

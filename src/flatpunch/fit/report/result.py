@@ -13,6 +13,7 @@ import xarray as xr
 
 from flatpunch._support.checks import Array, Flags, shown
 from flatpunch._support.deprecation import deprecated
+from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.record import record
@@ -24,6 +25,7 @@ from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external, kind, plain_limits
+from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.estimate import Estimate, half_width, interval_text, value_text
 from flatpunch.fit.report.likelihood import Profile, profile, ridge
 from flatpunch.fit.report.lmfit_problem import lmfit_problem
@@ -31,6 +33,8 @@ from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.pull_off import pull_off_force
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.sampling import draw
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
 
 if TYPE_CHECKING:
     from flatpunch.fit.parameters.settings import Settings
@@ -76,7 +80,7 @@ class FitResult:
 
     curve: Curve
     used: Flags
-    objective: Any
+    objective: Unknowns
     minimum: Minimum
     estimates: dict[str, Estimate]
     covariance: Array
@@ -122,7 +126,7 @@ class FitResult:
         return {name: self.estimates[name].value for name in self.objective.model.free}
 
     @property
-    def case(self) -> tuple[Any, Any]:
+    def case(self) -> tuple[Body, Indenter]:
         """Medium and indenter with the fitted values."""
         medium, indenter = self.objective.model.case(self.values)
         return medium, indenter
@@ -290,9 +294,9 @@ class FitResult:
         """Internal values x of parameter j in SI."""
         return in_si(self.names[j], self.objective.scales(), x)
 
-    def row(self) -> dict[str, Any]:
+    def row(self) -> Plain:
         """One line of a table: values, standard errors, intervals, noise, notes."""
-        line: dict[str, Any] = {"curve": self.curve.name, "ok": True, "reason": ""}
+        line: Plain = {"curve": self.curve.name, "ok": True, "reason": ""}
         for name, estimate in self.estimates.items():
             line[name] = estimate.value
             line[f"{name} stderr"] = estimate.stderr
@@ -309,7 +313,7 @@ class FitResult:
 
     def dataset(self) -> xr.Dataset:
         """Curve, fitted force and estimates, for a file."""
-        data: dict[str, Any] = {
+        data: Plain = {
             "depth": ("point", self.depth, {"units": "m", "long_name": "indentation depth"}),
             "force": ("point", self.curve.force, {"units": "N", "long_name": "measured force"}),
             "fitted": ("point", self.force, {"units": "N", "long_name": "fitted force"}),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from flatpunch._support.checks import TINY, Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.elastic import ensemble
+from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.signal import memory_of
-from flatpunch.fit.parameters.priors import LogNormal, Normal, Uniform
+from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fit.report.likelihood import Fitted
 from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, parts_of
@@ -59,7 +59,7 @@ def draw(
     result: Fitted,
     curves: Sequence[Curve],
     draws: int,
-    priors: Mapping[str, Any] | None,
+    priors: Mapping[str, Prior] | None,
     seed: int,
     progress: bool | Report | None,
 ) -> Posterior:
@@ -123,7 +123,7 @@ class _Found:
     notes: tuple[str, ...]
 
 
-def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Any]) -> tuple[LogPosterior, Array]:
+def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
     """The density, and where the fit ended."""
     objective = result.objective
     (lower, upper), x = result.bounds, result.minimum.x
@@ -133,8 +133,9 @@ def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Any]) -> 
                 f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
                 "Uniform(low, high)."
             )
-    quick = len(curves) == 1 and ensemble.applies(objective)
-    if quick:
+    quick = False
+    if len(curves) == 1 and ensemble.applies(objective):
+        quick = True
         objective, lower, upper, x = _extended(objective, lower, upper, x, given)
     assumed = _assumed(curves, quick)
     for name, relative in curves[0].meta.get("calibration", {}).items() if quick else ():
@@ -149,7 +150,9 @@ def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Any]) -> 
     return _supported(density), x
 
 
-def _extended(objective: Any, lower: Array, upper: Array, x: Array, given: Mapping[str, Any]) -> Any:
+def _extended(
+    objective: Objective, lower: Array, upper: Array, x: Array, given: Mapping[str, Prior]
+) -> tuple[Objective, Array, Array, Array]:
     """The problem with numbers of the case free that have a prior and were held in the fit."""
     model = objective.model
     added = [name for name in given if name not in objective.names and name not in CALIBRATION]
@@ -180,7 +183,9 @@ def _assumed(curves: Sequence[Curve], quick: bool) -> dict[str, float]:
     return ({} if k is None else {"spring_constant": float(k)}) | {"sensitivity": 1.0}
 
 
-def _check_names(given: Mapping[str, Any], names: Sequence[str], assumed: Mapping[str, float], objective: Any) -> None:
+def _check_names(
+    given: Mapping[str, Prior], names: Sequence[str], assumed: Mapping[str, float], objective: object
+) -> None:
     for name in given:
         if name in CALIBRATION and name not in assumed:
             why = (
@@ -222,7 +227,7 @@ def _internal(density: LogPosterior, name: str, value: float) -> float:
     return internal(name, value)
 
 
-def _sampled(density: LogPosterior, state: Any, draws: int, rng: np.random.Generator, report: Report) -> _Found:
+def _sampled(density: LogPosterior, state: Array, draws: int, rng: np.random.Generator, report: Report) -> _Found:
     """Run the chains until they are long enough."""
     import emcee
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.media import Relaxation
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,12 @@ class HistoryModel(SampleParameters):
         object.__setattr__(self, "elastic", elastic)
         object.__setattr__(self, "method", elastic.method)
 
-    def relaxation(self, theta: Array) -> Any:
+    def relaxation(self, theta: Array) -> Relaxation:
         """The relaxation function at internal parameters."""
         law = {n: v for n, v in self.externals(theta).items() if n.startswith("relaxation.")}
-        return self.sample.replaced(law).relaxation
+        found = self.sample.replaced(law).relaxation
+        assert found is not None
+        return found
 
     def history(self, time: Array, depth: Array, theta: Array) -> Array:
         """Force over time for any history of the depth, linear between the given times.
@@ -75,7 +77,7 @@ class HistoryModel(SampleParameters):
         """
         if not (depth > 0).any():
             return np.zeros_like(depth)
-        elastic: Any = _Elastic(self.elastic, self._elastic_theta(theta))
+        elastic = _Elastic(self.elastic, self._elastic_theta(theta))
         return force_of_depth(time, depth, self.relaxation(theta), elastic).force
 
     def behind(

@@ -6,7 +6,7 @@ some hundred stretches of time, each with the weight of the readings in it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,24 +19,18 @@ _STEP = 1e-4
 """Parameters are of order one: central differences then err by 1e-8 of the third derivative, rounding by 1e-5 of the first."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class HistoryObjective(Unknowns):
     """Least-squares problem in x, see `Unknowns`.
 
     `depth` holds tip positions; with a `spring` it holds the positions of the cantilever's base instead, and the tip's are part
-    of the answer. `once` says that positions rise once and fall once. `counts` are the readings behind each entry.
+    of the answer. `once` says that positions rise once and fall once.
     """
 
     model: HistoryModel
     time: Array
-    depth: Array
-    force: Array
     counts: Array
-    spring: float | None = None
     once: bool = True
-    weight: Array | None = None
-    speed: Array | None = None
-    _before: dict[str, Array] = field(default_factory=dict, repr=False)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""

@@ -17,7 +17,7 @@ class AngularHarmonics(AngularTable):
     Parameters
     ----------
     indenter : Indenter
-        Any indenter; of the logarithm one with f > 0 away from the apex.
+        The tip; of the logarithm one with f > 0 away from the apex.
     count : int
         Number of orders m: the first so many multiples of the shape's rotational symmetry.
     logarithmic : bool

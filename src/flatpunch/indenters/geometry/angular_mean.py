@@ -33,7 +33,7 @@ class AngularRule:
     Parameters
     ----------
     indenter : Indenter
-        Any indenter.
+        The tip.
     order : int
         Highest harmonic for which integrals are at rounding where the shape is smooth.
     """
@@ -79,7 +79,7 @@ class AngularTable(ABC):
     Parameters
     ----------
     indenter : Indenter
-        Any indenter; meant for shapes that are neither round nor power laws.
+        The tip; meant for shapes that are neither round nor power laws.
     order : int
         Highest harmonic for which these integrals are at rounding where the shape is smooth.
     """

@@ -40,7 +40,7 @@ def first_fall(indenter: Indenter, reach: float | None = None) -> Fall | None:
     Parameters
     ----------
     indenter : Indenter
-        Any tip; flat ends count as falling.
+        The tip; flat ends count as falling.
     reach : float, optional
         Largest radius of interest [m]; that of the indenter by default.
 

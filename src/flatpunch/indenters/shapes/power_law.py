@@ -6,7 +6,7 @@ own, so that `indenter.angular(phi)` works for all three and the indenter stays 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, positive, values
+from flatpunch._support.checks import Array, BadValue, Values, positive, values
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, SCATTERED, check_exponent, corner_angles, power
 from flatpunch.indenters.shape import Shape
@@ -139,7 +139,7 @@ class PowerLaw(Shape):
     See Also
     --------
     Superellipse : Rounded rectangles as level lines.
-    HeightMap : Any shape.
+    HeightMap : Shapes of any kind.
 
     Examples
     --------
@@ -153,7 +153,12 @@ class PowerLaw(Shape):
     corners: tuple[float, ...] = ()
     _round: bool = field(init=False, repr=False, compare=False)
 
-    def __init__(self, exponent: Any, angular: Any, corners: Any = ()) -> None:
+    def __init__(
+        self,
+        exponent: float,
+        angular: float | Callable[[Array], Array] | tuple[Values, Values],
+        corners: Sequence[float] = (),
+    ) -> None:
         object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent, unit="1"))
         check_exponent("PowerLaw.exponent", self.exponent)
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))

@@ -31,7 +31,7 @@ class Superellipse(Shape):
 
     See Also
     --------
-    PowerLaw : Any angular factor.
+    PowerLaw : Angular factors of any form.
     EllipticParaboloid : Ellipses as level lines.
 
     Examples

@@ -49,7 +49,7 @@ def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     See Also
     --------
     Berkovich, Knoop, CubeCorner : Other standard pyramids.
-    Pyramid : Any inclination.
+    Pyramid : Inclination as given.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
 
     See Also
     --------
-    Rounded : Any pyramid with a rounded tip.
+    Rounded : Pyramids with a rounded tip.
     plot_tip : The picture.
 
     Examples
@@ -114,7 +114,7 @@ def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
     See Also
     --------
     Berkovich, Vickers, Knoop : Other standard pyramids.
-    Pyramid : Any inclination.
+    Pyramid : Inclination as given.
 
     Examples
     --------
@@ -177,7 +177,7 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
 
     See Also
     --------
-    FacetedPyramid : Any number of faces.
+    FacetedPyramid : Faces as many as given.
     Tilted : On a tilted cantilever.
 
     Examples

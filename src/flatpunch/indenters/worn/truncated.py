@@ -1,4 +1,4 @@
-"""Any tip with its end cut or worn off flat."""
+"""Tips with their end cut or worn off flat."""
 
 from __future__ import annotations
 
