@@ -373,3 +373,11 @@ def test_thin_gels_converge_as_fast_as_half_spaces(share):
     gel = layer(12 * H, poisson=0.5)
     result = fp.rough_contact(gel, rough, pressure=share * fp.full_contact(gel, rough).rms_pressure, limit=100)
     assert "not converged" not in result.notes
+
+
+@pytest.mark.parametrize(("spacing", "words"), [(1.0, "touches at every step"), (1e-12, "slopes as small"), (H, "")])
+def test_spacing_in_a_wrong_unit_is_told(spacing, words):
+    heights = fp.self_affine(32, H, rms_slope=0.1).heights
+    notes = fp.rough_contact(HALF_SPACE, fp.Topography(heights, spacing), pressure=[0.01 * STAR, 0.02 * STAR]).notes
+    assert words in notes
+    assert bool(words) == ("spacing" in notes)

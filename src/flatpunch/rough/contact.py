@@ -357,15 +357,21 @@ def _dataset(medium: Body, rough: Topography, control: str, steps: list[_Step], 
         "topography": json.dumps(record(rough)),
         "flatpunch_version": __version__,
         "conventions": "SI units; pressure positive in compression; depth and gap as in the documentation",
-        "notes": "\n".join(_notes(medium, rough, depth, converged, border, through)),
+        "notes": "\n".join(_notes(medium, rough, data, converged, border, through)),
     }
     return dataset(data, coordinates, attributes)
 
 
 def _notes(
-    medium: Body, rough: Topography, depth: Array, converged: Flags, border: Flags, through: Flags
+    medium: Body, rough: Topography, data: dict[str, Column], converged: Flags, border: Flags, through: Flags
 ) -> tuple[str, ...]:
     found: tuple[str, ...] = ()
+    depth = np.asarray(data["depth"][1], dtype=float)
+    if np.all(np.asarray(data["area_fraction"][1]) == 1):
+        found += (
+            f"The whole surface touches at every step. Its rms slope is {rough.rms_slope:.3g}; if that is less than it should be, "
+            f"check the units of heights and spacing ({text(rough.spacing, 'm')}).",
+        )
     if np.isnan(depth).any():
         found += (
             "No depth exists: under a load that repeats an elastic base sinks without limit. mean_gap and gap_stiffness take its "
