@@ -36,15 +36,18 @@ def rough():
 
 
 def film():
-    body = fp.Medium([fp.Layer(20e9, 0.25, 1e-6)], base=fp.HalfSpace(130e9, 0.28))
     tip = Tip.from_coefficients([24.5], beta=1.0, material=fp.HalfSpace(1e15, 0.0))
     contact = fp.indent(
-        body, fp.Cone(inclination=np.arctan(np.sqrt(np.pi / 24.5))), depth=np.linspace(50e-9, 500e-9, 20)
+        COATING, fp.Cone(inclination=np.arctan(np.sqrt(np.pi / 24.5))), depth=np.linspace(50e-9, 500e-9, 20)
     )
     test = fp.Curve(depth=contact.depth, force=contact.force, stiffness=contact.stiffness)
-    return fit_film(test, body, tip, compare=False)
+    return fit_film(test, COATING, tip)
 
 
+COATING = fp.Medium([fp.Layer(20e9, 0.25, 1e-6)], base=fp.HalfSpace(130e9, 0.28))
+DEEP = fp.Medium([fp.Layer(5e3, 0.5, 5e-6)], fp.RigidBase())
+THIN = {"dimitriadis2002", "garcia2018", "chadwick2002"}
+COATED = {"gao1992", "perriot2004", "bec2006"}
 CASES = {
     "round": (lambda: fp.indent(GEL, BEAD, depth=1e-7), set()),
     "first order": (lambda: fp.indent(GEL, fp.Pyramid(4, 0.3), depth=1e-7, method="first-order"), set()),
@@ -72,7 +75,10 @@ CASES = {
     "sensitivity": (lambda: fp.sensitivity(GEL, BEAD, depth=1e-7), {"barber1974"}),
     "rough": (lambda: rough()[0], {"polonsky1999", "yastrebov2017"}),
     "theories": (lambda: fp.rough_theories(*rough()), {"persson2001", "greenwood1966"}),
-    "film": (film, {"oliver1992"}),
+    "film": (film, {"oliver1992", "king1987", "saha2002", *COATED}),
+    "correction": (lambda: fp.correct(3e3, DEEP, BEAD, depth=1e-6), {"long2011", *THIN}),
+    "formulas on a gel": (lambda: fp.compare_formulas(GEL, BEAD, depth=1e-6), THIN),
+    "formulas on a coating": (lambda: fp.compare_formulas(COATING, BEAD, depth=1e-8), {"clifford2009", *THIN, *COATED}),
     "fit": (lambda: fp.fit(curve(), GEL, BEAD, ["layers[0].young"]), {"transtrum2012"}),
     "posterior": (
         lambda: fp.fit(curve(), GEL, BEAD, ["layers[0].young"]).posterior(draws=200),

@@ -12,16 +12,16 @@ import xarray as xr
 from flatpunch._support.checks import shown
 from flatpunch._support.record import record
 from flatpunch._version import __version__
-from flatpunch.fit import FilmResult, FitResult, JointResult, Posterior
+from flatpunch.fit import Correction, FilmResult, FitResult, JointResult, Posterior
 from flatpunch.literature.references import Citations, bibliography
 
 
-def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult) -> Citations:
-    """What to cite for a result: this package, its method, and the works that its medium, adhesion, relaxation or fit rest on.
+def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult | Correction) -> Citations:
+    """What to cite for a result: this package, its method, what its medium, adhesion, relaxation or fit rest on, and formulas.
 
     Parameters
     ----------
-    result : xarray.Dataset, FitResult, JointResult, Posterior or FilmResult
+    result : xarray.Dataset, FitResult, JointResult, Posterior, FilmResult or Correction
         What a function of the package returned, or `load` read from a file.
 
     Returns
@@ -48,12 +48,16 @@ def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult) 
     forsbach2023: the method, contacts as a succession of flat punches
     johnson1971: adhesion
     """
+    known = bibliography()
     reasons: dict[str, str] = {}
     version = __version__
     for facts in _facts(result):
         reasons |= dict(_reasons(facts))
+        compared = json.loads(str(facts.get("formulas", "[]")))
+        reasons |= {
+            k: f"the formula {e.entry['formula']}" for k, e in known.items() if e.entry.get("formula") in compared
+        }
         version = str(facts.get("flatpunch_version", version))
-    known = bibliography()
     known["flatpunch"] = replace(known["flatpunch"], entry={**known["flatpunch"].entry, "version": version})
     return Citations(tuple(replace(known[key], reason=reason) for key, reason in reasons.items()))
 
@@ -63,15 +67,16 @@ def _facts(result: object) -> Iterator[Mapping[str, object]]:
     if isinstance(result, JointResult):
         for each in result.results:
             yield from _facts(each)
-    elif isinstance(result, (FitResult, Posterior)):
+    elif isinstance(result, (FitResult, Posterior, Correction)):
         yield from _facts(result.dataset())
     elif isinstance(result, FilmResult):
-        yield {"title": "Film", "medium": json.dumps(record(result.case))}
+        yield {"title": "Film", "medium": json.dumps(record(result.case)), "formulas": json.dumps(list(result.others))}
     elif isinstance(result, xr.Dataset) and (
         "flatpunch_version" in result.attrs or str(result.attrs.get("title", "")) == "Theories of rough contact"
     ):
         shrinks = "area" in result and bool((np.diff(result["area"].values) < 0).any())
-        yield {**result.attrs, "shrinks": shrinks}
+        formulas = result["formula"].values.tolist() if "formula" in result.coords else []
+        yield {**result.attrs, "shrinks": shrinks, "formulas": json.dumps(formulas)}
     else:
         raise TypeError(
             f"result = {shown(result)} must be a result of this package, such as indent, fit or load return."

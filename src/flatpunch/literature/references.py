@@ -8,8 +8,8 @@ from importlib.resources import files
 
 from flatpunch._support.readable import Table, readable
 
-_PLAIN = ("authors", "kind", "title")
-"""Fields that BibTeX has under other names or in braces."""
+_PLAIN = ("authors", "kind", "title", "formula")
+"""Fields that BibTeX has under other names, in braces, or not at all: the name of a formula in comparisons."""
 
 
 @readable

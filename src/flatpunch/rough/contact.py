@@ -369,8 +369,8 @@ def _notes(
     depth = np.asarray(data["depth"][1], dtype=float)
     if np.all(np.asarray(data["area_fraction"][1]) == 1):
         found += (
-            f"The whole surface touches at every step. Its rms slope is {rough.rms_slope:.3g}; if that is less than it should be, "
-            f"check the units of heights and spacing ({text(rough.spacing, 'm')}).",
+            f"The whole surface touches at every step. Its rms slope is {rough.rms_slope:.3g}; if that is too little, check "
+            f"the units of heights and spacing ({text(rough.spacing, 'm')}).",
         )
     if np.isnan(depth).any():
         found += (
