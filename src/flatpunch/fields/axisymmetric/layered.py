@@ -40,6 +40,10 @@ FADING = 0.55, 0.12
 _R_NODES, _Z_NODES = 20, 16
 """Chebyshev nodes of a panel in r, and in z, an octave of depth: they leave 1e-11."""
 
+_TOGETHER = 64
+"""Most nodes in z of layers that share their wavenumbers: half as many take up to twice the time in a stack of hundreds of
+layers, twice as many twice the memory."""
+
 _R_WIDTH = 1.25
 """Width of a panel in r over the decay length."""
 
@@ -70,12 +74,13 @@ class Load(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points of one panel in z: which, between which depths, the decay length there, and whether a window ends the integrals."""
+    """Points of one panel in z: which, between which depths, the decay length there, layer, whether a window ends integrals."""
 
     chosen: Indices
     low: float
     high: float
     decay: float
+    layer: int = 0
     faded: bool = False
 
 
@@ -121,24 +126,38 @@ def layered_part(
     result = np.zeros((count, r.size))
     if isinstance(medium, PowerLawHalfSpace):
         for part in _octaves(load, z):
-            result[:, part.chosen] = _on_panel(medium, load, 0, r[part.chosen], z[part.chosen], part, shear, reach)
+            _fill(result, medium, load, [part], r, z, shear, reach)
     elif isinstance(medium, Medium) and medium.layers:
-        tops, z = np.concatenate([[0.0], interfaces(medium), [np.inf]]), z.copy()
-        for i in np.unique(layer):
-            here = np.flatnonzero(layer == i)
-            # points on an interface may be outside their layer by rounding
-            z[here] = np.clip(z[here], tops[i], tops[i + 1])
-            for part in _panels_in_depth(medium, load, int(i), z[here]):
-                points = here[part.chosen]
-                result[:, points] = _on_panel(medium, load, int(i), r[points], z[points], part, shear, reach)
+        tops = np.concatenate([[0.0], interfaces(medium), [np.inf]])
+        # points on an interface may be outside their layer by rounding
+        z = np.clip(z, tops[layer], tops[layer + 1])
+        parts = [part for i in np.unique(layer) for part in _panels_in_depth(medium, load, int(i), layer, z)]
+        for group in _groups(parts):
+            _fill(result, medium, load, group, r, z, shear, reach)
     return result[:6], result[6:] if shear else None
 
 
-def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[Points]:
+def _groups(parts: list[Points]) -> Iterator[list[Points]]:
+    """Panels that share their wavenumbers, from the surface down: those of thin layers below the first."""
+    group: list[Points] = []
+    for part in parts:
+        alike = group and group[0].layer > 0 and part.decay <= 2 * group[0].decay
+        if not alike or sum(min(each.chosen.size, _Z_NODES) for each in (*group, part)) > _TOGETHER:
+            if group:
+                yield group
+            group = []
+        group.append(part)
+    if group:
+        yield group
+
+
+def _panels_in_depth(medium: Medium, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
     """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
 
     Fields that return from a face decay at most as fast as the larger rate, those that arrive there at the smaller one.
     """
+    here = np.flatnonzero(layer == i)
+    z = depths[here]
     faces, rate = np.concatenate([[0.0], interfaces(medium)]), fastest_rate(medium, i)
     split = i == 0 and not isinstance(medium.layers[0], GradedLayer)
 
@@ -148,7 +167,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
         return float(2 * face - reached if split else reached)
 
     if split and rate == 1:
-        yield Points(np.arange(z.size), 0.0, faces[1], decay(float(z.max())))
+        yield Points(here, 0.0, faces[1], decay(float(z.max())))
         return
     start = faces[i]
     low = max(decay(start), SHORTEST * load.radius if i == 0 and not split else 0.0)
@@ -159,7 +178,7 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, z: Array) -> Iterator[P
         last = end >= limit or end >= z.max()
         chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
         if chosen.size:
-            yield Points(chosen, start, end, decay(end) if split else low, faded=start == 0 and not split)
+            yield Points(here[chosen], start, end, decay(end) if split else low, i, start == 0 and not split)
         if last:
             return
         start, low = end, decay(end)
@@ -175,24 +194,43 @@ def _octaves(load: Load, z: Array) -> Iterator[Points]:
         start, end = end, 2 * end
 
 
-def _on_panel(
-    medium: Medium | PowerLawHalfSpace, load: Load, i: int, r: Array, z: Array, part: Points, shear: bool, reach: float
-) -> Array:
-    """Functions at the points of one panel in depth, shape (functions, n)."""
-    depths, depth_weights = nodes_or_points(z, part.low, part.high, _Z_NODES)
-    result = np.empty((15 if shear else 6, r.size))
+def _fill(
+    result: Array,
+    medium: Medium | PowerLawHalfSpace,
+    load: Load,
+    parts: list[Points],
+    r: Array,
+    z: Array,
+    shear: bool,
+    reach: float,
+) -> None:
+    """Functions at the points of panels in depth that share their wavenumbers, into `result`, (functions, points)."""
+    decay = min(part.decay for part in parts)
+    rules = [nodes_or_points(z[part.chosen], part.low, part.high, _Z_NODES) for part in parts]
+    depths, layers = (
+        np.concatenate([nodes for nodes, _ in rules]),
+        np.concatenate([np.full(nodes.size, part.layer) for part, (nodes, _) in zip(parts, rules, strict=True)]),
+    )
+    points = np.concatenate([part.chosen for part in parts])
+    first, node = (np.cumsum([0, *sizes]) for sizes in zip(*((w.shape) for _, w in rules), strict=True))
     spectra: dict[float, tuple[Array, Array, Array]] = {}
-    for chosen, low, high in _panels_in_radius(r, load.radius, part.decay):
-        radii, weights = nodes_or_points(r[chosen], low, high, _R_NODES if high > 0 else _FEW)
+    for chosen, low, high in _panels_in_radius(r[points], load.radius, decay):
+        radii, weights = nodes_or_points(r[points[chosen]], low, high, _R_NODES if high > 0 else _FEW)
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
         # with another reach all nodes differ, so that a second one gives an estimate of the error
         extent *= REACH / reach
         gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
         if extent not in spectra:
-            spectra[extent] = _spectrum(medium, load, i, depths, (reach / part.decay, extent, gap, part.faded), shear)
-        result[:, chosen] = _combined(_table(spectra[extent], radii), weights, depth_weights[chosen])
-    return result
+            spectra[extent] = _spectrum(
+                medium, load, layers, depths, (reach / decay, extent, gap, parts[0].faded), shear
+            )
+        table = _table(spectra[extent], radii)
+        for n, (_, depth_weights) in enumerate(rules):
+            mine = (chosen >= first[n]) & (chosen < first[n + 1])
+            there = chosen[mine]
+            of_depth = depth_weights[there - first[n]]
+            result[:, points[there]] = _combined(table[:, :, node[n] : node[n + 1]], weights[mine], of_depth)
 
 
 def _panels_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, float, float]]:
@@ -239,7 +277,7 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
 def _spectrum(
     medium: Medium | PowerLawHalfSpace,
     load: Load,
-    i: int,
+    layer: Indices,
     z: Array,
     rule: tuple[float, float, float, bool],
     shear: bool,
@@ -266,7 +304,6 @@ def _spectrum(
         weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
     elif faded:
         weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
-    layer = np.full(z.size, i)
     fields = amplitudes(medium, k, z, layer, shear)
     if split_off(medium, load, z[:1], layer[:1])[0]:
         fields -= surface_part(medium).amplitudes(k, z, shear)
