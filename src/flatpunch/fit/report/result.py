@@ -20,7 +20,7 @@ from flatpunch._support.record import record
 from flatpunch._version import __version__
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.least_squares.minimum import Minimum
-from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.curve import Curve, read_lines
 from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
@@ -371,18 +371,6 @@ class FitResult:
 def _lmfit(result: FitResult) -> Any:
     """lmfit's own result."""
     return result.to_lmfit().leastsq()
-
-
-def read_lines(curve: Curve, points: int) -> tuple[str, ...]:
-    """Where the numbers of a fitted curve come from: what the reader noted, and the segment."""
-    lines = tuple(curve.meta.get("read", ()))
-    if curve.segment is not None:
-        first, last = curve.segment[0], curve.segment[-1]
-        numbers = ", ".join(f"{v:g}" for v in (np.unique(curve.segment) if first != last else [first]))
-        lines += (f"segment {numbers} of the file",)
-    elif lines:
-        lines += (f"segment found from the positions: {points} points",)
-    return lines
 
 
 def in_si(name: str, scales: Mapping[str, tuple[float, float]], x: Array) -> Array:
