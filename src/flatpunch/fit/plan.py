@@ -27,7 +27,7 @@ from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import slope
 from flatpunch.fit.parameters.settings import FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.report.plan import POORLY, Plan
+from flatpunch.fit.report.plan import POORLY, TANGLED, Plan
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -350,7 +350,7 @@ def _tangled(plan: Plan, count: int) -> list[str]:
         for k in range(j):
             pair = plan.names[k], plan.names[j]
             bad = [name for name in pair if plan.judgement(name) != "determined"]
-            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > 0.98:
+            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > TANGLED:
                 notes.append(
                     f"{pair[0]} and {pair[1]} are hardly distinguished: correlation {table[j, k]:.4f}. Hold one of them, give "
                     "it a prior, or press deeper."

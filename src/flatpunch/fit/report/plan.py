@@ -13,6 +13,9 @@ from flatpunch.fit.report.quantities import label, quantity, unit_of
 WELL, POORLY = 0.1, 1.0
 """Largest relative standard error of a parameter that counts as determined, and smallest of one that does not."""
 
+TANGLED = 0.98
+"""Correlation above which two parameters count as hardly distinguished, if their intervals are wide as well."""
+
 
 @readable
 @dataclass(frozen=True, eq=False)
