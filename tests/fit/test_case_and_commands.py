@@ -9,13 +9,13 @@ from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError, load
-from flatpunch.fit import Curve, fit
+from flatpunch.fit import Curve, Free, Settings, fit
 from flatpunch.fit.batch import fit_batch
 from flatpunch.fit.batch_pictures import map_figure
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fit.case import FitCase, drift, read_fit_case
 from flatpunch.fit.pictures import fit_figure, most_tangled
 from flatpunch.indenters import Sphere
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TransverselyIsotropicLayer
 from support.synthetic_curves import synthetic
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
@@ -178,3 +178,10 @@ def test_pictures():
     ]
     batch = fit_batch(curves, film, Sphere(3e-6), [YOUNG], workers=1)
     assert len(map_figure(batch, YOUNG).axes) == 3  # map, its bar, histogram
+
+
+def test_a_drift_needs_a_homogeneous_layer_on_top():
+    fibres = Medium([TransverselyIsotropicLayer(2e4, 1e4, 0.3, 0.2, 4e3, 1e-6)], RigidBase())
+    case = FitCase("fibres", fibres, Sphere(5e-6), {YOUNG: Free()}, Settings())
+    with pytest.raises(ValueError, match=r"layers\[0\] must be a homogeneous layer"):
+        drift(Curve(np.linspace(0, 1e-7, 20), np.linspace(0, 1e-9, 20)), case)

@@ -309,6 +309,7 @@ def _fit_folder(
 def _say_batch(batch: Batch, case: FitCase) -> None:
     """Print how many curves count, the median of each parameter, and why the others are left out."""
     import numpy as np
+    from scipy.special import ndtr
 
     from flatpunch.fit.report.quantities import label, quantity, unit_of
 
@@ -316,7 +317,7 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
     for name in case.free:
         values = batch.trusted(name)
         if np.isfinite(values).any():
-            low, high = (quantity(float(v), unit_of(name)) for v in np.nanpercentile(values, [16, 84]))
+            low, high = (quantity(float(v), unit_of(name)) for v in np.nanquantile(values, ndtr([-1, 1])))
             median = batch.median(name)
             middle, *ends = (quantity(v, unit_of(name)) for v in (median.value, median.low, median.high))
             within = f" (95 % in {ends[0]} .. {ends[1]})" if np.isfinite(median.low) else ""

@@ -22,8 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import Body, plane_at, waves_at
+from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.layered import sagittal_system, shear_modulus
+from flatpunch.compliance.stack import Body, plane_at
 from flatpunch.compliance.transverse import Solid
 from flatpunch.media import (
     AnyLayer,

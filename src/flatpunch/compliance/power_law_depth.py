@@ -19,8 +19,9 @@ import scipy
 from scipy.interpolate import CubicSpline
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import PlaneAt, Waves, named_waves
+from flatpunch.compliance.depth import Waves, named_waves
 from flatpunch.compliance.layered import sagittal_system
+from flatpunch.compliance.stack import PlaneAt
 from flatpunch.media import PowerLawHalfSpace
 
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14

@@ -14,9 +14,9 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Body, plane_at
 from flatpunch.compliance.graded import graded_flexibility
 from flatpunch.compliance.layered import SATURATION, half_space_flexibility, stack_flexibility
+from flatpunch.compliance.stack import Body, plane_at
 from flatpunch.media import AnyLayer, ElasticBase, GradedLayer, Interface, Medium, RigidBase
 
 _RTOL = 1e-12

@@ -1,19 +1,8 @@
 from .adhesion.loop import adhesion_loop
 from .adhesion.pull_off import PullOff, pull_off
-from .default import Choice, default_choice, default_method
+from .default import METHODS, Choice, Method, MethodName, default_choice, default_method, method_of
 from .indent import indent, pressure
-from .methods import (
-    METHODS,
-    BoundaryElements,
-    Exact,
-    FirstOrder,
-    FourthOrder,
-    Method,
-    MethodName,
-    Refined,
-    SecondOrder,
-    method_of,
-)
+from .methods import BoundaryElements, Exact, FirstOrder, FourthOrder, Refined, SecondOrder
 
 __all__ = [
     "METHODS",

@@ -1,27 +1,42 @@
-"""Which method solves a contact: the one that was named, or the default, chosen by estimated error and cost."""
+"""Which method solves a contact: the one that was named, or the default, chosen by estimated error and cost; their names."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, Values
+from flatpunch._support.checks import Array, BadValue, Values, shown
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import NOTABLE_OUTLINE, Control, Curve, control_from, percent
 from flatpunch.contact.methods import (
     BoundaryElements,
     Exact,
+    FirstOrder,
     FourthOrder,
-    Method,
     Refined,
     SecondOrder,
     exactly_solved,
 )
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
-from flatpunch.indenters.profile import Indenter, is_rising
+from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter, check_rising, is_rising
 from flatpunch.media import Body, FreeLayer
+
+if TYPE_CHECKING:
+    pass
+
+Method = Exact | FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
+
+MethodName = Literal["exact", "first-order", "second-order", "fourth-order", "refined", "bem"]
+"""Short names of the methods with their default settings."""
+
+METHODS: dict[str, type[Method]] = {
+    kind.name: kind for kind in (Exact, FirstOrder, SecondOrder, FourthOrder, Refined, BoundaryElements)
+}
+"""Short names of the methods, with the classes whose defaults they mean."""
 
 FORCE_LIMIT = 0.005
 """Estimated relative error of the force above which a series is not taken by default."""
@@ -211,3 +226,35 @@ def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
     from flatpunch.contact.refined.method import covered
 
     return covered(kernel, indenter, control)
+
+
+def method_of(method: object) -> Method:
+    """Return a method by its short name, or as it is.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an unknown name, or a class in the place of its configuration.
+    """
+    if isinstance(method, Method):
+        return method
+    if isinstance(method, type) and method in METHODS.values():
+        raise TypeError(f"method = {method.__name__} is a class; write {method.__name__}(), with its settings if any.")
+    if not isinstance(method, str) or method not in METHODS:
+        classes = ", ".join(f"fp.{known.__name__}(...)" for known in METHODS.values())
+        raise BadValue(
+            "method",
+            shown(method),
+            f"is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings.",
+        )
+    return METHODS[method]()
+
+
+def solver_of(method: Method, indenter: Indenter) -> Method:
+    """The solver of an indenter under a method: cylinders with a flat end are solved exactly by all.
+
+    Only boundary elements solve tips that do not rise from one apex.
+    """
+    if not isinstance(method, BoundaryElements):
+        check_rising(indenter)
+    return Exact() if isinstance(indenter, Cylinder) else method

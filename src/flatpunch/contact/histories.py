@@ -12,8 +12,8 @@ from flatpunch._support.checks import Values, positive, shown, values
 from flatpunch._support.record import record
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, control_from
-from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, adhesive_method, asked_for, choose
-from flatpunch.contact.methods import BoundaryElements, Exact, Method, solver_of
+from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive_method, asked_for, choose, solver_of
+from flatpunch.contact.methods import BoundaryElements, Exact
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.media import Body, FreeLayer, Medium

@@ -14,21 +14,21 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import control_from
-from flatpunch.contact.default import adhesive_method, asked_for, choose, series_of
+from flatpunch.contact.default import (
+    Method,
+    MethodName,
+    adhesive_method,
+    asked_for,
+    choose,
+    method_of,
+    series_of,
+    solver_of,
+)
 from flatpunch.contact.finite_strain import checked as finite_strain_place
 from flatpunch.contact.finite_strain import solve as finite_strain_curve
 from flatpunch.contact.histories import history, on_free_layer, sticking
 from flatpunch.contact.limits import deepest
-from flatpunch.contact.methods import (
-    BoundaryElements,
-    Exact,
-    Method,
-    MethodName,
-    Refined,
-    exactly_solved,
-    method_of,
-    solver_of,
-)
+from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_solved
 from flatpunch.contact.pressure_field import PressureField
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_indenter

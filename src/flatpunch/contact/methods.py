@@ -10,19 +10,19 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from importlib import import_module
 from os import PathLike
-from typing import TYPE_CHECKING, ClassVar, Literal, TypedDict
+from typing import TYPE_CHECKING, ClassVar, TypedDict
 from warnings import warn
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, positive, shown, whole
+from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import FORCE_ERROR, Control, Curve
 from flatpunch.contact.pressure_field import PressureField, superposed
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter, check_rising
+from flatpunch.indenters.profile import Indenter
 
 if TYPE_CHECKING:
     from flatpunch.bem import Grid
@@ -358,39 +358,6 @@ def exactly_solved(kernel: Kernel, indenter: Indenter) -> bool:
     return indenter.round or ellipse.applies(kernel, indenter)
 
 
-Method = Exact | FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
-
-MethodName = Literal["exact", "first-order", "second-order", "fourth-order", "refined", "bem"]
-"""Short names of the methods with their default settings."""
-
-METHODS: dict[str, type[Method]] = {
-    kind.name: kind for kind in (Exact, FirstOrder, SecondOrder, FourthOrder, Refined, BoundaryElements)
-}
-"""Short names of the methods, with the classes whose defaults they mean."""
-
-
-def method_of(method: object) -> Method:
-    """Return a method by its short name, or as it is.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For an unknown name, or a class in the place of its configuration.
-    """
-    if isinstance(method, Method):
-        return method
-    if isinstance(method, type) and method in METHODS.values():
-        raise TypeError(f"method = {method.__name__} is a class; write {method.__name__}(), with its settings if any.")
-    if not isinstance(method, str) or method not in METHODS:
-        classes = ", ".join(f"fp.{known.__name__}(...)" for known in METHODS.values())
-        raise BadValue(
-            "method",
-            shown(method),
-            f"is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings.",
-        )
-    return METHODS[method]()
-
-
 def _cell_pressure(
     method: _Method,
     kernel: Kernel,
@@ -422,13 +389,3 @@ def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arr
             stacklevel=5,
         )
     return PressureField(field, error)
-
-
-def solver_of(method: Method, indenter: Indenter) -> Method:
-    """The solver of an indenter under a method: cylinders with a flat end are solved exactly by all.
-
-    Only boundary elements solve tips that do not rise from one apex.
-    """
-    if not isinstance(method, BoundaryElements):
-        check_rising(indenter)
-    return Exact() if isinstance(indenter, Cylinder) else method

@@ -12,7 +12,8 @@ from flatpunch._support.checks import Array, refused_overflow, shown, whole
 from flatpunch._support.kinds import listed
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.methods import BoundaryElements, Method, MethodName
+from flatpunch.contact.default import Method, MethodName
+from flatpunch.contact.methods import BoundaryElements
 from flatpunch.design.problem import LARGEST, Problem
 from flatpunch.design.result import Design, DesignedValue, Minimum
 from flatpunch.design.search import ALIKE, ROUNDING, End, different, reachable, search, starts

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.contact.curve import Control
-from flatpunch.contact.methods import Method
+from flatpunch.contact.default import Method
 from flatpunch.design.targets import LargestLoad, Limit, Quantity, Target, achieved
 from flatpunch.design.variables import Variables
 from flatpunch.fields import critical_load

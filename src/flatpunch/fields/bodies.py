@@ -9,7 +9,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import Side, layer_at
+from flatpunch.compliance.stack import Side, layer_at
 from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
 
 __all__ = ["Layered", "Located", "Side", "Solid", "layer_at", "located"]

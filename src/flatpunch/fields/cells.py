@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.depth import interfaces
+from flatpunch.compliance.stack import interfaces
 from flatpunch.fields.axisymmetric.anisotropic import AnisotropicPart, surface_part
 from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
 from flatpunch.fields.axisymmetric.radial import cartesian

@@ -25,8 +25,9 @@ from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.depth import attenuation, interfaces, waves_at
+from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
+from flatpunch.compliance.stack import attenuation, interfaces
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.fields.axisymmetric.layered import wavenumbers
 from flatpunch.fields.axisymmetric.ring_sources import RingSources

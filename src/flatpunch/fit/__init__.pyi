@@ -15,12 +15,13 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
-from .plan import Plan, PlanScan, plan_scan, planned
+from .plan import PlanScan, plan_scan, planned
 from .posterior_picture import plot_posterior
 from .reading import plot_measured
 from .report.estimate import Estimate
 from .report.joint import JointResult
 from .report.likelihood import Profile
+from .report.plan import Plan
 from .report.posterior import Posterior
 from .report.result import FitResult
 from .together import Measured, fit_together

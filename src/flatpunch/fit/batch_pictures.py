@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from scipy.special import ndtr
 
 from flatpunch._support.checks import TINY, Array, Flags
 from flatpunch.fit.report.quantities import axis_label, unit_of
-from flatpunch.plots.style import BLUE, GREY, PALE, StyleName, scale_of, styled
+from flatpunch.plots.style import BLUE, GREY, PALE, SHADE, THIN, StyleName, scale_of, sheet, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +35,7 @@ def bars(batch: Batch, name: str, axes: Axes) -> None:
     options: Any = {"fmt": "o", "ms": 4, "color": BLUE, "ecolor": GREY, "elinewidth": 1, "capsize": 2}
     axes.errorbar(number[known], values[known] * factor, np.nan_to_num(spread[:, known], posinf=0.0), **options)
     for i in number[~known]:
-        axes.axvline(i, color=PALE, lw=0.8, ls=":")
+        axes.axvline(i, color=PALE, lw=THIN, ls=":")
     axes.set_xlabel("curve")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(axis_label(name, unit))
@@ -58,8 +59,7 @@ def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") ->
     placed = np.isfinite(x) & np.isfinite(y)
     with styled(style) as chosen:
         one = chosen.width is not None and chosen.width == chosen.panel[0]
-        size = (3.5, 5.2) if one else (chosen.width or 8.8, 0.45 * (chosen.width or 8.8))
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=sheet(chosen, 3 / 2 if one else 0.5, 2), layout="constrained")
         mapped = placed.sum() > 1
         # a square map with its bar is as wide as the histogram; wide maps have more, and values one by one as well
         across = min(1.7, 0.3 + 0.8 * np.ptp(x[placed]) / max(np.ptp(y[placed]), TINY)) if mapped else 1.7
@@ -81,7 +81,7 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
     factor, unit = scale_of(values, unit_of(name))
     known = values[np.isfinite(values)] * factor
     if known.size:
-        counts, edges, _ = axes.hist(known, bins="auto", color=PALE, edgecolor="white", linewidth=0.8)
+        counts, edges, _ = axes.hist(known, bins="auto", color=PALE, edgecolor="white", linewidth=THIN)
         counts = np.asarray(counts, dtype=float)
         error = np.sqrt(counts * (1 - counts / known.size))
         low_error: Any = np.array([np.minimum(error, counts), error])
@@ -90,9 +90,9 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
         axes.axvline(median.value * factor, color=BLUE)
         within = ""
         if np.isfinite(median.low):
-            axes.axvspan(median.low * factor, median.high * factor, color=BLUE, alpha=0.25, lw=0)
+            axes.axvspan(median.low * factor, median.high * factor, color=BLUE, alpha=SHADE, lw=0)
             within = f" (95 % in {median.low * factor:.4g} to {median.high * factor:.4g})"
-        low, high = np.percentile(known, [16, 84])
+        low, high = np.quantile(known, ndtr([-1, 1]))
         for end in (low, high):
             axes.axvline(end, color=BLUE, lw=1, ls="--")
         lost = values.size - known.size

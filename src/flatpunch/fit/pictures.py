@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.special import erfc
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
@@ -23,6 +24,7 @@ from flatpunch.plots.style import (
     GREY,
     ORANGE,
     PALE,
+    THIN,
     StyleName,
     axes_or_new,
     legend_below,
@@ -31,6 +33,7 @@ from flatpunch.plots.style import (
     printed,
     scale_of,
     scale_on,
+    sheet,
     styled,
 )
 
@@ -99,7 +102,7 @@ def plot_fit(
     from flatpunch.fit.report.result import FitResult
 
     instance("result", result, (FitResult, FilmResult, Batch), "what `fit`, `fit_film` or `fit_batch` returns")
-    drawn = axes_or_new(axes, (5.6, 4.0))
+    drawn = axes_or_new(axes)
     if isinstance(result, FitResult):
         (_residuals if residuals else _measured_and_fitted)(result, drawn, label)
     elif isinstance(result, FilmResult):
@@ -124,9 +127,10 @@ def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName
     pair = most_tangled(result)
     wanted = pair is not None and (ridge if ridge is not None else _complains(result))
     with styled(style) as chosen:
-        width = chosen.width if chosen.width is not None else 9.6 if wanted else 5.6
         beside = wanted and chosen.width != chosen.panel[0]
-        figure = Figure(figsize=(width, 4.6 if beside or not wanted else 7.2), layout="constrained")
+        figure = Figure(
+            figsize=sheet(chosen, 0.5 if beside else 3 / 2 if wanted else 3 / 4, 1 + beside), layout="constrained"
+        )
         shape = (2, 2 if beside else 1) if beside or not wanted else (3, 1)
         grid = figure.add_gridspec(*shape, height_ratios=[3, 1, 3][: shape[0]])
         top = figure.add_subplot(grid[0, 0])
@@ -180,14 +184,14 @@ def _measured_and_fitted(result: FitResult, axes: Axes, label: str | None = None
     points = "measured" if first else None
     axes.plot(x[~left], measured[~left], "o", ms=4, mew=0, color=PALE, label=points, rasterized=True)
     if left.any():
-        axes.plot(x[left], measured[left], "x", ms=3.5, mew=0.7, color=GREY, label="left out", rasterized=True)
+        axes.plot(x[left], measured[left], "x", ms=4, mew=THIN, color=GREY, label="left out", rasterized=True)
     for at, name in zip(_ways(result, x), (label or "fitted", None), strict=False):
-        axes.plot(x[at], result.force[at] * factor, color=colour, lw=1.2, label=name)
+        axes.plot(x[at], result.force[at] * factor, color=colour, label=name)
     if along.startswith("indentation"):
-        axes.axvline(0, color=GREY, lw=0.6, ls=":")
+        axes.axvline(0, color=GREY, lw=THIN, ls=":")
     axes.set_xlabel(along)
     axes.set_ylabel(f"normal force $F$ ({unit})")
-    axes.legend(loc="best", markerscale=1.3)
+    axes.legend(loc="best", markerscale=2)
     axes.set_title(_title(result.curve.name, result, result.objective.model.free) if first else "")
 
 
@@ -205,7 +209,7 @@ def _residuals(result: FitResult, axes: Axes, label: str | None = None) -> None:
     first, colour = not axes.has_data(), next_colour(axes)
     x, along = _along(result, axes.xaxis)
     factor, unit = scale_on(axes.yaxis, result.residual[result.used], "N")
-    pale = {"color": PALE} if first else {"color": colour, "alpha": 0.4}
+    pale = {"color": PALE} if first else {"color": colour, "alpha": 0.5}
     axes.plot(
         x[result.used], result.residual[result.used] * factor, "o", ms=2, mew=0, rasterized=True, label=label, **pale
     )
@@ -229,9 +233,7 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
     import matplotlib
 
     with styled(style) as chosen:
-        width = chosen.width or 6.4
-        height = 1.1 * width if chosen.across == 1 else 0.8 * width
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=sheet(chosen, 1 if chosen.across == 1 else 3 / 4), layout="constrained")
         grid = figure.add_gridspec(2, 1, height_ratios=[3, 1])
         top = figure.add_subplot(grid[0])
         bottom = figure.add_subplot(grid[1], sharex=top)
@@ -239,24 +241,24 @@ def together_figure(result: JointResult, *, style: StyleName | str = "screen") -
         levels = [r.estimates["baseline"].value if "baseline" in r.estimates else 0.0 for r in result.results]
         tops = [float(r.force.max()) - level for r, level in zip(result.results, levels, strict=True)]
         y_factor, y_unit = scale_of(tops, "N")
-        colours = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(result.results)))
+        colours = matplotlib.colormaps["viridis"](np.arange(len(result.results)) / (1 + len(result.results)))
         for one, level, colour in zip(result.results, levels, colours, strict=True):
             order = np.argsort(one.depth, kind="stable")
             x = one.depth * x_factor
             measured = (one.curve.force - level) * y_factor
             top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
-            top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=0.8)
+            top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=THIN)
             left = one.residual[one.used] / one.noise
             if one.minimum.residual.size == left.size:
                 # as they were weighted: behind a cantilever the noise moves the tip as well, the more the stiffer the contact;
                 # histories are fitted as means, with no weights but their counts
                 left = -one.minimum.residual * one.objective.frame[2] / one.noise
-            bottom.plot(x[one.used], left, ".", ms=2, alpha=0.4, color=colour, rasterized=True)
+            bottom.plot(x[one.used], left, ".", ms=2, alpha=0.5, color=colour, rasterized=True)
         top.legend(title="measured; fitted in black", markerscale=3)
         top.set_ylabel(f"force over baseline ({y_unit})")
         top.tick_params(labelbottom=False)
         top.set_title(_title(f"{len(result.results)} curves", result, result.shared))
-        bottom.axhline(0, color=GREY, lw=0.8)
+        bottom.axhline(0, color=GREY, lw=THIN)
         bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
         bottom.set_ylabel("residual / noise")
     return figure
@@ -276,7 +278,7 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     scales = [scale_of(found[name].values, unit_of(label)) for name, label in (("first", first), ("second", second))]
     x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
     # growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters
-    levels = [0, 2.30, 5.99, 11.83]
+    levels = [0.0, *(-2 * np.log(erfc(np.array([1, 2, 3]) / np.sqrt(2))))]
     axes.contourf(
         np.broadcast_to(x[:, None], y.shape),
         y,
@@ -286,10 +288,10 @@ def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
     )
     axes.plot(x, found["line"].values * scales[1][0], color=ORANGE, label="best for each value")
     axes.plot(
-        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=5, color="white", mec="black", mew=0.8
+        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=THIN
     )
     for values, name, which in ((x, first, "x"), (y, second, "y")):
-        if plain_limits(name) is None and values.max() > 5 * values.min():
+        if plain_limits(name) is None and values.max() > 4 * values.min():
             logarithmic(axes, which)
     axes.set_xlabel(axis_label(first, scales[0][1]))
     axes.set_ylabel(axis_label(second, scales[1][1]))
@@ -317,7 +319,7 @@ def drift_figure(
         Sizes and fonts.
     """
     with styled(style) as chosen:
-        figure = Figure(figsize=(chosen.width or 5.6, 0.75 * (chosen.width or 5.6)), layout="constrained")
+        figure = Figure(figsize=sheet(chosen), layout="constrained")
         axes = figure.add_subplot()
         x_factor, x_unit = scale_of([float(r.depth.max()) for r in (*results, *beside)], "m")
         found = [abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs]
@@ -332,12 +334,12 @@ def drift_figure(
             values = np.array([r[label] for r in fits]) * y_factor
             ends = np.array([(r.estimates[label].low, r.estimates[label].high) for r in fits]) * y_factor
             spread: Any = np.abs(ends - values[:, None]).T
-            options: Any = {**how, "ms": 5, "capsize": 3, "label": words}
+            options: Any = {**how, "ms": 4, "capsize": 3, "label": words}
             axes.errorbar(x, values, spread, **options)
         axes.set_xlabel(f"largest fitted depth ({x_unit})")
         axes.set_ylabel(axis_label(name, y_unit))
-        axes.set_ylim(0, 1.2 * axes.get_ylim()[1])
-        axes.legend(loc="upper left", ncols=2)
+        axes.set_ylim(bottom=0)
+        axes.legend(loc="best", ncols=2)
     return figure
 
 
@@ -352,7 +354,7 @@ def film_figure(result: FilmResult, *, style: StyleName | str = "screen") -> Fig
         Sizes and fonts.
     """
     with styled(style) as chosen:
-        figure = Figure(figsize=(chosen.width or 6.4, 0.75 * (chosen.width or 6.4)), layout="constrained")
+        figure = Figure(figsize=sheet(chosen), layout="constrained")
         _film(result, figure.add_subplot())
     return figure
 
@@ -373,7 +375,7 @@ def _film(result: FilmResult, axes: Axes) -> None:
     known = {name: young for name, (young, _) in result.others.items() if np.isfinite(young)}
     for (name, young), style in zip(known.items(), styles, strict=False):
         poisson = layer_on_top(result.case)[1].poisson
-        axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=0.9, ls=style, label=f"film, {name}")
+        axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=THIN, ls=style, label=f"film, {name}")
     axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
     axes.set_xlim(left=0)

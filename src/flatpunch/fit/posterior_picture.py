@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from flatpunch._support.checks import Array
 from flatpunch._support.kinds import instance
 from flatpunch.fit.report.quantities import axis_label, unit_of
-from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, StyleName, axes_or_new, scale_of, styled
+from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, SAMPLES, THIN, StyleName, axes_or_new, scale_of, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ def plot_posterior(posterior: Posterior, name: str, second: str | None = None, a
     from flatpunch.fit.report.posterior import Posterior
 
     instance("posterior", posterior, (Posterior,), "a Posterior, as `FitResult.posterior` returns it")
-    drawn = axes_or_new(axes, (4.4, 4.0))
+    drawn = axes_or_new(axes)
     if second is None:
         _histogram(posterior, name, drawn)
     else:
@@ -127,12 +127,12 @@ def _histogram(posterior: Posterior, name: str, axes: Axes) -> None:
     prior = posterior.priors.get(name)
     if prior is not None:
         ends = axes.get_xlim()
-        at = np.linspace(*ends, 400)
+        at = np.linspace(*ends, SAMPLES)
         density = np.exp(prior.logarithm(at / factor))
         total = _mass(prior, factor)
-        axes.plot(at, density / total, color=ORANGE, lw=1.2, label="prior")
+        axes.plot(at, density / total, color=ORANGE, label="prior")
         axes.set_xlim(*ends)
-        axes.legend(loc="best", handlelength=1.2)
+        axes.legend(loc="best")
     axes.set_yticks([])
     axes.set_xlabel(text)
     axes.set_ylabel("density")
@@ -158,10 +158,10 @@ def _map(posterior: Posterior, first: str, second: str, axes: Axes) -> None:
     ordered = np.sort(smooth.ravel())[::-1]
     share = np.cumsum(ordered) / ordered.sum()
     levels = [float(ordered[min(int(np.searchsorted(share, held)), ordered.size - 1)]) for held in _HELD]
-    axes.plot(x, y, ",", color=GREY, alpha=0.4, rasterized=True)
+    axes.plot(x, y, ",", color=GREY, alpha=0.5, rasterized=True)
     if levels[0] < levels[1] < smooth.max():
-        axes.contourf(x_mid, y_mid, smooth.T, [*levels, smooth.max()], colors=[PALE, BLUE], alpha=0.55)
-    axes.plot(np.median(x), np.median(y), "+", color=ORANGE, ms=8, mew=1.6)
+        axes.contourf(x_mid, y_mid, smooth.T, [*levels, smooth.max()], colors=[PALE, BLUE], alpha=0.5)
+    axes.plot(np.median(x), np.median(y), "+", color=ORANGE, ms=10, mew=2 * THIN)
     axes.set_xlabel(x_text)
     axes.set_ylabel(y_text)
     axes.xaxis.set_major_locator(MaxNLocator(3))

@@ -21,7 +21,7 @@ from flatpunch.fit.parameters.settings import Settings, as_free
 from flatpunch.fit.search import descended
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
-from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, StyleName, axes_or_new, scale_of, styled
+from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, THIN, StyleName, axes_or_new, scale_of, sheet, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +140,7 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
     """
     instance("curve", curve, (Curve,), "a Curve, as `read_curve` returns it")
     reading = reading_of(curve, case)
-    drawn = axes_or_new(axes, (5.6, 4.0))
+    drawn = axes_or_new(axes)
     found = reading.approach
     whole = curve if found is None else found.whole
     (far, length), (strong, newton) = scale_of(whole.depth, "m"), scale_of(whole.force, "N")
@@ -152,7 +152,7 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
         sign = 1.0 if part.force[0] in whole.force else -1.0
         level: Array = start["baseline"] + start["tilt"] * (part.position - part.position.min())
         drawn.plot(part.depth * far, sign * level * strong, color=BLUE, lw=1.0, label="baseline")
-        drawn.axvline(start["contact"] * far, color=GREY, lw=0.8, ls=":", label="contact")
+        drawn.axvline(start["contact"] * far, color=GREY, lw=THIN, ls=":", label="contact")
         left = ~reading.setup.used
         if left.any():
             drawn.plot(
@@ -176,7 +176,7 @@ def measured_figure(curve: Curve, case: FitCase | None = None, *, style: StyleNa
         Sizes and fonts.
     """
     with styled(style) as chosen:
-        figure = Figure(figsize=(chosen.width or 5.6, 4.0), layout="constrained")
+        figure = Figure(figsize=sheet(chosen), layout="constrained")
         plot_measured(curve, case, figure.add_subplot())
     return figure
 

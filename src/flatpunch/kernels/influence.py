@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
 
 if TYPE_CHECKING:
+    from flatpunch._support.checks import Array
     from flatpunch.media import Body
 
 

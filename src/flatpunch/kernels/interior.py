@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
 from flatpunch.kernels.vectors import checked
-from flatpunch.numerics.chebyshev import Numbers
 
 if TYPE_CHECKING:
-    from flatpunch._support.checks import Indices
-    from flatpunch.compliance.depth import Side, Waves
+    from flatpunch._support.checks import Array, Indices
+    from flatpunch.compliance.depth import Waves
+    from flatpunch.compliance.stack import Side
     from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace
+    from flatpunch.numerics.chebyshev import Numbers
 
 
 def interior(
@@ -79,8 +79,9 @@ def _waves(body: ElasticBase | Medium | PowerLawHalfSpace, k: Array, z: Array, s
     from flatpunch._support.checks import ROUNDING
     from flatpunch._support.kinds import one_of
     from flatpunch._support.prefixes import text
-    from flatpunch.compliance.depth import layer_at, waves_at
+    from flatpunch.compliance.depth import waves_at
     from flatpunch.compliance.power_law_depth import power_law_waves
+    from flatpunch.compliance.stack import layer_at
     from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 
     one_of("side", side, ("above", "below"), "It is the side of an interface on which depths are taken.")

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flatpunch._support.checks import Array
-
 if TYPE_CHECKING:
+    from flatpunch._support.checks import Array
     from flatpunch.media import Medium, PowerLawHalfSpace, Solid, TwoBodies
 
 _POINTS = 8
@@ -93,7 +92,7 @@ def at_zero(body: Solid) -> tuple[float, float]:
 
 def _of_layer(body: Medium, i: int) -> Array:
     """Thickness over C33 and over C44 of a layer and its lower face."""
-    from flatpunch.compliance.depth import plane_at
+    from flatpunch.compliance.stack import plane_at
     from flatpunch.media import GradedLayer, Interface
 
     layer = body.layers[i]

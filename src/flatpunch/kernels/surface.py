@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array
 from flatpunch.kernels.bodies import Tuples, body_of
 from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
 from flatpunch.kernels.vectors import checked
-from flatpunch.numerics.chebyshev import Numbers
 
 if TYPE_CHECKING:
+    from flatpunch._support.checks import Array
     from flatpunch.media import Body, Solid
+    from flatpunch.numerics.chebyshev import Numbers
 
 _DIRECT = 4000
 """Largest number of wave vectors that are all computed; more are interpolated."""

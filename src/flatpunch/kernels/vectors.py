@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from flatpunch._support.checks import Array
-from flatpunch.numerics.chebyshev import Numbers
+if TYPE_CHECKING:
+    from flatpunch._support.checks import Array
+    from flatpunch.numerics.chebyshev import Numbers
 
 
 def checked(**given: Numbers) -> list[Array]:

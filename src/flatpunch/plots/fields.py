@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import readable
-from flatpunch.compliance.depth import interfaces
+from flatpunch.compliance.stack import interfaces
 from flatpunch.fields import Strength, fields
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying

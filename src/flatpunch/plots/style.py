@@ -32,6 +32,9 @@ GREY, PALE = "#8c8c8c", "#a9b4bd"
 COLOURS = (BLUE, ORANGE, GREEN, "#7b3294", "#b2182b", "#4d4d4d")
 """Colours of curves drawn one after the other on the same axes."""
 
+WIDE = 6.0
+"""Width of a single large panel on the screen [in]."""
+
 THIN = 0.8
 """Width of axes, level lines and other thin lines [pt]; main lines are twice as wide."""
 
@@ -150,7 +153,13 @@ def panels(style: Style, count: int, *, title: str = "") -> tuple[Figure, list[A
     return drawn, list(grid.flat[:count])
 
 
-def axes_or_new(axes: Axes | None, size: tuple[float, float] = (5.0, 4.0), **how: object) -> Axes:
+def sheet(style: Style, share: float = 3 / 4, across: int = 1) -> tuple[float, float]:
+    """Width of a figure of unequal panels, so many of them side by side, and a height of this share of it [in]."""
+    width = style.width or (WIDE if across == 1 else across * style.panel[0])
+    return width, share * width
+
+
+def axes_or_new(axes: Axes | None, size: tuple[float, float] = (WIDE, 3 / 4 * WIDE), **how: object) -> Axes:
     """Axes as given, or those of a new figure: one of pyplot if the caller works with it, so that a notebook shows it."""
     if axes is not None:
         if not hasattr(axes, "pcolormesh"):

@@ -128,7 +128,7 @@ def full_contact(medium: Body, spectrum: Spectrum) -> FullContact:
             f"spectrum has {q.size} wavenumbers and {density.size} densities; it must have equally many, two or more, the "
             "wavenumbers ascending."
         )
-    nodes, weights = gauss(8)
+    nodes, weights = gauss()
     logarithm = np.log(q)
     half = np.diff(logarithm)[:, None] / 2
     at = (logarithm[:-1, None] + half * (nodes + 1)).ravel()

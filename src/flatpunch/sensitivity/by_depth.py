@@ -13,7 +13,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import attenuation, interfaces
+from flatpunch.compliance.stack import attenuation, interfaces
 from flatpunch.fields.bodies import Layered, Located, located
 from flatpunch.media import Body, Medium, RigidBase, TwoBodies
 from flatpunch.sensitivity.gradient import Gradient

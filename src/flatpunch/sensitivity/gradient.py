@@ -12,8 +12,9 @@ from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.curve import Control
+from flatpunch.contact.default import Method
 from flatpunch.contact.indent import indent
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, Method, SecondOrder
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.indenters import Cylinder

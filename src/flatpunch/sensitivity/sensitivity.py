@@ -15,15 +15,8 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.methods import (
-    BoundaryElements,
-    FirstOrder,
-    FourthOrder,
-    Method,
-    MethodName,
-    SecondOrder,
-    method_of,
-)
+from flatpunch.contact.default import Method, MethodName, method_of
+from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.fields.bodies import located
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying

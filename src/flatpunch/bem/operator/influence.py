@@ -215,7 +215,7 @@ def power_block(exponent: float) -> Array:
     """Integrals of r^-(1 + exponent) over unit cells near the origin, the same for all cells and media."""
     block = near_averages(lambda r: np.asarray(r ** -(1 + exponent)), 1.0)
     # the central cell in polar coordinates: eight triangles
-    t, v = gauss(24)
+    t, v = gauss()
     angle = np.pi / 8 * (t + 1)
     block[0, 0] = 8 / (1 - exponent) * float(v @ (0.5 / np.cos(angle)) ** (1 - exponent)) * np.pi / 8
     return block

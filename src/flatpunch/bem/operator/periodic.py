@@ -101,7 +101,7 @@ def _line_load(kernel: Kernel, spacing: float, count: int, *, vanishing: bool) -
     octaves = np.geomspace(1e-8, 1.0, 28)
     edges = np.concatenate([[0.0], octaves, np.arange(2, count // 2 + 1)]) * (2 * np.pi / farthest)
     edges = np.append(edges[edges < np.pi / spacing], np.pi / spacing)
-    nodes, weights = gauss(16)
+    nodes, weights = gauss()
     half = np.diff(edges)[:, None] / 2
     k, w = (edges[:-1, None] + half * (nodes + 1)).ravel(), (half * weights).ravel()
     w *= kernel(k) * spacing / np.pi

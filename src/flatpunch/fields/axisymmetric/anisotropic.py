@@ -15,7 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Body, waves_at
+from flatpunch.compliance.depth import waves_at
+from flatpunch.compliance.stack import Body
 from flatpunch.compliance.transverse import Solid
 from flatpunch.fields.axisymmetric.radial import (
     NORMAL_ORDERS,

@@ -18,8 +18,9 @@ from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import Body, attenuation, fastest_rate, interfaces, waves_at
+from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
+from flatpunch.compliance.stack import Body, attenuation, fastest_rate, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
 from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace

@@ -17,7 +17,8 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import Waves, plane_at
+from flatpunch.compliance.depth import Waves
+from flatpunch.compliance.stack import plane_at
 from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace
 
 NORMAL_ORDERS = (1, 0, 1, 0, 0, 2)

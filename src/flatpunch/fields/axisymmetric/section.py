@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.compliance.depth import attenuation, interfaces
+from flatpunch.compliance.stack import attenuation, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, cartesian

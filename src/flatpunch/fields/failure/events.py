@@ -11,7 +11,7 @@ from scipy.ndimage import label, maximum_filter
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.readable import readable
-from flatpunch.compliance.depth import interfaces, plane_at
+from flatpunch.compliance.stack import interfaces, plane_at
 from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.strength import Strength
 from flatpunch.indenters import Cylinder

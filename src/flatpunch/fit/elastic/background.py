@@ -79,3 +79,14 @@ def wave_note(position: Array, force: Array, rise: float) -> tuple[str, ...]:
         f"The force without contact waves by ±{np.sqrt(2) * np.std(means) / rise:.1%} of the rise (laser interference, or long-"
         "range forces). baseline = 'sine' fits a wave.",
     )
+
+
+def begins_free(part: Curve) -> bool:
+    """Whether the force changes less over the first tenth of the way than on the whole: a retract begins at its steepest."""
+    order = np.argsort(part.position, kind="stable")
+    tenth = max(order.size // 10, 3)
+    last = np.isin(np.arange(order.size), order[-tenth:])
+    force = over_line(part, last)[order]
+    few = max(tenth // 4, 1)
+    change = abs(float(np.median(force[tenth - few : tenth]) - np.median(force[:few])))
+    return change < 0.05 * float(np.ptp(force))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.measured.curve import Curve
+from flatpunch.fit.measured.approach import Approach
+from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
 
 IMPRINT, HARD = 0.2, 1e8
@@ -30,6 +34,26 @@ def plastic_cycles(curve: Curve) -> bool:
     loaded = float(curve.depth[int(np.argmax(curve.force[: peak + 1] >= level))])
     unloaded = float(curve.depth[peak + int(np.flatnonzero(curve.force[peak : end + 1] >= level)[-1])])
     return unloaded - loaded > IMPRINT * (float(curve.depth[peak]) - loaded)
+
+
+def refuse_plastic(part: Curve, found: Approach, over: Callable[[Curve], Array], contact: float, young: float) -> None:
+    """Load cycles that leave an imprint in a stiff body were plastic on loading.
+
+    `part` is the approach as it is fitted, `over` gives the force of a curve over its background, `contact` is the contact point
+    [m], `young` the largest modulus that is fitted [Pa].
+    """
+    if young >= HARD and plastic_cycles(replace(found.whole, force=over(found.whole))):
+        raise CurveError(f"{part.name}: the unloading of its load cycles is steeper than the loading: {PLASTIC}")
+    if found.behind is None:
+        return
+    left = imprint(found.behind.depth, over(found.behind), float(np.ptp(part.force)))
+    deepest = float(found.cycle.depth.max()) - contact
+    share = (left - contact) / deepest if deepest > 0 else 0.0
+    # the same force over the part of the depth that comes back: the body is that much harder than the loading shows
+    if share > IMPRINT and young >= HARD * (1 - min(share, 1.0)):
+        raise CurveError(
+            f"{part.name}: the unloading ends {share:.0%} of the depth short of where the loading began: {PLASTIC}"
+        )
 
 
 def imprint(depth: Array, over: Array, rise: float) -> float:

@@ -8,9 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.fit.elastic.background import WAVES, asks_for_tilt, describes_better, line_error, over_line, wave_note
+from flatpunch.fit.elastic.background import (
+    WAVES,
+    asks_for_tilt,
+    begins_free,
+    describes_better,
+    line_error,
+    over_line,
+    wave_note,
+)
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.elastic.plastic import HARD, IMPRINT, PLASTIC, imprint, plastic_cycles
+from flatpunch.fit.elastic.plastic import refuse_plastic
 from flatpunch.fit.elastic.wave import best_wavelength
 from flatpunch.fit.least_squares.blocks import blocked
 from flatpunch.fit.least_squares.minimum import SOON, minimise
@@ -44,8 +52,6 @@ SAFE = 0.6
 
 Of 60 random curves with attraction 50 are refused for it, with half of it 52, with 0.9 only 34; of 80 plain ones none with any.
 """
-_SOLIDS = 1e-3, 1e13
-"""Moduli between which those of all solids lie [Pa], a thousand times below the softest gels and ten times above diamond."""
 Judged = tuple["Problem", Scan, Flags, tuple[str, ...]]
 
 
@@ -172,32 +178,16 @@ class Problem:
         """Largest modulus that is fitted [Pa]; 0 without one."""
         return max((float(np.exp(scan.x[j])) for j in self.moduli), default=0.0)
 
-    def check_moduli(self, scan: Scan) -> None:
-        """Refuse a force that no solid under this tip would give, before the descent looks for one."""
-        young = [float(np.exp(scan.x[j])) for j in self.moduli]
-        if all(_SOLIDS[0] < each < _SOLIDS[1] for each in young):
-            return
-        tip = ", ".join(" ".join(line.split()) for line in str(self.model.indenter).splitlines())
-        raise CurveError(
-            f"{self.part.name}: under this tip the curve asks for a modulus of about {young[0]:.2g} Pa, which no solid has. "
-            f"Check the size of the tip ({tip}) and the units of depth and force."
-        )
-
     def check_contact(self, scan: Scan) -> None:
         """Refuse a curve that its background alone describes as well."""
         if scan.gain > CLEAR**2:
             return
         self._check_reading()
-        straight = self.settings.baseline in ("linear", "sine")
+        straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
         raise CurveError(
             f"{self.part.name}: no contact is to be seen: the background alone (baseline = {self.settings.baseline!r}) describes "
-            "the force within its noise. "
-            + (
-                "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
-                if straight
-                else ""
-            )
-            + "Press deeper, average, or check which column is the force."
+            f"the force within its noise. {straight if self.settings.baseline in ('linear', 'sine') else ''}Press deeper, "
+            "average, or check which column is the force."
         )
 
     @property
@@ -221,7 +211,7 @@ class Problem:
         """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
         objective = self.objective()
         inside = objective.indentation(self.part, scan.x)
-        if (inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned) or self._begins_free():
+        if (inside.min() < -0.1 * np.ptp(inside) and scan.cost < scan.turned) or begins_free(self.part):
             return False
         free = replace(self.settings, contact="free")
         costs = []
@@ -229,16 +219,6 @@ class Problem:
             backwards = replace(self, part=self.part.turned(depth=-1.0, force=sign), settings=free, line=None)
             costs.append(backwards.misfit(backwards.scan())[0])
         return min(costs) < 0.5 * self.misfit(scan)[0]
-
-    def _begins_free(self) -> bool:
-        """Whether the force changes less over the first tenth of the way than on the whole: a retract begins at its steepest."""
-        order = np.argsort(self.part.position, kind="stable")
-        tenth = max(order.size // 10, 3)
-        last = np.isin(np.arange(order.size), order[-tenth:])
-        force = over_line(self.part, last)[order]
-        few = max(tenth // 4, 1)
-        change = abs(float(np.median(force[tenth - few : tenth]) - np.median(force[:few])))
-        return change < 0.05 * float(np.ptp(force))
 
     def misfit(self, scan: Scan, keep: Flags | None = None) -> tuple[float, Array]:
         """Sum of squares after a descent from a scanned contact, which takes positions of the tip for free of noise; residuals.
@@ -293,7 +273,6 @@ class Problem:
 
     def refuse_plastic(self, scan: Scan, found: Approach) -> None:
         """Load cycles that leave an imprint in a stiff body were plastic on loading."""
-        young = self.hardest(scan)
         rest = self.objective().split(scan.x)[1]
         # the speed of the retract is another one: drag is left out of the judgement
         still = {**rest, "drag": 0.0}
@@ -302,20 +281,7 @@ class Problem:
             objective = self.objective()
             return np.asarray(curve.force - rest["baseline"] - objective.background(still, curve.position, None))
 
-        if young >= HARD and plastic_cycles(replace(found.whole, force=over(found.whole))):
-            raise CurveError(
-                f"{self.part.name}: the unloading of its load cycles is steeper than the loading: {PLASTIC}"
-            )
-        if found.behind is None:
-            return
-        left = imprint(found.behind.depth, over(found.behind), float(np.ptp(self.part.force)))
-        deepest = float(found.cycle.depth.max()) - rest["contact"]
-        share = (left - rest["contact"]) / deepest if deepest > 0 else 0.0
-        # the same force over the part of the depth that comes back: the body is that much harder than the loading shows
-        if share > IMPRINT and young >= HARD * (1 - min(share, 1.0)):
-            raise CurveError(
-                f"{self.part.name}: the unloading ends {share:.0%} of the depth short of where the loading began: {PLASTIC}"
-            )
+        refuse_plastic(self.part, found, over, rest["contact"], self.hardest(scan))
 
     def before(self, scan: Scan, curve: Curve) -> Flags:
         """Which points of a curve are far enough before the contact to show the background alone."""

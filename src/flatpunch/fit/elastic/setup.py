@@ -28,6 +28,9 @@ _BOTH_ENDS = (
     "second part."
 )
 
+_SOLIDS = 1e-3, 1e13
+"""Moduli between which those of all solids lie [Pa], a thousand times below the softest gels and ten times above diamond."""
+
 
 def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """The approach of a curve against a model without adhesion."""
@@ -68,7 +71,7 @@ def _from_contact(
 ) -> Setup:
     """The problem of an approach from its best contact: what is judged over its background."""
     part, model, limits = problem.part, problem.model, problem.limits
-    problem.check_moduli(scan)
+    _check_moduli(problem, scan)
     signed, notes = found.signed(problem.upright), found.notes
     if problem.upright < 0:
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
@@ -130,3 +133,15 @@ def _with_retract(
     scales = target.scales()
     x = [(rest[name] - scales[name][0]) / scales[name][1] for name in target.nuisance]
     return longer, replace(scan, x=np.append(scan.x[: len(problem.model.free)], x)), kept
+
+
+def _check_moduli(problem: Problem, scan: Scan) -> None:
+    """Refuse a force that no solid under this tip would give, before the descent looks for one."""
+    young = [float(np.exp(scan.x[j])) for j in problem.moduli]
+    if all(_SOLIDS[0] < each < _SOLIDS[1] for each in young):
+        return
+    tip = ", ".join(" ".join(line.split()) for line in str(problem.model.indenter).splitlines())
+    raise CurveError(
+        f"{problem.part.name}: under this tip the curve asks for a modulus of about {young[0]:.2g} Pa, which no solid has. "
+        f"Check the size of the tip ({tip}) and the units of depth and force."
+    )

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 import numpy as np
+from scipy.special import ndtri
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
@@ -26,6 +27,7 @@ from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
+from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
 from flatpunch.media import Body, HalfSpace, Medium, TransverselyIsotropicLayer
@@ -356,14 +358,14 @@ def _minimum(problem: _Stiffness) -> tuple[Minimum, Array]:
 
 
 def _named(problem: _Stiffness, x: Array, spread: Array) -> dict[str, Estimate]:
-    estimates = {}
+    estimates, reach = {}, float(ndtri((1 + Settings().level) / 2))
     for j, name in enumerate(problem.names):
         error = float(np.sqrt(spread[j, j]))
         if name == _FRAME:
             value, unit = problem.frame + _UNIT * float(x[j]), _UNIT
-            estimates[name] = Estimate(value, unit * error, value - 1.96 * unit * error, value + 1.96 * unit * error)
+            estimates[name] = Estimate(value, unit * error, value - reach * unit * error, value + reach * unit * error)
             continue
         value = external(name, float(x[j]))
-        low, high = (external(name, float(x[j]) + s * 1.96 * error) for s in (-1, 1))
+        low, high = (external(name, float(x[j]) + s * reach * error) for s in (-1, 1))
         estimates[name] = Estimate(value, error * abs(slope(name, value)), low, high)
     return estimates

@@ -273,9 +273,9 @@ def _solved(seen: Callable[[float], float], target: float, guess: float) -> floa
         return math.log(seen(math.exp(x)) / target)
 
     while miss(high) < 0 and high < math.log(guess) + _WIDEST:
-        high += 0.7
+        high += math.log(2)
     while miss(low) > 0 and low > math.log(guess) - _WIDEST:
-        low -= 0.7
+        low -= math.log(2)
     if miss(low) * miss(high) > 0:
         bounds = [seen(math.exp(x)) for x in (low, high)]
         raise ValueError(

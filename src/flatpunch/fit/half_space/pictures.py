@@ -14,7 +14,7 @@ from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, THIN, StyleName, pa
 if TYPE_CHECKING:
     import xarray as xr
 
-_LINES = ((0, (5, 2)), (0, (1, 1.2)), (0, (5, 2, 1, 2)), (0, (3, 1.2)))
+_LINES = ("--", ":", "-.", (0, (3, 1)))
 
 
 def correction_figure(found: Correction, *, title: str = "", style: StyleName | str = "screen") -> Figure:
@@ -36,7 +36,7 @@ def correction_figure(found: Correction, *, title: str = "", style: StyleName | 
         names = [name for name, _ in rows]
         bars.barh(names, [young * factor for _, young in rows], color=[BLUE, *[GREY] * (len(rows) - 1)])
         bars.invert_yaxis()
-        bars.axvline(found.young * factor, color=BLUE, linewidth=0.9)
+        bars.axvline(found.young * factor, color=BLUE, linewidth=THIN)
         # one formula far off must not hide the others
         bars.set_xlim(0, min(bars.get_xlim()[1], 3 * factor * max(found.young, found.reported)))
         bars.set_xlabel(f"Young's modulus of the layer ({unit})")
@@ -68,7 +68,7 @@ def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | 
         drawn, (factors, errors) = panels(chosen, 2, title=title)
         length, unit = scale_of(found["depth"].values, "m")
         depth, bare = found["depth"].values * length, found["formula_force"].values[0]
-        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * THIN, alpha=0.4, label="exact")
+        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * THIN, alpha=0.5, label="exact")
         for i, name in enumerate(found["formula"].values):
             look: Any = {
                 "color": (ORANGE, GREEN, GREY)[i % 3],
@@ -78,9 +78,9 @@ def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | 
             factors.plot(depth, found["formula_force"].values[i] / bare, **look)
             errors.plot(depth, 100 * found["deviation"].values[i], **look)
         top = float(np.nanmax(found["factor"].values))
-        factors.set_ylim(0, 1.5 * top)
+        factors.set_ylim(0, 3 / 2 * top)
         for limit in WITHIN:
-            errors.axhspan(-100 * limit, 100 * limit, color="black", alpha=0.06, linewidth=0)
+            errors.axhspan(-100 * limit, 100 * limit, color="black", alpha=0.1, linewidth=0)
         errors.set_ylim(-50, 50)
         for axes in (factors, errors):
             axes.set_xlabel(f"indentation depth ({unit})")

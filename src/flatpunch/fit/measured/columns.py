@@ -5,16 +5,20 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
 from flatpunch.files import units
-from flatpunch.fit.measured.calibration import SIGNALS, Constants, signal_size
+from flatpunch.fit.measured.calibration import PRINTED, SIGNALS, Constants, ratio_of, signal_size
 from flatpunch.fit.measured.curve import FEWEST, CurveError
+
+if TYPE_CHECKING:
+    pass
 
 STIFFNESS = units.Dimension("stiffness", "N/m", "120 N/m", ("N/m", "mN/nm", "uN/nm", "N/mm", "mN/um"))
 TIME = units.Dimension("time", "s", "0.5 s", ("s", "ms", "min", "us"))
@@ -260,3 +264,68 @@ def _number(cell: Any) -> float:
         return float("nan")
     # instruments write the largest float where there is no value
     return number if abs(number) < _NO_VALUE else float("nan")
+
+
+_RESULTS = re.compile(r"\b(results?|summary|statistics?|overview)\b")
+
+
+_TESTS = re.compile(r"(test|indent|indentation|sample|site|location)( ?(no\.?|number|name|id|#))?")
+
+
+def with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> list[Table]:
+    """The tables with a column of forces, long enough to be curves; sheets of results only if there is nothing else."""
+    found, reasons = [], []
+    # a test that was cut off has the titles of the others, a short sheet of results has its own
+    titles = {table.names for table in tables if len(table.rows) >= FEWEST}
+    for table in tables:
+        try:
+            positions = chosen_columns(table, columns)
+            if "force" in positions and {"depth", "piezo"} & set(positions) and table.names in titles:
+                found.append(table)
+        except CurveError as error:
+            if len(tables) == 1:
+                raise
+            reasons.append(str(error))
+    if not found and len(tables) == 1:
+        return tables
+    if not found:
+        names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
+        why = " ".join(reasons) or "Name the columns with columns=...."
+        raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. {why}")
+    return [table for table in found if not _of_results(table)] or found
+
+
+def _of_results(table: Table) -> bool:
+    """Whether a sheet has one row a test: by its name, or by a column that numbers or names the tests."""
+    if _RESULTS.search(table.source.rpartition("sheet ")[2].lower()):
+        return True
+    for index, name in enumerate(table.names):
+        if _TESTS.fullmatch(name.lower().strip()):
+            cells = [str(row[index]) for row in table.rows if index < len(row) and row[index] not in (None, "")]
+            # a number of the test beside each reading is the same all the time
+            return 2 * len(set(cells)) > len(cells)
+    return False
+
+
+def own_constants(
+    table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, given: float | None
+) -> Constants:
+    """Constants that a table was written with: the ratio of its forces to its deflections, or what is written above it."""
+    if "force" not in positions or not is_length(table, positions, units):
+        return table.constants
+    ratio = ratio_of(*(in_si(table, role, positions[role], units) for role in ("force", "deflection")))
+    if ratio is None:
+        return table.constants
+    written = table.constants.spring_constant
+    for known in (written, given):
+        if known is not None and abs(ratio / known - 1) < PRINTED:
+            return replace(table.constants, spring_constant=known)
+    why = "force over deflection in the file" + ("" if written is None else f", whose header has {written:.4g}")
+    return replace(table.constants, spring_constant=ratio, origin=why)
+
+
+def is_length(table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None) -> bool:
+    """Whether there is a column of deflections that are lengths."""
+    at = positions.get("deflection")
+    unit = None if at is None else (units or {}).get("deflection") or table.units[at]
+    return unit is not None and at is not None and not is_signal(table, at, units)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from flatpunch._support.checks import Array, numbers, positive, shown, values
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
+
+if TYPE_CHECKING:
+    pass
 
 _COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s", "segment": "1"}
 FEWEST, FEWEST_STIFF = 12, 4
@@ -199,3 +202,15 @@ def check_curves(curves: Any) -> None:
         iter(curves)
     except TypeError:
         raise TypeError(f"curves = {shown(curves)} must be a list of curves; for a single one write [curve].") from None
+
+
+def read_lines(curve: Curve, points: int) -> tuple[str, ...]:
+    """Where the numbers of a fitted curve come from: what the reader noted, and the segment."""
+    lines = tuple(curve.meta.get("read", ()))
+    if curve.segment is not None:
+        first, last = curve.segment[0], curve.segment[-1]
+        numbers = ", ".join(f"{v:g}" for v in (np.unique(curve.segment) if first != last else [first]))
+        lines += (f"segment {numbers} of the file",)
+    elif lines:
+        lines += (f"segment found from the positions: {points} points",)
+    return lines

@@ -21,9 +21,20 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
 from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
-from flatpunch.fit.measured.calibration import PRINTED, Constants, calibrated, ratio_of
-from flatpunch.fit.measured.columns import ROLES, Table, check_title, chosen_columns, in_si, is_signal, segments_of
-from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.calibration import calibrated
+from flatpunch.fit.measured.columns import (
+    ROLES,
+    Table,
+    check_title,
+    chosen_columns,
+    in_si,
+    is_length,
+    is_signal,
+    own_constants,
+    segments_of,
+    with_columns,
+)
+from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.records import records_in
 from flatpunch.fit.measured.sides import without_sides
 from flatpunch.fit.measured.text import text_tables
@@ -36,10 +47,7 @@ EXCEL = (".xls", ".xlsx", ".xlsm")
 AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5", ".nid")
 TEXT = (".csv", ".tsv", ".txt", ".dat", ".asc", "")
 """Endings of text files; exports of some instruments have none."""
-_NANOSCOPE = re.compile(r"\.(spm|pfc|[0-9]{3})")
-"""Endings of Bruker's NanoScope."""
-_RESULTS = re.compile(r"\b(results?|summary|statistics?|overview)\b")
-_TESTS = re.compile(r"(test|indent|indentation|sample|site|location)( ?(no\.?|number|name|id|#))?")
+_NANOSCOPE = re.compile(r"\.(spm|pfc|[0-9]{3})")  # endings of Bruker's files
 KEPT = 20_000_000
 """Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
@@ -129,13 +137,12 @@ def read_curve(
     sensitivity = afm.get("sensitivity")
     found = _opened(path, spring_constant, columns, decimal, sheet, afm)
     if not isinstance(found, tuple):
-        file = found
-        curve = file.curve(_only(path, [str(i) for i in range(len(file))], index))
-        return replace(curve, meta={**curve.meta, "calibration": spread})
-    table = found[_only(path, [t.source for t in found], index)]
-    curve = curve_of(
-        table, path.stem, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
-    )
+        curve = found.curve(_only(path, [str(i) for i in range(len(found))], index))
+    else:
+        table = found[_only(path, [t.source for t in found], index)]
+        curve = curve_of(
+            table, path.stem, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
+        )
     return replace(curve, meta={**curve.meta, "calibration": spread})
 
 
@@ -245,7 +252,7 @@ def _kept(
     if kind in EXCEL:
         from flatpunch.fit.measured.excel import excel_tables
 
-        tables = _with_columns(excel_tables(path, sheet), wanted, path)
+        tables = with_columns(excel_tables(path, sheet), wanted, path)
     else:
         tables = text_tables(path, decimal)
     return tuple(record for table in tables for record in records_in(without_sides(table, wanted), wanted))
@@ -305,41 +312,6 @@ def _check_size(path: Path) -> None:
         raise CurveError(f"{shown_path(path)}: {error}.") from None
 
 
-def _with_columns(tables: list[Table], columns: Mapping[str, str | int] | None, path: Path) -> list[Table]:
-    """The tables with a column of forces, long enough to be curves; sheets of results only if there is nothing else."""
-    found, reasons = [], []
-    # a test that was cut off has the titles of the others, a short sheet of results has its own
-    titles = {table.names for table in tables if len(table.rows) >= FEWEST}
-    for table in tables:
-        try:
-            positions = chosen_columns(table, columns)
-            if "force" in positions and {"depth", "piezo"} & set(positions) and table.names in titles:
-                found.append(table)
-        except CurveError as error:
-            if len(tables) == 1:
-                raise
-            reasons.append(str(error))
-    if not found and len(tables) == 1:
-        return tables
-    if not found:
-        names = "; ".join(f"{t.source}: {', '.join(t.names)}" for t in tables) or "no table at all"
-        why = " ".join(reasons) or "Name the columns with columns=...."
-        raise CurveError(f"{path}: no sheet with a column of forces. Found {names}. {why}")
-    return [table for table in found if not _of_results(table)] or found
-
-
-def _of_results(table: Table) -> bool:
-    """Whether a sheet has one row a test: by its name, or by a column that numbers or names the tests."""
-    if _RESULTS.search(table.source.rpartition("sheet ")[2].lower()):
-        return True
-    for index, name in enumerate(table.names):
-        if _TESTS.fullmatch(name.lower().strip()):
-            cells = [str(row[index]) for row in table.rows if index < len(row) and row[index] not in (None, "")]
-            # a number of the test beside each reading is the same all the time
-            return 2 * len(set(cells)) > len(cells)
-    return False
-
-
 def curve_of(
     table: Table,
     name: str,
@@ -354,10 +326,10 @@ def curve_of(
     """Make a curve of a table's columns."""
     positions = chosen_columns(table, columns)
     explicit = set(columns or ())
-    own = _own_constants(table, positions, units, spring_constant)
+    own = own_constants(table, positions, units, spring_constant)
     k = own.spring_constant or spring_constant
     roles = _needed(table, positions, explicit, k)
-    if own.spring_constant is None and spring_constant is not None and _is_length(table, positions, units):
+    if own.spring_constant is None and spring_constant is not None and is_length(table, positions, units):
         # no constant relates the forces of the file to its deflections: the deflections are what was measured
         roles = (roles[0], "deflection")
     if "deflection" in roles and is_signal(table, positions["deflection"], units):
@@ -394,30 +366,6 @@ def curve_of(
         # which of several tests
         raise CurveError(f"{table.source}: {str(error).removeprefix(f'{name}: ')}") from None
     return calibrated(curve, own, spring_constant, sensitivity, inwards="piezo" in roles)
-
-
-def _own_constants(
-    table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, given: float | None
-) -> Constants:
-    """Constants that a table was written with: the ratio of its forces to its deflections, or what is written above it."""
-    if "force" not in positions or not _is_length(table, positions, units):
-        return table.constants
-    ratio = ratio_of(*(in_si(table, role, positions[role], units) for role in ("force", "deflection")))
-    if ratio is None:
-        return table.constants
-    written = table.constants.spring_constant
-    for known in (written, given):
-        if known is not None and abs(ratio / known - 1) < PRINTED:
-            return replace(table.constants, spring_constant=known)
-    why = "force over deflection in the file" + ("" if written is None else f", whose header has {written:.4g}")
-    return replace(table.constants, spring_constant=ratio, origin=why)
-
-
-def _is_length(table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None) -> bool:
-    """Whether there is a column of deflections that are lengths."""
-    at = positions.get("deflection")
-    unit = None if at is None else (units or {}).get("deflection") or table.units[at]
-    return unit is not None and at is not None and not is_signal(table, at, units)
 
 
 def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: float | None) -> tuple[str, ...]:

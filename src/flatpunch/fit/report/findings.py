@@ -12,6 +12,7 @@ from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import tilt_or_contact
 from flatpunch.fit.report.memory import correlated
+from flatpunch.fit.report.plan import TANGLED
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 if TYPE_CHECKING:
@@ -89,8 +90,7 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
     error = np.sqrt(np.diag(result.covariance))
     table = result.correlation
     wide = {name for name, e in zip(names, error, strict=True) if name in free and np.isfinite(e) and e > WIDE}
-    # correlation from which two parameters count as hardly distinguished, if their intervals are wide as well
-    alike = [[k for k in range(len(free)) if k == j or abs(table[j, k]) > 0.98] for j in range(len(free))]
+    alike = [[k for k in range(len(free)) if k == j or abs(table[j, k]) > TANGLED] for j in range(len(free))]
     tangled = [
         names[j] for j in range(len(free)) if any(len(alike[k]) > 1 and {names[j], names[k]} & wide for k in alike[j])
     ]

@@ -8,30 +8,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import xarray as xr
-
-from flatpunch._support.checks import Array, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
 from flatpunch.files.results import write
 from flatpunch.fit.least_squares.joint import JointObjective
-from flatpunch.fit.least_squares.minimum import Minimum
-from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.priors import Prior
-from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.estimate import Estimate, interval_text, value_text
-from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.estimate import interval_text, value_text
+from flatpunch.fit.report.likelihood import Fitted
 from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import label, quantity, unit_of
-from flatpunch.fit.report.result import FitResult, in_si
+from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.report.sampling import draw
 
 
 @readable
-@dataclass(frozen=True, eq=False)
-class JointResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointResult(Fitted):
     """Several curves fitted together.
 
     Attributes
@@ -69,17 +62,9 @@ class JointResult:
     """
 
     objective: JointObjective
-    minimum: Minimum
-    estimates: dict[str, Estimate]
-    covariance: Array
-    undetermined: Array
-    settings: Settings
-    bounds: tuple[Array, Array]
     shared: tuple[str, ...]
     results: tuple[FitResult, ...] = ()
     excess: tuple[tuple[float, int], ...] = ()
-    notes: tuple[str, ...] = ()
-    unseen: Array | None = None
 
     def _line_(self) -> str:
         """The shared values."""
@@ -88,33 +73,7 @@ class JointResult:
 
     def _table_(self) -> Table:
         """A row for each fitted value."""
-        rows = tuple(
-            (label(name), value_text(e, name), quantity(e.stderr, unit_of(name)), interval_text(e, name))
-            for name, e in self.estimates.items()
-        )
-        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
-        return Table(f"Joint fit of {len(self.results)} curves", header, rows, self.notes)
-
-    def __getitem__(self, name: str) -> float:
-        """Best value of a parameter, SI."""
-        return self.estimates[name].value
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Parameters in the order of the covariance."""
-        return tuple(self.objective.names)
-
-    @property
-    def correlation(self) -> Array:
-        """Correlations as an array, shape (parameters, parameters)."""
-        scale = np.sqrt(np.diag(self.covariance))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.asarray(self.covariance / scale[:, None] / scale)
-
-    @property
-    def memory(self) -> float:
-        """Correlation of neighbouring residuals; 0 for independent noise."""
-        return memory_of(self.minimum.residual)
+        return self._rows_of(f"Joint fit of {len(self.results)} curves")
 
     @property
     def variance(self) -> float:
@@ -131,16 +90,6 @@ class JointResult:
         freedom = max(self.minimum.residual.size - len(self.names) - more, 1)
         return float(fisher.sf(fall / more, more, freedom)) if more else 1.0
 
-    def index(self, name: str) -> int:
-        """Position of a parameter in `names`."""
-        if name not in self.names:
-            raise ValueError(f"{shown(name)} was not fitted; fitted were {', '.join(self.names)}.")
-        return self.names.index(name)
-
-    def external(self, j: int, x: Array) -> Array:
-        """Internal values x of parameter j in SI."""
-        return in_si(self.names[j], self.objective.scales(), x)
-
     def posterior(
         self,
         draws: int = 10_000,
@@ -151,14 +100,6 @@ class JointResult:
     ) -> Posterior:
         """Draw from the posterior of all parameters of all curves, see `FitResult.posterior`; priors of fitted ones only."""
         return draw(self, [each.curve for each in self.results], draws, priors, seed, progress)
-
-    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
-        """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
-        return profile(self, name, level, points)
-
-    def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
-        """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
-        return ridge(self, first, second, points, width)
 
     def rows(self) -> list[Plain]:
         """A line for each curve: shared and own values with intervals, noise, notes."""

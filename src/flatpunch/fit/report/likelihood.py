@@ -2,76 +2,100 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import ROUNDING, TINY, Array
-from flatpunch._support.readable import readable
+from flatpunch._support.checks import ROUNDING, TINY, Array, shown
+from flatpunch._support.readable import Table, readable
 from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.measured.signal import memory_of
+from flatpunch.fit.parameters.scaling import external, kind, plain_limits
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import Unknowns
-from flatpunch.fit.report.quantities import unit_of
+from flatpunch.fit.report.estimate import Estimate, interval_text, value_text
+from flatpunch.fit.report.quantities import label, quantity, unit_of
 
 _FAR = 3.0
 """Where there is no end in sight, a factor 20 of a logarithmic parameter is shown."""
 
 
-class Fitted(Protocol):
-    """What a profile needs of a fit; see `flatpunch.fit.FitResult`."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fitted(ABC):
+    """What fits of one curve and of several have in common; see `flatpunch.fit.FitResult`."""
+
+    objective: Unknowns | JointObjective
+    minimum: Minimum
+    estimates: dict[str, Estimate]
+    covariance: Array
+    undetermined: Array
+    settings: Settings
+    bounds: tuple[Array, Array]
+    notes: tuple[str, ...] = ()
+    unseen: Array | None = None
+
+    def __getitem__(self, name: str) -> float:
+        """Best value of a parameter, SI."""
+        return self.estimates[name].value
 
     @property
-    def objective(self) -> Unknowns | JointObjective:
-        """Residuals and Jacobian over the internal parameters."""
-        ...
-
-    @property
-    def minimum(self) -> Minimum:
-        """Where the search ended."""
-        ...
-
-    @property
+    @abstractmethod
     def variance(self) -> float:
-        """Of independent residuals that would be as certain as these are."""
-        ...
-
-    @property
-    def covariance(self) -> Array:
-        """Of the internal parameters."""
-        ...
-
-    @property
-    def unseen(self) -> Array | None:
-        """The part of it from tilts that the data do not exclude."""
-        ...
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper limits of the internal parameters."""
-        ...
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of the fit."""
-        ...
+        """Variance of independent residuals that would be as certain as these are."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        ...
+        """Parameters in the order of the covariance."""
+        return tuple(self.objective.names)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations as an array, shape (parameters, parameters)."""
+        scale = np.sqrt(np.diag(self.covariance))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.covariance / scale[:, None] / scale)
+
+    @property
+    def memory(self) -> float:
+        """Correlation of neighbouring residuals; 0 for independent noise."""
+        return memory_of(self.minimum.residual)
 
     def index(self, name: str) -> int:
         """Position of a parameter in `names`."""
-        ...
+        if name not in self.names:
+            raise ValueError(f"{shown(name)} was not fitted; fitted were {', '.join(self.names)}.")
+        return self.names.index(name)
 
     def external(self, j: int, x: Array) -> Array:
-        """Internal values of parameter j in SI."""
-        ...
+        """Internal values x of parameter j in SI."""
+        name, scales = self.names[j], self.objective.scales()
+        if name in scales:
+            offset, unit = scales[name]
+            return np.asarray(offset + unit * x)
+        with np.errstate(over="ignore"):
+            return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+
+    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
+        """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
+        return profile(self, name, level, points)
+
+    def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
+        """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
+        return ridge(self, first, second, points, width)
+
+    def _rows_of(self, title: str) -> Table:
+        """A row for each fitted value."""
+        rows = tuple(
+            (label(name), value_text(e, name), quantity(e.stderr, unit_of(name)), interval_text(e, name))
+            for name, e in self.estimates.items()
+        )
+        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
+        return Table(title, header, rows, self.notes)
 
 
 @readable
@@ -337,3 +361,10 @@ def _held_error(result: Fitted, j: int, k: int) -> float:
     with np.errstate(invalid="ignore", divide="ignore"):
         variance = cov[k, k] - cov[k, j] ** 2 / cov[j, j]
     return float(np.sqrt(variance)) if np.isfinite(variance) and variance > 0 else 0.1
+
+
+def _end(name: str, value: float) -> float:
+    """External value at an infinite internal one."""
+    if value > 0:
+        return float(np.pi / 2) if kind(name) == "inclination" else float("inf")
+    return float("-inf") if plain_limits(name) else 0.0

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, Flags, shown
+from flatpunch._support.checks import Array, Flags
 from flatpunch._support.deprecation import deprecated
 from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
@@ -19,15 +19,13 @@ from flatpunch._support.readable import Table, readable
 from flatpunch._support.record import record
 from flatpunch._version import __version__
 from flatpunch.fit.elastic.model import method_for
-from flatpunch.fit.least_squares.minimum import Minimum
-from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.signal import independent, memory_of
+from flatpunch.fit.measured.curve import Curve, read_lines
+from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.scaling import external, kind, plain_limits
 from flatpunch.fit.parameters.unknowns import Unknowns
 from flatpunch.fit.report.estimate import Estimate, half_width, interval_text, value_text
-from flatpunch.fit.report.likelihood import Profile, profile, ridge
+from flatpunch.fit.report.likelihood import Fitted
 from flatpunch.fit.report.lmfit_problem import lmfit_problem
 from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.pull_off import pull_off_force
@@ -37,12 +35,12 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 
 if TYPE_CHECKING:
-    from flatpunch.fit.parameters.settings import Settings
+    pass
 
 
 @readable
-@dataclass(frozen=True, eq=False)
-class FitResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FitResult(Fitted):
     """A fitted curve.
 
     Attributes
@@ -81,19 +79,7 @@ class FitResult:
     curve: Curve
     used: Flags
     objective: Unknowns
-    minimum: Minimum
-    estimates: dict[str, Estimate]
-    covariance: Array
-    undetermined: Array
     noise: float
-    settings: Settings
-    bounds: tuple[Array, Array]
-    notes: tuple[str, ...] = ()
-    unseen: Array | None = None
-
-    def __getitem__(self, name: str) -> float:
-        """Best value of a parameter, SI."""
-        return self.estimates[name].value
 
     def _line_(self) -> str:
         """The fitted values of the case."""
@@ -102,18 +88,8 @@ class FitResult:
 
     def _table_(self) -> Table:
         """A row for each fitted value."""
-        rows = tuple(
-            (label(name), value_text(e, name), quantity(e.stderr, unit_of(name)), interval_text(e, name))
-            for name, e in self.estimates.items()
-        )
-        title = f"Fit of {self.curve.name}: {int(self.used.sum())} points, noise {quantity(self.noise, 'N')}"
-        header = ("", "value", "standard error", f"{100 * self.settings.level:g} % interval")
-        return Table(title, header, rows, self.notes)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Parameters in the order of the covariance."""
-        return tuple(self.objective.names)
+        points, noise = int(self.used.sum()), quantity(self.noise, "N")
+        return self._rows_of(f"Fit of {self.curve.name}: {points} points, noise {noise}")
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -153,11 +129,6 @@ class FitResult:
         return np.asarray(self.curve.force - self.force)
 
     @property
-    def memory(self) -> float:
-        """Correlation of neighbouring residuals; 0 for independent noise."""
-        return memory_of(self.minimum.residual)
-
-    @property
     def variance(self) -> float:
         """Variance of independent readings, over the force range squared, that would be as certain as these are."""
         size = self.minimum.residual.size
@@ -168,13 +139,6 @@ class FitResult:
         """Correlations of the estimates, shape (parameters, parameters)."""
         names = list(self.names)
         return xr.DataArray(self.correlation, {"parameter": names, "with": names}, ("parameter", "with"))
-
-    @property
-    def correlation(self) -> Array:
-        """Correlations as an array, shape (parameters, parameters)."""
-        scale = np.sqrt(np.diag(self.covariance))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.asarray(self.covariance / scale[:, None] / scale)
 
     def model_error(self, points: int = 12) -> float:
         """Largest difference between the tabulated model and the exact one, over the largest force."""
@@ -217,14 +181,6 @@ class FitResult:
     def lmfit(self) -> Any:
         """lmfit's result; deprecated, see `to_lmfit`."""
         return _lmfit(self)
-
-    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
-        """Likelihood profile of one parameter, see `flatpunch.fit.report.likelihood.profile`."""
-        return profile(self, name, level, points)
-
-    def ridge(self, first: str, second: str, points: int = 25, width: float = 4.0) -> xr.Dataset:
-        """Sum of squares over two parameters, see `flatpunch.fit.report.likelihood.ridge`."""
-        return ridge(self, first, second, points, width)
 
     def posterior(
         self,
@@ -283,16 +239,6 @@ class FitResult:
         True
         """
         return draw(self, (self.curve,), draws, priors, seed, progress)
-
-    def index(self, name: str) -> int:
-        """Position of a parameter in `names`."""
-        if name not in self.names:
-            raise ValueError(f"{shown(name)} was not fitted; fitted were {', '.join(self.names)}.")
-        return self.names.index(name)
-
-    def external(self, j: int, x: Array) -> Array:
-        """Internal values x of parameter j in SI."""
-        return in_si(self.names[j], self.objective.scales(), x)
 
     def row(self) -> Plain:
         """One line of a table: values, standard errors, intervals, noise, notes."""
@@ -371,31 +317,3 @@ class FitResult:
 def _lmfit(result: FitResult) -> Any:
     """lmfit's own result."""
     return result.to_lmfit().leastsq()
-
-
-def read_lines(curve: Curve, points: int) -> tuple[str, ...]:
-    """Where the numbers of a fitted curve come from: what the reader noted, and the segment."""
-    lines = tuple(curve.meta.get("read", ()))
-    if curve.segment is not None:
-        first, last = curve.segment[0], curve.segment[-1]
-        numbers = ", ".join(f"{v:g}" for v in (np.unique(curve.segment) if first != last else [first]))
-        lines += (f"segment {numbers} of the file",)
-    elif lines:
-        lines += (f"segment found from the positions: {points} points",)
-    return lines
-
-
-def in_si(name: str, scales: Mapping[str, tuple[float, float]], x: Array) -> Array:
-    """Internal values of a parameter in SI; `scales` are offset and unit of contact and background."""
-    if name in scales:
-        offset, unit = scales[name]
-        return np.asarray(offset + unit * x)
-    with np.errstate(over="ignore"):
-        return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
-
-
-def _end(name: str, value: float) -> float:
-    """External value at an infinite internal one."""
-    if value > 0:
-        return float(np.pi / 2) if kind(name) == "inclination" else float("inf")
-    return float("-inf") if plain_limits(name) else 0.0
