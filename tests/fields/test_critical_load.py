@@ -128,6 +128,41 @@ def test_tips_that_are_not_round(strengths):
         assert np.hypot(stress[3], stress[4]) == pytest.approx(1e9, rel=0.01)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_tension_at_the_rim_of_elliptic_contacts(seed):
+    """At the ends of the longer axis: (1 - 2 nu) p0 b/(a e^2) (artanh(e)/e - 1) (Johnson 1985, 4.5)."""
+    rng = np.random.default_rng([seed, 11])
+    poisson, ratio = rng.uniform(0.0, 0.4), 10 ** rng.uniform(0.05, 0.9)
+    body, tip = fp.HalfSpace(1e9, poisson), fp.EllipticParaboloid(1e3 * ratio, 1e3)
+    curve = fp.indent(body, tip, depth=1e-6)
+    b, a = np.sort(curve.contour.values[0])[[0, -1]]
+    e = np.sqrt(1 - (b / a) ** 2)
+    pressure = 1.5 * float(curve.force[0]) / (np.pi * a * b)
+    exact = (1 - 2 * poisson) * pressure * b / (a * e**2) * (np.arctanh(e) / e - 1)
+    found = fp.peak_stresses(body, tip, depth=1e-6)
+    off = abs(float(found.tension[0]) / exact - 1)
+    assert off < found.attrs["stress_error"]
+    assert off < 0.03
+    loads = fp.critical_loads(body, tip, fp.Strength(tensile=exact))
+    # stress grows like the root of the depth
+    assert float(loads.depth[0]) == pytest.approx(1e-6, rel=3 * float(loads.error[0]))
+    assert ("expected to be off" in str(loads.notes.values[0])) == (float(loads.error[0]) > 0.01)
+
+
+@pytest.mark.parametrize("body", [STEEL, FILM])
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_ring_cracks_under_tips_that_are_not_round(body, friction):
+    """An ellipse that is all but round: the load of the paraboloid, which is exact, to the stated error of the stress."""
+    strength, curvature = [fp.Strength(tensile=3e9)], 1 / (2 * 50e-6)
+    exact = fp.critical_load(body, fp.Paraboloid(50e-6), strength, friction=friction)
+    found = fp.critical_load(
+        body, fp.EllipticParaboloid(curvature * (1 + 1e-9), curvature), strength, friction=friction
+    )
+    assert found.error < 0.05
+    # force grows with the cube of the radius, stress in proportion to it
+    assert found.force == pytest.approx(exact.force, rel=3 * found.error)
+
+
 def test_flat_ends_and_pyramids_fail_below_the_surface():
     """Strengths of the base: a flat end reaches them in proportion to its load; sharp tips exceed their film's at once."""
     base = [None, fp.Strength(yield_stress=1e9)]

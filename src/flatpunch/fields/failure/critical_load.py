@@ -20,6 +20,7 @@ from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact import Exact, indent
+from flatpunch.contact.curve import NOTABLE_FORCE, first_failure, percent
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import deepest, high_pressure, steepness
 from flatpunch.contact.round.mean_profile import resolved_radius
@@ -69,7 +70,7 @@ class CriticalLoad:
     error : float
         Estimated relative error of the stress at that place.
     notes : tuple of str
-        Why the contact at that load is not valid or beyond small strains, as of `indent`; empty if it is neither.
+        Why the contact at that load is not valid or beyond small strains, as of `indent`, and an error above 1 %.
 
     See Also
     --------
@@ -125,7 +126,8 @@ def critical_load(
     -------
     CriticalLoad
         Load, depth, place, kind and all margins. Under round tips the load is refined to about 1e-4. `error` estimates that of
-        the stress there: up to 1e-7 under round tips, 0.1 to 2 % under others and more beside the rim.
+        the stress there: up to 1e-7 under round tips, 0.1 to 2 % under others, 1 to 10 % of tension at the rim of their contact
+        and more at the ends of slender ones. Above 1 % a note gives it.
 
     Raises
     ------
@@ -294,6 +296,11 @@ def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
         raise UnresolvedLayer(_uncertain(worst, off))
     force, depth, radius = search.contact(size)
     notes = _limits(medium, search.indenter, force, depth, radius)
+    notes += first_failure(
+        np.array([off > NOTABLE_FORCE]),
+        np.array([depth]),
+        f"the stress at that place is expected to be off by up to {percent(off)}, and the load by several times as much.",
+    )
     return CriticalLoad(force, depth, radius, kind, layer, worst.place, margins(events, named=named), body, off, notes)
 
 

@@ -35,13 +35,17 @@ _ROUNDS = 20
 @readable
 @dataclass(frozen=True, slots=True)
 class Event:
-    """The largest stress over strength of one kind in one layer: its value and its place (x, y, z) [m]."""
+    """The largest stress over strength of one kind in one layer: its value and its place (x, y, z) [m].
+
+    `rim`: at the rim of a contact on cells, extrapolated from outside.
+    """
 
     kind: str
     layer: int
     utilisation: float
     place: tuple[float, float, float]
     body: str = "lower"
+    rim: bool = False
 
     @property
     def what(self) -> tuple[str, int, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,12 +16,16 @@ from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, fields_of_cells
 from flatpunch.fields.failure.equal_area import counted_by
 from flatpunch.fields.failure.events import DEEPEST, Event, Judged
+from flatpunch.fields.failure.rim import Rim, rim_of
 from flatpunch.fields.failure.round import radius_limits
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium
 
-_COARSE, _FINE = 48, 128
-"""Cells along each side: while the load is searched, and at the place that is found."""
+_COARSE, _FINE, _RIM = 48, 128, 256
+"""Cells along each side: while the load is searched, at the place that is found, and where that is at the rim."""
+
+_RAYS = 720
+"""Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
 
 _PLACES = np.linspace(-1.3, 1.3, 27)
 """Places of the grid along x and y over half the length of the contact."""
@@ -55,7 +59,9 @@ class CellSearch:
         key = size, count
         if key not in self.solutions:
             depth = round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
-            (self.solutions[key],) = bem.solve(self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5)
+            (self.solutions[key],) = bem.solve(
+                self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
+            )
         return self.solutions[key]
 
     def _cells(self, size: float, count: int) -> Cells:
@@ -77,8 +83,9 @@ class CellSearch:
         found = []
         for each in self.bodies:
             for i in each.watched if only is None else {only}.intersection(each.watched):
-                found += self._largest(each, i, cells, x, y, each.depths(i, size))
-        return found + sharp
+                z = each.depths(i, size)
+                found += self._with_rim(each, i, size, *self._stress(each, i, cells, x, y, z), each.largest)
+        return _largest_of_each(found) + sharp
 
     def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
@@ -87,8 +94,41 @@ class CellSearch:
         found = []
         for each in self.bodies:
             for i in each.watched:
-                found += each.maxima(i, *self._stress(each, i, cells, x, y, each.depths(i, size)))
+                z = each.depths(i, size)
+                found += self._with_rim(each, i, size, *self._stress(each, i, cells, x, y, z), each.maxima)
         return found + self.singular(size)
+
+    def _with_rim(
+        self, judged: Judged, i: int, size: float, stress: Array, place: Array, chosen: Callable[..., list[Event]]
+    ) -> list[Event]:
+        """Events of a grid; that at the rim takes the place of tension beside it, which cells do not resolve."""
+        found = chosen(i, stress, place)
+        rim = self._rim(size, _COARSE) if i == 0 and judged.strengths[0].tensile is not None else None
+        if rim is None:
+            return found
+        away = [each for each in chosen(i, _away(rim, stress, place), place) if each.kind == "tensile"]
+        first = [each.kind for each in found].index("tensile")
+        others = [each for each in found[first:] if each.kind != "tensile"]
+        return [*found[:first], *away, self._at_rim(judged, size, _COARSE, rim), *others]
+
+    def _rim(self, size: float, count: int, phi: float | None = None) -> Rim | None:
+        """The rim of a contact, or its point at a polar angle; none on bodies whose surface has no modulus."""
+        solution = self._solved(size, count)
+        chosen = slice(None) if phi is None else np.array([round(phi / (2 * np.pi) * _RAYS) % _RAYS])
+        return (
+            rim_of(solution, self.kernel.surface_length, self.friction > 0, chosen)
+            if not self.kernel.exponent
+            else None
+        )
+
+    def _at_rim(self, judged: Judged, size: float, count: int, rim: Rim) -> Event:
+        """Largest tension at the surface along the rim."""
+        x, y = rim.outside.reshape(2, -1)
+        at = Located(judged.body, np.arange(x.size), np.zeros(x.size), np.zeros(x.size, dtype=int), judged.upper)
+        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(6, -1, rim.weights.size)
+        place = np.vstack([rim.place, np.zeros(rim.place.shape[1])])
+        found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
+        return replace(next(each for each in found if each.kind == "tensile"), rim=True)
 
     def _across(self, cells: Cells) -> tuple[Array, Array]:
         """Places of the grid along x and y."""
@@ -111,16 +151,20 @@ class CellSearch:
 
     def refined(self, event: Event, size: float) -> Event:
         """The same event, its place refined on finer cells and grids of five places along each axis."""
+        if event.rim and (rim := self._rim(size, _RIM)):
+            return self._at_rim(self._judged(event), size, _RIM, rim)
         cells, judged = self._cells(size, _FINE), self._judged(event)
         i, face = event.layer, event.kind.startswith("interface")
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
         x, y, z = event.place[0], event.place[1], abs(event.place[2])
         wide = [n * cells.spacing / 12 for n in cells.pressure.shape[::-1]]
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(size, float(top) / 2))
+        rim = self._rim(size, _FINE) if event.kind == "tensile" and i == 0 else None
         steps, best = np.linspace(-1, 1, 5), None
         for _ in range(_ROUNDS):
             zs = np.unique(np.clip(z + deep * steps, top, bottom))
-            found = self._largest(judged, i, cells, x + wide[0] * steps, y + wide[1] * steps, zs)
+            stress, place = self._stress(judged, i, cells, x + wide[0] * steps, y + wide[1] * steps, zs)
+            found = judged.largest(i, stress if rim is None else _away(rim, stress, place), place)
             (here,) = [each for each in found if each.kind == event.kind]
             best = here if best is None else max(best, here, key=lambda each: each.utilisation)
             x, y, z = best.place[0], best.place[1], abs(best.place[2])
@@ -133,11 +177,13 @@ class CellSearch:
         judged = self._judged(event)
         layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
 
-        def followed(other: float, count: int = _FINE) -> Event:
+        def followed(other: float) -> Event:
+            if event.rim and (rim := self._rim(other, _RIM, _angle(event))):
+                return self._at_rim(judged, other, _RIM, rim)
             growth = other / size
             x, y, z = event.place[0] * growth, event.place[1] * growth, abs(event.place[2])
             place = (np.array([each]) for each in (x, y, z if layered else z * growth))
-            found = self._largest(judged, event.layer, self._cells(other, count), *place)
+            found = self._largest(judged, event.layer, self._cells(other, _FINE), *place)
             (here,) = [each for each in found if each.kind == event.kind]
             return here
 
@@ -146,8 +192,30 @@ class CellSearch:
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = self._judged(event)
-        place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
-        found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
-        (coarse,) = [each for each in found if each.kind == event.kind]
+        if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
+            coarse = self._at_rim(judged, size, _RIM // 2, rim)
+        else:
+            place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
+            found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
+            (coarse,) = [each for each in found if each.kind == event.kind]
         # relative error of stresses from cells that are joined and taken as discs away from the points
         return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3
+
+
+def _away(rim: Rim, stress: Array, place: Array) -> Array:
+    """Stresses without those that cells do not resolve beside the rim."""
+    return np.where(rim.beside(place), 0.0, stress)
+
+
+def _angle(event: Event) -> float:
+    """Polar angle of a place [rad], from 0 to a full turn."""
+    return float(np.arctan2(event.place[1], event.place[0]) % (2 * np.pi))
+
+
+def _largest_of_each(events: list[Event]) -> list[Event]:
+    """The largest of each kind in each layer."""
+    best: dict[tuple[str, int, str], Event] = {}
+    for each in events:
+        if each.what not in best or each.utilisation > best[each.what].utilisation:
+            best[each.what] = each
+    return list(best.values())
