@@ -94,7 +94,7 @@ class _Plate:
     def _matrix(self, a: float, b: float, n1: int, n2: int) -> Array:
         s, step = 1.0, np.pi / max(a, b, 1.0)
         edges = np.concatenate([[0.0], np.geomspace(1e-3, step, 8), np.arange(2, _FARTHEST / step + 1) * step])
-        t, v = gauss(16 + self.more)
+        t, v = gauss(24 + self.more)
         half = np.diff(edges)[:, None] / 2
         k, w = (edges[:-1, None] + half * (t + 1)).ravel(), (half * v).ravel()
         j = np.vstack([spherical_bessel(2 * n, k * disc)[::2] for n, disc in ((n1, a), (n2, b))])

@@ -122,23 +122,30 @@ class RoundSearch:
             if not each.watched:
                 continue
             largest = 2.0 ** np.ceil(np.log2(radius) - 1e-9)
-            depths = [each.depths(i, largest) for i in each.watched]
-            layer = np.repeat(each.watched, [z.size for z in depths])
             extent = 4 * largest + (float(r.max()) - 3 * radius) * largest / radius
-            key = n, largest
-            if key not in self.sections:
-                self.sections[key] = Section.of(
-                    each.body,
-                    np.concatenate(depths),
-                    layer,
-                    (largest / 2, largest),
-                    extent,
-                    shear=self.friction > 0,
-                    reach=_COARSE,
-                )
-            for i in each.watched if only is None else {only}.intersection(each.watched):
-                section = self.sections[key].at(layer == i)
-                yield each, i, section.stress(load, r, theta, self._traction(each)), _places(r, theta, section.depth)
+            for group in _octaves(each):
+                wanted = [i for i in group if only in (None, i)]
+                if not wanted:
+                    continue
+                depths = [each.depths(i, largest) for i in group]
+                layer = np.repeat(group, [z.size for z in depths])
+                key = n, largest, group[0]
+                if key not in self.sections:
+                    self.sections[key] = Section.of(
+                        each.body,
+                        np.concatenate(depths),
+                        layer,
+                        (largest / 2, largest),
+                        extent,
+                        shear=self.friction > 0,
+                        reach=_COARSE,
+                    )
+                here = np.isin(layer, wanted)
+                section = self.sections[key].at(here)
+                stress = section.stress(load, r, theta, self._traction(each))
+                for i in wanted:
+                    mine = layer[here] == i
+                    yield each, i, stress[..., mine], _places(r, theta, section.depth[mine])
 
     def _traction(self, judged: Judged) -> float:
         # on the upper body the friction of the lower one acts backwards
@@ -254,6 +261,15 @@ def radius_limits(
     start = float(radius[np.argmax(reached) if reached.any() else -1])
     start = float(np.clip(start, flat, high))
     return max(start / RANGE, flat), start, min(high, start * RANGE)
+
+
+def _octaves(judged: Judged) -> list[list[int]]:
+    """Watched layers that share wavenumbers: the topmost, and those whose upper faces lie within an octave of depth."""
+    groups: dict[int | None, list[int]] = {}
+    for i in judged.watched:
+        octave = int(np.frexp(judged.tops[i])[1]) if i > 0 else None
+        groups.setdefault(octave, []).append(i)
+    return list(groups.values())
 
 
 def _flat_radius(indenter: Indenter) -> float:
