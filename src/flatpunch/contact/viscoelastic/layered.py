@@ -15,7 +15,7 @@ many rings and steps, and fewer retardation times.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -224,6 +224,18 @@ def _edge(flexibility: _Flexibility, state: _State) -> float:
     return float(flexibility.x[n - 1] + flexibility.width * min(max(beyond, 0.0), 1.0))
 
 
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """A history, with rings up to the `largest` radius [m]."""
+
+    medium: Medium
+    indenter: Indenter
+    control: Control
+    time: Array
+    relaxing: Relaxations
+    largest: float
+
+
 def solve_layered(
     medium: Medium, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
 ) -> Curve:
@@ -250,8 +262,8 @@ def solve_layered(
     glassy = compliance(with_moduli(medium, instant))
     largest = _largest_radius(medium, indenter, control, instant, relaxing, time)
     while True:
-        case = (medium, indenter, control, time, relaxing, largest)
-        fine, rough = _run(*case, 1), _run(*case, 2)
+        case = _Case(medium, indenter, control, time, relaxing, largest)
+        fine, rough = _run(case, 1), _run(case, 2)
         if fine.inside and rough.inside:
             break
         largest *= 1.5
@@ -270,29 +282,20 @@ def solve_layered(
     # the difference vanishes by chance where the edge is at the same place within a ring: it counts between the given times too
     given = slice(None, None, (error.size - 1) // (time.size - 1))
     found = _Response(fine.depth[given], fine.force[given], fine.radius[given], fine.inside)
-    error = np.maximum(error[given], _error_of_rings(*case, instant, given))
+    error = np.maximum(error[given], _error_of_rings(case, instant, given))
     return _as_curve(found, stiffness[given], error, time, phi)
 
 
-def _error_of_rings(
-    medium: Medium,
-    indenter: Indenter,
-    control: Control,
-    time: Array,
-    relaxing: Relaxations,
-    largest: float,
-    instant: list[float],
-    given: slice,
-) -> Array:
+def _error_of_rings(case: _Case, instant: list[float], given: slice) -> Array:
     """Relative error of the force of the same rings on the body before it relaxes, whose exact contact is known, shape (n,).
 
     Thin incompressible layers under wide contacts hardly yield to a single ring: both solutions are then wrong alike.
     """
-    stiff = with_moduli(medium, instant)
-    rings = _run(stiff, indenter, control, time, (None,) * len(relaxing), largest, 2)
+    stiff, control = with_moduli(case.medium, instant), case.control
+    rings = _run(replace(case, medium=stiff, relaxing=(None,) * len(case.relaxing)), 2)
     touching = control.values > 0
-    depth, force, slope = _elastic(compliance(stiff), indenter, Control(control.name, control.values[touching]))
-    error = np.zeros(time.size)
+    depth, force, slope = _elastic(compliance(stiff), case.indenter, Control(control.name, control.values[touching]))
+    error = np.zeros(case.time.size)
     found = rings.force[given][touching]
     off = np.maximum.accumulate(np.abs(found - force) + slope * np.abs(rings.depth[given][touching] - depth))
     # over the smaller one, so that a force that is far too small is not known either
@@ -333,25 +336,18 @@ def _largest_radius(
     return 1.05 * float(np.max(found))
 
 
-def _run(
-    medium: Medium,
-    indenter: Indenter,
-    control: Control,
-    time: Array,
-    relaxing: Relaxations,
-    largest: float,
-    coarser: int,
-) -> _Response:
+def _run(case: _Case, coarser: int) -> _Response:
     """One solution; `coarser` divides rings, steps and retardation times."""
-    span = float(time[-1] - time[0])
-    flexibility = _Flexibility.of(medium, relaxing, largest, span, _RINGS // coarser, _PER_DECADE - (coarser > 1))
-    flat = isinstance(indenter, Cylinder)
+    rings, per_decade = _RINGS // coarser, _PER_DECADE - (coarser > 1)
+    span = float(case.time[-1] - case.time[0])
+    flexibility = _Flexibility.of(case.medium, case.relaxing, case.largest, span, rings, per_decade)
+    flat = isinstance(case.indenter, Cylinder)
     touch = np.zeros(flexibility.x.size)
     if not flat:
-        touch = round_contact(compliance(HalfSpace(1.0, 0.0)), mean_profile(indenter), flexibility.x).depth
+        touch = round_contact(compliance(HalfSpace(1.0, 0.0)), mean_profile(case.indenter), flexibility.x).depth
     every = 2 // coarser
-    substeps = every * -(-_STEPS // (2 * (time.size - 1)))
-    return _Response(*_march(flexibility, touch, flat, control, time, substeps, every))
+    substeps = every * -(-_STEPS // (2 * (case.time.size - 1)))
+    return _Response(*_march(flexibility, touch, flat, case.control, case.time, substeps, every))
 
 
 def _as_curve(found: _Response, stiffness: Array, error: Array, time: Array, phi: Array) -> Curve:
