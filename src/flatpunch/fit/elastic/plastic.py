@@ -22,7 +22,9 @@ def plastic_cycles(curve: Curve) -> bool:
     Of the cycle with the largest load, depths at which half of what is taken back is reached: on the first loading up to it,
     and on the unloading. For elastic bodies they are the same, whatever part of the load is taken back.
     """
-    cycles = load_cycles(curve.force)
+    # where a free tip goes on, a force that waves is no load cycle
+    there = curve.depth
+    cycles = [(a, b, c) for a, b, c in load_cycles(curve.force) if max(there[a], there[c]) < there[b]]
     if len(cycles) < 2:
         return False
     _, peak, end = max(cycles, key=lambda cycle: float(curve.force[cycle[1]]))

@@ -291,8 +291,8 @@ class Problem:
             if min(ahead, whole - short) - constant > sure:
                 raise saturated(part, force[order], end)
 
-    def refuse_plastic(self, scan: Scan, found: Approach) -> None:
-        """Load cycles that leave an imprint in a stiff body were plastic on loading."""
+    def refuse_plastic(self, scan: Scan, found: Approach) -> tuple[str, ...]:
+        """Load cycles that leave an imprint in a stiff body were plastic on loading; in soft ones that is one of two reasons."""
         young = self.hardest(scan)
         rest = self.objective().split(scan.x)[1]
         # the speed of the retract is another one: drag is left out of the judgement
@@ -307,7 +307,7 @@ class Problem:
                 f"{self.part.name}: the unloading of its load cycles is steeper than the loading: {PLASTIC}"
             )
         if found.behind is None:
-            return
+            return ()
         left = imprint(found.behind.depth, over(found.behind), float(np.ptp(self.part.force)))
         deepest = float(found.cycle.depth.max()) - rest["contact"]
         share = (left - rest["contact"]) / deepest if deepest > 0 else 0.0
@@ -316,6 +316,13 @@ class Problem:
             raise CurveError(
                 f"{self.part.name}: the unloading ends {share:.0%} of the depth short of where the loading began: {PLASTIC}"
             )
+        if not IMPRINT < share < 1:
+            return ()
+        return (
+            f"The unloading ends {share:.0%} of the depth short of where the loading began: the body is viscous (relaxation= "
+            "fits it), liquid drags at the cantilever (drag=), or the body yielded. If it yielded, the modulus is too low by a "
+            f"factor of about {1 / (1 - share):.2g}.",
+        )
 
     def before(self, scan: Scan, curve: Curve) -> Flags:
         """Which points of a curve are far enough before the contact to show the background alone."""
