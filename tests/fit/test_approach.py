@@ -94,6 +94,25 @@ def test_a_load_ramp_ends_where_the_load_stops_growing(nose, segments):
     assert modulus(curve)[0] == pytest.approx(1, rel=0.005)
 
 
+@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("hold", [100, 400])
+def test_a_noisy_load_that_is_held_is_no_saturated_detector(noise, hold):
+    """Creep of up to a tenth of the depth, at first faster than the ramp; noise reaches the held load on the ramp already."""
+    rng, top = np.random.default_rng(hold), hertz(np.array([1e-6]))[0]
+    for _ in range(12):
+        load = np.linspace(0, top, int(rng.integers(400, 1200)))
+        free = np.linspace(-rng.uniform(4e-7, 1.5e-6), 0, int(rng.integers(150, 800)))
+        creep = 1e-6 + rng.uniform(0, 1e-7) * (1 - np.exp(-np.linspace(0, 3, hold)))
+        depth = np.concatenate([free, np.interp(load, hertz(g := np.linspace(0, 1e-6, 4000)), g), creep])
+        force = np.concatenate([np.zeros(free.size), load, np.full(hold, top)])
+        curve = Curve(depth, force + noise * top * rng.normal(size=force.size))
+        ends = free.size + load.size
+        # as many readings as noise of four levels, or a moving average, needs to be seen above the ramp
+        assert -8 * noise * load.size - 30 < approach_of(curve).end - ends < 30
+        estimate = fit(curve, START, TIP, ["base.young"], quick=True).estimates["base.young"]
+        assert abs(estimate.value - GEL.young) < 4 * estimate.stderr
+
+
 @pytest.mark.parametrize("place", [0.5, 0.75, 0.97])
 @pytest.mark.parametrize("size", [0.03, 0.12])
 def test_a_drop_is_named_and_what_lies_before_it_is_fitted(place, size):
@@ -142,6 +161,30 @@ def test_a_soft_cell_with_hysteresis_is_fitted():
     force = hertz(depth)
     force[900:] *= np.clip(1 - 0.5 * (1e-6 - depth[900:]) / 1e-6, 0.3, 1)
     assert modulus(noisy(depth, force))[0] == pytest.approx(1, rel=0.005)
+
+
+@pytest.mark.parametrize("left", [0.0, 0.4])
+def test_an_imprint_that_may_be_hysteresis_is_named(left):
+    """An unloading of a gel that ends at a share of the depth is no reason to refuse, and the note has the share."""
+    up = np.linspace(0, 1e-6, 900)
+    depth = np.concatenate([np.linspace(-5e-7, 0, 400), up, left * 1e-6 + (1 - left) * up[::-1], up[:300] - 1e-6])
+    force = np.concatenate([np.zeros(400), hertz(up), hertz(up[::-1]), np.zeros(300)])
+    ratio, found = modulus(noisy(depth, force))
+    assert ratio == pytest.approx(1, rel=0.005)
+    named = [note for note in found.notes if f"ends {left:.0%} of the depth short" in note]
+    assert len(named) == (left > 0)
+    assert not named or "factor of about 1.7" in named[0]
+
+
+def test_a_wave_in_the_baseline_is_no_load_cycle():
+    """Interference of 1 % of the force on approach and retract; the one load cycle is refused for its imprint."""
+    way = np.linspace(-3e-6, 1e-6, 2000)
+    depth = np.append(way, way[::-1])
+    force = 1e9 / GEL.young * np.append(hertz(way), hertz((way[::-1] - 4e-7) / 0.6))
+    wave = 0.01 * force.max() * np.sin(depth / 1e-7 + 1.0)
+    wave[:2000] *= 0.5
+    with pytest.raises(CurveError, match=r"the unloading ends .*% of the depth short"):
+        fit(noisy(depth, force + wave, 1e-4), HalfSpace(1e8, 0.5), TIP, ["base.young"])
 
 
 @pytest.mark.parametrize("tilt", [-0.03, 0.0, 0.02, 0.1])

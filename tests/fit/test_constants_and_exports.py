@@ -211,12 +211,12 @@ def test_binary_files_of_nanoscope_are_named(tmp_path):
         read_curve(tmp_path / "c.000")
 
 
-def _nid(path, unit, scale):
-    """Two curves in the layout of Nanosurf: integers of 32 bits below a header."""
+def _nid(path, unit, scale, order=-1):
+    """Two curves in the layout of Nanosurf, integers of 32 bits below a header; order 1: the retract by position, not time."""
     channels = [("Z-Axis Sensor", "m", PIEZO), ("Deflection", unit, FORCE * scale)]
     sets, raw = [], b""
     lines = ["[DataSet]", "GroupCount=1", "Gr0-Name=Spec", "Gr0-Count=4"]
-    for at, (frame, way) in enumerate((("Spec forward", 1), ("Spec backward", -1))):
+    for at, (frame, way) in enumerate((("Spec forward", 1), ("Spec backward", order))):
         for i, (name, own, values) in enumerate(channels):
             lines.append(f"Gr0-Ch{2 * at + i}=DataSet-{at}:{i}")
             low, span = values.min(), np.ptp(values)
@@ -243,13 +243,16 @@ def _nid(path, unit, scale):
     return path
 
 
+@pytest.mark.parametrize("order", [-1, 1])
 @pytest.mark.parametrize(("unit", "scale"), [("N", 1.0), ("m", 1 / K), ("V", 1 / K / SENSITIVITY)])
-def test_nanosurf_files_through_their_makers_reader(tmp_path, unit, scale):
+def test_nanosurf_files_through_their_makers_reader(tmp_path, unit, scale, order):
     pytest.importorskip("NSFopen")
-    path = _nid(tmp_path / "c.nid", unit, scale)
+    path = _nid(tmp_path / "c.nid", unit, scale, order)
     assert curves_in(path, sensitivity=SENSITIVITY) == 2
     more = {"sensitivity": SENSITIVITY} if unit == "V" else {}
     own, other = (read_curve(path, index=1, **more, **k) for k in ({}, {"spring_constant": 2 * K}))
+    # the tip does not leap between approach and retract
+    assert np.abs(np.diff(own.position)).max() < 2 * np.diff(PIEZO).max()
     assert _modulus(own) == pytest.approx(YOUNG, rel=1e-3)
     assert _modulus(other) == pytest.approx(2 * YOUNG, rel=1e-3)
     if unit == "V":

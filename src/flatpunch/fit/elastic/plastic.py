@@ -26,7 +26,9 @@ def plastic_cycles(curve: Curve) -> bool:
     Of the cycle with the largest load, depths at which half of what is taken back is reached: on the first loading up to it,
     and on the unloading. For elastic bodies they are the same, whatever part of the load is taken back.
     """
-    cycles = load_cycles(curve.force)
+    # where a free tip goes on, a force that waves is no load cycle
+    there = curve.depth
+    cycles = [(a, b, c) for a, b, c in load_cycles(curve.force) if max(there[a], there[c]) < there[b]]
     if len(cycles) < 2:
         return False
     _, peak, end = max(cycles, key=lambda cycle: float(curve.force[cycle[1]]))
@@ -36,8 +38,10 @@ def plastic_cycles(curve: Curve) -> bool:
     return unloaded - loaded > IMPRINT * (float(curve.depth[peak]) - loaded)
 
 
-def refuse_plastic(part: Curve, found: Approach, over: Callable[[Curve], Array], contact: float, young: float) -> None:
-    """Load cycles that leave an imprint in a stiff body were plastic on loading.
+def refuse_plastic(
+    part: Curve, found: Approach, over: Callable[[Curve], Array], contact: float, young: float
+) -> tuple[str, ...]:
+    """Load cycles that leave an imprint in a stiff body were plastic on loading; in soft ones that is one of the reasons noted.
 
     `part` is the approach as it is fitted, `over` gives the force of a curve over its background, `contact` is the contact point
     [m], `young` the largest modulus that is fitted [Pa].
@@ -45,7 +49,7 @@ def refuse_plastic(part: Curve, found: Approach, over: Callable[[Curve], Array],
     if young >= HARD and plastic_cycles(replace(found.whole, force=over(found.whole))):
         raise CurveError(f"{part.name}: the unloading of its load cycles is steeper than the loading: {PLASTIC}")
     if found.behind is None:
-        return
+        return ()
     left = imprint(found.behind.depth, over(found.behind), float(np.ptp(part.force)))
     deepest = float(found.cycle.depth.max()) - contact
     share = (left - contact) / deepest if deepest > 0 else 0.0
@@ -54,6 +58,13 @@ def refuse_plastic(part: Curve, found: Approach, over: Callable[[Curve], Array],
         raise CurveError(
             f"{part.name}: the unloading ends {share:.0%} of the depth short of where the loading began: {PLASTIC}"
         )
+    if not IMPRINT < share < 1:
+        return ()
+    return (
+        f"The unloading ends {share:.0%} of the depth short of where the loading began: the body is viscous (relaxation= "
+        "fits it), liquid drags at the cantilever (drag=), or the body yielded. If it yielded, the modulus is too low by a "
+        f"factor of about {1 / (1 - share):.2g}.",
+    )
 
 
 def imprint(depth: Array, over: Array, rise: float) -> float:

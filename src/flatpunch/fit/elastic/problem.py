@@ -271,8 +271,8 @@ class Problem:
             if min(ahead, whole - short) - constant > sure:
                 raise saturated(part, force[order], end)
 
-    def refuse_plastic(self, scan: Scan, found: Approach) -> None:
-        """Load cycles that leave an imprint in a stiff body were plastic on loading."""
+    def refuse_plastic(self, scan: Scan, found: Approach) -> tuple[str, ...]:
+        """Load cycles that leave an imprint in a stiff body were plastic on loading; in soft ones that is one of two reasons."""
         rest = self.objective().split(scan.x)[1]
         # the speed of the retract is another one: drag is left out of the judgement
         still = {**rest, "drag": 0.0}
@@ -281,7 +281,7 @@ class Problem:
             objective = self.objective()
             return np.asarray(curve.force - rest["baseline"] - objective.background(still, curve.position, None))
 
-        refuse_plastic(self.part, found, over, rest["contact"], self.hardest(scan))
+        return refuse_plastic(self.part, found, over, rest["contact"], self.hardest(scan))
 
     def before(self, scan: Scan, curve: Curve) -> Flags:
         """Which points of a curve are far enough before the contact to show the background alone."""

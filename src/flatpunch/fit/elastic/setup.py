@@ -98,7 +98,7 @@ def _from_contact(
     problem, scan, keep, more = problem.judged(scan)
     if problem.whole:
         # what lies before a drop may be elastic, whatever the drop leaves behind
-        problem.refuse_plastic(scan, signed)
+        more += problem.refuse_plastic(scan, signed)
     if settings.drag == "free":
         problem, scan, keep = _with_retract(problem, scan, keep, signed, settings)
     return problem.setup(scan, keep, (*notes, *broken, *more))

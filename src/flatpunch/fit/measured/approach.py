@@ -16,7 +16,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import turns
-from flatpunch.fit.measured.signal import CLEAR, EXACT, middle, noise_of_readings, wander, without_spikes
+from flatpunch.fit.measured.signal import EXACT, middle, noise_of_readings, wander, without_spikes
 
 Direction = Literal["auto", "growing", "falling"]
 
@@ -284,6 +284,15 @@ def _pace(curve: Curve, begin: int, end: int) -> float:
     return float(curve.position[end] - curve.position[begin]) / lasts
 
 
+def _bend(values: Array) -> int:
+    """The reading at which values stop growing, by least squares to a straight line that ends in a constant."""
+    # as many of them as show the place to half a per cent
+    at = np.arange(0, values.size, max(values.size // 200, 1))
+    lines = np.minimum(at - at[1:-1, None], 0.0)
+    lines -= lines.mean(axis=1, keepdims=True)
+    return int(at[1 + np.argmax(lines @ values[at] / np.linalg.norm(lines, axis=1))])
+
+
 def _load_stops(curve: Curve, end: int) -> int:
     """Where the force of an approach arrives at its largest value and the tip slows down; the end where it does not.
 
@@ -293,18 +302,16 @@ def _load_stops(curve: Curve, end: int) -> int:
     few = max(end // 100, 3)
     sign = 1.0 if middle(force[-few:]) >= middle(force[: 10 * few]) else -1.0
     calm, noise = without_spikes(sign * force), noise_of_readings(force)
-    # noise levels below the largest force at which the load has arrived
+    # noise levels below the largest force at which the load has arrived; then the corner, as noise crosses them on the ramp
     reached = int(np.argmax(calm >= float(calm.max()) - 4 * noise))
-    rest = end - 1 - reached
-    if reached < FEWEST or rest < 3:
+    if end - reached > 3:
+        begin = max(2 * reached - end + 1, 0)
+        reached = max(reached, begin + _bend(calm[begin:]))
+    if reached < FEWEST or (rest := end - 1 - reached) < 3:
         return end
-    half = reached + rest // 2
-    grows = float(np.mean(calm[half:]) - np.mean(calm[reached:half]))
-    if grows > CLEAR * noise * np.sqrt(4 / rest):
-        return end
-    # the tip may still be faster than before where the load is taken back, and stops until it turns
-    before = max(_pace(curve, max(reached - rest, 0), reached), _pace(curve, reached, half))
-    return end if _pace(curve, half, end - 1) > _SLOW * before else reached + 1
+    # the tip may be faster than before where creep begins or the load is taken back, and stops until it turns
+    *before, last = (_pace(curve, max(a, 0), b) for a, b in pairwise(reached + rest * np.array([-4, 0, 2, 3, 4]) // 4))
+    return end if last > _SLOW * max(before) else reached + 1
 
 
 def _rests(curve: Curve, end: int) -> int:
@@ -317,7 +324,7 @@ def _rests(curve: Curve, end: int) -> int:
     if curve.segment is not None or end < 2:
         return end
     position, force = curve.position[:end], curve.force[:end]
-    begin = int(np.argmax(position - position[0] - (position[-1] - position[0]) * np.arange(end) / (end - 1)))
+    begin = int(np.argmax(position - np.linspace(position[0], position[-1], end)))
     if begin < FEWEST or end - 1 - begin < max(FEWEST, end // 50):
         return end
     before, after = (position[begin] - position[0]) / begin, (position[-1] - position[begin]) / (end - 1 - begin)

@@ -58,6 +58,9 @@ def nanosurf_curves(path: Path, given: Mapping[str, float]) -> Iterator[tuple[di
     for number in range(len(there[height])):
         parts = [way for way in (there, back) if number < len(way.get(_DEFLECTION, ()))]
         z, signal = ([np.asarray(way[name][number], dtype=float) for way in parts] for name in (height, _DEFLECTION))
+        if len(z) > 1 and abs(z[1][-1] - z[0][-1]) < abs(z[1][0] - z[0][-1]):
+            # stored in the order of the positions: the retract begins where the approach ends
+            z[1], signal[1] = z[1][::-1], signal[1][::-1]
         yield (
             metadata,
             {
