@@ -69,7 +69,18 @@ def _solved(case: Case) -> Plain:
 def shown(case: Case, result: xr.Dataset) -> Plain:
     """Return what the page draws and writes of a result."""
     chosen = spread(result.sizes["step"], DRAWN.steps)
-    names = ("time", "depth", "force", "radius", "area", "stiffness", "force_error", "contour_error", "valid")
+    names = (
+        "time",
+        "depth",
+        "force",
+        "radius",
+        "area",
+        "stiffness",
+        "force_error",
+        "contour_error",
+        "strain_factor",
+        "valid",
+    )
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
     around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
     table = curve_table(result)
@@ -78,7 +89,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
         "title": case.title,
         "curve": curve,
         "control": case.control,
-        "exact": result.attrs.get("method_reason") == EXACT,
+        "exact": result.attrs.get("method_reason") == EXACT and "finite_strain" not in result.attrs,
         "method": str(result.attrs["method"]),
         "reason": str(result.attrs.get("method_reason", "")),
         "round": bool(case.indenter.round),
