@@ -89,7 +89,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
         "title": case.title,
         "curve": curve,
         "control": case.control,
-        "exact": result.attrs.get("method_reason") == EXACT and "finite_strain" not in result.attrs,
+        "exact": result.attrs.get("method_reason") == EXACT,
         "method": str(result.attrs["method"]),
         "reason": str(result.attrs.get("method_reason", "")),
         "round": bool(case.indenter.round),
