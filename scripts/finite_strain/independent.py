@@ -3,12 +3,14 @@
 python -m finite_strain.independent        (in scripts; a few minutes)
 
 felupe: bilinear quadrilaterals with constant pressure and dilatation (Q1/P0, three fields). The contact is a condition on the
-nodes, |x - c| = R with the force of each node as its multiplier, without a penalty. Forces are over those of `indent`, and over
-the same ratio at `SMALL` times the depth and the curvature on the same mesh: linear theory holds there, and the ratio is the
-error of the mesh.
+nodes, on a sphere or a cone, with the force of each node as its multiplier, without a penalty. Forces are over those of `indent`,
+and over the same ratio at `SMALL` times the depth and the curvature or slope on the same mesh: linear theory holds there, and the
+ratio is the error of the mesh.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import felupe
 import numpy as np
@@ -25,13 +27,48 @@ SMALL = 1e-4
 CELLS = (12, 24)
 """Cells under the contact if they were as wide as the widest there."""
 POINTS = ((0.2, 0.4999, 0.32), (0.5, 0.4999, 0.5), (0.1, 0.47, 0.5), (1.0, 0.47, 0.5), (2.0, 0.4999, 0.25))
-"""h/R, Poisson ratio, d/h."""
+"""h/R, Poisson ratio, d/h of spheres."""
+CONES = ((20.0, 0.4999, 0.1), (35.0, 0.4999, 0.25), (45.0, 0.4999, 0.1), (30.0, 0.47, 0.4))
+"""Angle [degrees], Poisson ratio, d/h of cones."""
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A sphere that is pressed in."""
+
+    radius: float
+
+    def eased(self, share: float) -> tuple[Ball, float]:
+        """The tip at a share of the load, and the share of the contact radius."""
+        return self, share**0.5
+
+    def distance(self, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Gap of places (n, 2), its gradient and its curvature; z first."""
+        apart = place - [self.radius - depth, 0.0]
+        distance = np.linalg.norm(apart, axis=1)
+        return distance - self.radius, apart / distance[:, None], 1 / distance
+
+
+@dataclass(frozen=True)
+class Flank:
+    """A cone that becomes steeper as it is pressed in, so that its contact radius stays."""
+
+    slope: float
+
+    def eased(self, share: float) -> tuple[Flank, float]:
+        """As of `Ball`."""
+        return Flank(share * self.slope), 1.0
+
+    def distance(self, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As of `Ball`."""
+        normal = np.array([-1.0, self.slope]) / np.hypot(1, self.slope)
+        return (place + np.array([depth, 0.0])) @ normal, np.tile(normal, (len(place), 1)), np.zeros(len(place))
 
 
 class Layer:
-    """A bonded layer of shear modulus and thickness 1 under a rigid sphere."""
+    """A bonded layer of shear modulus and thickness 1 under a rigid tip."""
 
-    def __init__(self, radius: float, poisson: float, contact: float, cells: int) -> None:
+    def __init__(self, tip: Ball | Flank, poisson: float, contact: float, cells: int) -> None:
         growth, edge, away = 1 + 1.6 / cells**0.8, contact / (5 * cells), 1 / cells**0.8
         near, end = 0.95 * contact, 1.06 * contact
         r = np.concatenate(
@@ -56,7 +93,7 @@ class Layer:
         self.sizes = [part.values.size for part in self.field.fields]
         self.free = np.concatenate([np.flatnonzero(~held), np.arange(held.size, sum(self.sizes))])
         self.top = np.flatnonzero((self.nodes[:, 0] == 0) & (self.nodes[:, 1] < 1.4 * contact))
-        self.radius, self.contact = radius, contact
+        self.tip, self.contact = tip, contact
 
     def inside(self, unknowns: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
         """Internal forces and their derivative."""
@@ -71,17 +108,15 @@ class Layer:
         unknowns, nodal = np.zeros(size), np.zeros(self.top.size)
         unknowns[-self.sizes[2] :] = 1
         for share in np.arange(1, STEPS + 1) / STEPS:
-            start = np.flatnonzero(self.nodes[self.top, 1] < self.contact * np.sqrt(share))
-            centre = np.array([self.radius - share * depth, 0.0])
+            tip, width = self.tip.eased(share)
+            start = np.flatnonzero(self.nodes[self.top, 1] < self.contact * width)
             for attempt in range(ITERATIONS):
                 force, matrix = self.inside(unknowns)
-                apart = self.nodes[self.top] + unknowns[at] - centre
-                distance = np.linalg.norm(apart, axis=1)
-                normal, gap = apart / distance[:, None], distance - self.radius
+                gap, normal, bend = tip.distance(self.nodes[self.top] + unknowns[at], share * depth)
                 touching = np.flatnonzero(nodal > 20 * self.contact * gap) if attempt else start
                 nodal[np.setdiff1d(np.arange(nodal.size), touching)] = 0
                 n, dofs = normal[touching], at[touching]
-                turn = (np.eye(2) - n[:, :, None] * n[:, None]) * (nodal / distance)[touching, None, None]
+                turn = (np.eye(2) - n[:, :, None] * n[:, None]) * (nodal * bend)[touching, None, None]
                 rows, columns = np.repeat(dofs, 2, axis=1).ravel(), np.tile(dofs, (1, 2)).ravel()
                 matrix = (matrix - sp.coo_matrix((turn.ravel(), (rows, columns)), (size, size))).tocsc()
                 rows = np.repeat(np.arange(touching.size), 2)
@@ -99,27 +134,35 @@ class Layer:
         return float(-nodal @ normal[:, 0])
 
 
-def ratio(over: float, poisson: float, depth: float, cells: int) -> tuple[float, float]:
+def ratio(tip: fp.Sphere | fp.Cone, poisson: float, depth: float, cells: int) -> tuple[float, float]:
     """Force at large strain over that of `indent`, as it is and over the error of the mesh in linear theory."""
     medium = fp.Medium([fp.Layer(2 * (1 + poisson), poisson, 1.0)], base=fp.RigidBase())
     parts: list[float] = []
-    contact = float(fp.indent(medium, fp.Sphere(1 / over), depth=depth).radius[0])
+    contact = float(fp.indent(medium, tip, depth=depth).radius[0])
     for scale in (1.0, SMALL):
-        radius = 1 / (over * scale)
-        known = float(fp.indent(medium, fp.Sphere(radius), depth=scale * depth).force[0])
-        parts.append(Layer(radius, poisson, contact, cells).load(scale * depth) / known)
+        if isinstance(tip, fp.Sphere):
+            radius = tip.radius / scale
+            shape: fp.Sphere | fp.Cone = fp.Sphere(radius)
+            rigid: Ball | Flank = Ball(radius)
+        else:
+            slope = scale * float(np.tan(tip.inclination))
+            shape, rigid = fp.Cone(inclination=float(np.arctan(slope))), Flank(slope)
+        known = float(fp.indent(medium, shape, depth=scale * depth).force[0])
+        parts.append(Layer(rigid, poisson, contact, cells).load(scale * depth) / known)
     return parts[0], parts[0] / parts[1]
 
 
 def main() -> None:
     """Print both ratios of forces at each point on each mesh, beside the table."""
-    for over, poisson, depth in POINTS:
-        found = [ratio(over, poisson, depth, cells) for cells in CELLS]
+    places: list[tuple[fp.Sphere | fp.Cone, float, float]] = [(fp.Sphere(1 / over), p, d) for over, p, d in POINTS]
+    places += [(fp.Cone(inclination=float(np.radians(angle))), p, d) for angle, p, d in CONES]
+    for tip, poisson, depth in places:
+        found = [ratio(tip, poisson, depth, cells) for cells in CELLS]
         medium = fp.Medium([fp.Layer(1.0, poisson, 1.0)], base=fp.RigidBase())
-        table = fp.indent(medium, fp.Sphere(1 / over), depth=depth, finite_strain="neo-hookean")
+        table = fp.indent(medium, tip, depth=depth, finite_strain="neo-hookean")
         known, error = float(table.strain_factor[0]), float(table.force_error[0])
         others = " ".join(f"{each:.5f} {free:.5f}" for each, free in found)
-        print(f"{over:.3g} {poisson:g} {depth:g}: {others}, table {known:.5f} +- {error:.5f}", flush=True)
+        print(f"{tip!r} {poisson:g} {depth:g}: {others}, table {known:.5f} +- {error:.5f}", flush=True)
 
 
 if __name__ == "__main__":

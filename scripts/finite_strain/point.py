@@ -11,10 +11,11 @@ from time import process_time
 import numpy as np
 
 import flatpunch as fp
+from finite_strain.flank import Flank
 from finite_strain.laws import Law
-from finite_strain.mesh import mesh
+from finite_strain.mesh import cone_mesh, mesh
 from finite_strain.solver import Body
-from finite_strain.tips import Ball, Cone
+from finite_strain.tips import Ball
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control
 
@@ -31,6 +32,8 @@ class Point:
         Linear force of finite elements over that of `flatpunch.indent`.
     radius : float
         Contact radius in the deformed state over that of `flatpunch.indent`.
+    depth : float
+        Depth over the one that was asked for; not 1 under cones, whose contact radius is prescribed.
     unknowns : int
         Size of the mesh.
     seconds : float
@@ -40,12 +43,29 @@ class Point:
     ratio: float
     linear: float
     radius: float
+    depth: float
     unknowns: int
     seconds: float
 
 
-def point(law: Law, tip: Ball | Cone, thickness: float, depth: float, cells: int) -> Point:
-    """Press a tip into a bonded layer (thickness inf: half-space).
+class Linear:
+    """Linear theory of `flatpunch` for a bonded layer of shear modulus 1 (thickness inf: half-space)."""
+
+    def __init__(self, law: Law, thickness: float) -> None:
+        young = 2 * (1 + law.poisson)
+        if np.isinf(thickness):
+            self.medium: fp.Medium | fp.HalfSpace = fp.HalfSpace(young=young, poisson=law.poisson)
+        else:
+            self.medium = fp.Medium([fp.Layer(young, law.poisson, thickness)], base=fp.RigidBase())
+
+    def at(self, shape: fp.Sphere | fp.Cone, depth: float) -> tuple[float, float]:
+        """Force and contact radius, without notes, which would read the table that is being made."""
+        known = fp.Exact().solve(compliance(self.medium), shape, Control("depth", np.array([depth])), np.zeros(1))
+        return float(known.force[0]), float(known.radius[0])
+
+
+def point(law: Law, tip: Ball, thickness: float, depth: float, cells: int) -> Point:
+    """Press a sphere into a bonded layer (thickness inf: half-space).
 
     Raises
     ------
@@ -53,16 +73,37 @@ def point(law: Law, tip: Ball | Cone, thickness: float, depth: float, cells: int
         If there is no solution.
     """
     start = process_time()
-    young = 2 * (1 + law.poisson)
-    if np.isinf(thickness):
-        medium: fp.Medium | fp.HalfSpace = fp.HalfSpace(young=young, poisson=law.poisson)
-    else:
-        medium = fp.Medium([fp.Layer(young, law.poisson, thickness)], base=fp.RigidBase())
-    shape = fp.Sphere(tip.radius) if isinstance(tip, Ball) else fp.Cone(inclination=float(np.arctan(tip.slope)))
-    # without notes, which would read the table that is being made
-    known = fp.Exact().solve(compliance(medium), shape, Control("depth", np.array([depth])), np.zeros(1))
-    force, radius = float(known.force[0]), float(known.radius[0])
+    force, radius = Linear(law, thickness).at(fp.Sphere(tip.radius), depth)
     body = Body(mesh(radius, thickness, cells), law, force / (np.pi * radius**2))
     linear = body.load(tip, depth, small=True)[0]
     large, contact = body.load(tip, depth)
-    return Point(large / linear, linear / force, contact / radius, body.size, process_time() - start)
+    return Point(large / linear, linear / force, contact / radius, 1.0, body.size, process_time() - start)
+
+
+def cone_point(law: Law, angle: float, thickness: float, depth: float, cells: int) -> Point:
+    """Press a sharp cone into a bonded layer (thickness inf: half-space) to about the depth.
+
+    Results with a cell at the apex of 1/5 of the others, and of half of that, are extrapolated.
+
+    Parameters
+    ----------
+    angle : float
+        Angle between flank and surface [degrees].
+
+    Raises
+    ------
+    TooFar
+        If there is no solution.
+    """
+    start, theory, cone = process_time(), Linear(law, thickness), fp.Cone(inclination=float(np.radians(angle)))
+    # about the radius in the undeformed state
+    contact = theory.at(cone, depth)[1] * (1 + np.sin(np.radians(angle)) ** 2 / 5)
+    found = []
+    for apex in (0.2 / cells, 0.1 / cells):
+        body = Body(cone_mesh(contact, thickness, cells, apex), law, 1.0)
+        small, large = Flank(body, contact).steepened(angle)
+        linear = small.force / theory.at(cone, small.depth)[0]
+        force, radius = theory.at(cone, large.depth)
+        found.append([large.force / (force * linear), linear, large.radius / radius, large.depth / depth])
+    ratio, linear, radius, reached = 2 * np.array(found[1]) - found[0]
+    return Point(ratio, linear, radius, reached, body.size, process_time() - start)

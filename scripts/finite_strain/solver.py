@@ -60,6 +60,8 @@ class Body:
         self.free = np.setdiff1d(np.arange(self.size), fixed)
         self.rows = np.repeat(self.dofs, self.dofs.shape[1], axis=1).ravel()
         self.columns = np.tile(self.dofs, (1, self.dofs.shape[1])).ravel()
+        nodes = [basis.get_dofs(top).all([name]) for name in ("u^1", "u^2")]
+        self.top = (*nodes, basis.doflocs[0, nodes[0]])
         self.linear: sp.csc_matrix | None = None
 
     def inside(self, unknowns: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
@@ -121,18 +123,22 @@ class Body:
             if 7 < attempt < 13:
                 # contact that opens and closes in turn
                 step /= 2
-            for _ in range(6):
-                try:
-                    force, stiffness = self.forces(unknowns + step, small)
-                    break
-                except TooFar:
-                    step /= 2
-            else:
-                raise TooFar("Newton's method turns elements inside out")
+            step, force, stiffness = self.stepped(unknowns, step, small)
             unknowns += step
             if change < 1e-7 * depth:
                 return unknowns
         raise TooFar("Newton's method does not converge")
+
+    def stepped(
+        self, unknowns: np.ndarray, step: np.ndarray, small: bool
+    ) -> tuple[np.ndarray, np.ndarray, sp.csc_matrix]:
+        """The step, halved until no element turns inside out; internal forces and their derivative after it."""
+        for _ in range(8):
+            try:
+                return step, *self.forces(unknowns + step, small)
+            except TooFar:
+                step = step / 2
+        raise TooFar("Newton's method turns elements inside out")
 
     def forces(self, unknowns: np.ndarray, small: bool) -> tuple[np.ndarray, sp.csc_matrix]:
         """Internal forces and their derivative, at small or at large strain."""
@@ -148,14 +154,14 @@ class Body:
         reached, ago, width = 0.0, 0.0, 1.0 if small else 1 / steps
         while reached < 1:
             target = reached + width if 1 - reached > 1.001 * width else 1.0
-            part, here = tip.eased(target), depth * target
+            here = depth * target
             self.penalty = LOADING * max(1.0, self.pressure * target) ** 2 / self.lengths
             try:
                 if reached == 0:
-                    guess = self.equilibrium(unknowns, part, here, True)
+                    guess = self.equilibrium(unknowns, tip, here, True)
                 else:
                     guess = unknowns + (unknowns - previous) * (target - reached) / (reached - ago)
-                new = guess if small else self.equilibrium(guess, part, here, False)
+                new = guess if small else self.equilibrium(guess, tip, here, False)
             except (TooFar, RuntimeError):
                 width /= 2
                 if width < 0.02:

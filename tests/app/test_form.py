@@ -98,6 +98,8 @@ def test_layers_are_in_the_order_of_their_numbers_and_gaps_do_not_count():
         ({"method": "best"}, "method", "is unknown"),
         ({"angles": "3"}, "angles", "at least 8"),
         ({"work_of_adhesion": "1 Pa"}, "work_of_adhesion", "dimension"),
+        ({"material.finite_strain": "gent"}, "material.finite_strain", "neo-hookean"),
+        ({"material.finite_strain": "neo-hookean", "indenter.kind": "paraboloid"}, "material.finite_strain", "Sphere"),
         ({"more": "[history"}, "more", "not valid TOML"),
         ({"more": "[base]\nkind = 'rigid'"}, "more", "fields of its own"),
         ({"more": "a = " + "[" * 2000}, "more", "nested"),
@@ -109,6 +111,18 @@ def test_problems_find_their_field(change, field, words):
     form = fields_of(address_of({**GEL, **change}))
     found = press(form, True)["problems"]
     assert any(problem["field"] == field and words in problem["text"] for problem in found), found
+
+
+def test_law_of_large_strains_is_a_field_and_changes_the_forces():
+    form = {**GEL, "material.finite_strain": "neo-hookean"}
+    assert form_of(case_data(form))["material.finite_strain"] == "neo-hookean"
+    assert case_data(form, "fit")["material"] == case_data(form, "compare")["material"]
+    assert "material" not in case_data(form, "coating")
+    large, small = press(form, True), press(GEL, True)
+    factors = [big / linear for big, linear in zip(large["curve"]["force"], small["curve"]["force"], strict=True)]
+    assert factors == pytest.approx(large["curve"]["strain_factor"], rel=1e-6)
+    assert not large["exact"]
+    assert small["exact"]
 
 
 def test_places_in_case_files_are_fields():

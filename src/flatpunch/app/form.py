@@ -39,16 +39,16 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ADHESION = {"work_of_adhesion", "range_of_action"}
 
 _TAB_TABLES = {
-    "press": {"control", "history", "relaxation", "design", *_ADHESION},
-    "fit": {"fit", "curve", "plan", "relaxation", *_ADHESION},
+    "press": {"control", "history", "relaxation", "material", "design", *_ADHESION},
+    "fit": {"fit", "curve", "plan", "relaxation", "material", *_ADHESION},
     "correct": {"correct"},
     "coating": {"control", "stress", "vary", *_ADHESION},
-    "compare": {"control"},
+    "compare": {"control", "material"},
 }
 """Parts of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
-_SINGLE = ("fit", "curve", "correct", "stress")
+_SINGLE = ("fit", "curve", "correct", "stress", "material")
 """Tables whose entries are fields."""
 
 _LIMITS = ("min", "max")

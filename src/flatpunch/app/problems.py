@@ -41,9 +41,9 @@ def explained(error: Exception, fields: Mapping[str, str], sections: Mapping[str
 
     `sections` are the tables of the case file that hold the arguments of the called function.
     """
-    found = []
+    found, sections = [], {"finite_strain": "material", **(sections or {})}
     for place, text in problems(error):
-        section = (sections or {}).get(place.partition("[")[0], "")
+        section = sections.get(place.partition("[")[0], "")
         place, text = (f"{section}.{place}", f"{section}.{text}") if section else (place, text)
         found.append({"field": field_of(place, fields), "text": text.removeprefix(f"{CALLED}: ")})
     return {"problems": found}

@@ -1,8 +1,9 @@
 """Forces at large strain over those of linear theory, from a table of finite elements, for `finite_strain=` of `indent`.
 
-The ratio depends on the depth and the thickness over the radius of a sphere, and on the Poisson ratio, not on the modulus. It is
-tabulated for a neo-Hookean solid that is bonded to a rigid base, or a half-space, without friction; `scripts/finite_strain` makes
-the table and says how. There are two families, layers thinner and thicker than the radius, of series in Chebyshev polynomials.
+The ratio depends on the depth and the thickness over the radius of a sphere, or on the angle of a cone and the depth over the
+thickness, and on the Poisson ratio, not on the modulus. It is tabulated for a neo-Hookean solid that is bonded to a rigid base,
+or a half-space, without friction; `scripts/finite_strain` makes the table and says how. There are three families of series in
+Chebyshev polynomials: spheres on layers thinner and thicker than the radius, and sharp cones.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
-from flatpunch.indenters import Sphere
+from flatpunch.indenters import Cone, Sphere
 from flatpunch.media import FreeLayer, HalfSpace, Layer, Medium, RigidBase
 
 NEO_HOOKEAN = "neo-hookean"
@@ -40,11 +41,19 @@ DEEP = 0.5
 """Largest depth, over the thickness and over the radius."""
 
 
-FAMILIES: dict[str, Callable[[float, float], tuple[float, float, float]]] = {
+CONES, ANGLES = "sharp", (10.0, 60.0)
+"""Name of the table of cones, and its angles between flank and surface [degrees]."""
+
+SPHERES: dict[str, Callable[[float, float], tuple[float, float, float]]] = {
     "thin": lambda x, y: (DEEP * x**2, THIN ** (y - 1), 1.0),
     "thick": lambda x, y: (DEEP * x**2, 1.0, 1 / y),
 }
-"""Depth, radius and thickness at coordinates (x, y) in [0, 1] of each table."""
+"""Depth, radius and thickness at coordinates (x, y) in [0, 1] of each table of spheres."""
+
+
+def angle_at(y: float) -> float:
+    """Angle of a cone [degrees] at a coordinate in [0, 1]."""
+    return ANGLES[0] + (ANGLES[1] - ANGLES[0]) * y
 
 
 def poisson_at(z: float) -> float:
@@ -54,21 +63,24 @@ def poisson_at(z: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Series of one family, over coordinates (z, y, x) in [0, 1] of Poisson ratio, thickness and depth.
+    """Series of one family, over coordinates (z, y, x) in [0, 1] of Poisson ratio, thickness or angle, and depth.
 
     Attributes
     ----------
     series : ndarray, shape (z, y, x)
-        Chebyshev coefficients of (ratio - 1)/x.
+        Chebyshev coefficients of (ratio - 1)/x, or of ratio - 1.
     safety : float
         Error between the nodes over the last terms of the series, the largest at points that did not make it.
     mesh : float
-        Error of the finite elements over x.
+        Error of the finite elements, over x if strains grow with it.
+    grows : bool
+        Whether strains vanish at x = 0, as under spheres. Those under a cone on a half-space do not depend on the depth.
     """
 
     series: Array
     safety: float
     mesh: float
+    grows: bool
 
     def at(self, z: float, y: float, x: Array) -> tuple[Array, Array, Array]:
         """Ratio of forces, its derivative by x, and its error, shape (n,) each."""
@@ -78,14 +90,18 @@ class Table:
         last = abs(line[-1])
         for rest in (plane[-1], chebyshev.chebval(2 * y - 1, self.series[-1])):
             last = last + np.abs(chebyshev.chebval(2 * x - 1, rest))
-        return 1 + x * value, value + x * slope, x * (self.mesh + self.safety * last)
+        weight, rise = (x, value) if self.grows else (np.ones_like(x), np.zeros_like(x))
+        return 1 + weight * value, rise + weight * slope, weight * (self.mesh + self.safety * last)
 
 
 @byte_cached
 def tables() -> dict[str, Table]:
     """The tables that come with the package."""
     found = json.loads(FILE.read_text())["tables"]
-    return {name: Table(np.array(each["series"]), each["safety"], each["mesh"]) for name, each in found.items()}
+    return {
+        name: Table(np.array(each["series"]), each["safety"], each["mesh"], each["grows"])
+        for name, each in found.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +113,9 @@ class Strained:
     family : str
         Name of the table.
     z, y : float
-        Coordinates of the Poisson ratio and the thickness.
+        Coordinates of the Poisson ratio, and of the thickness or the angle.
     deepest : float
-        Largest depth of the table [m].
+        Largest depth of the table [m]; inf for cones on half-spaces.
     """
 
     family: str
@@ -107,16 +123,23 @@ class Strained:
     y: float
     deepest: float
 
+    @property
+    def end(self) -> str:
+        """The largest depth, in words."""
+        parts = "the thickness" if self.family == CONES else "the thickness and of the radius"
+        return f"the table of finite_strain ends at {text(self.deepest, 'm')}, half of {parts}."
+
     def ratio(self, depth: Array) -> tuple[Array, Array, Array]:
         """Force over that of linear theory, its derivative by the depth [1/m], and its error, at depths of shape (n,).
 
         Constant beyond the table.
         """
-        x = np.sqrt(np.clip(depth / self.deepest, 0.0, 1.0))
+        power = 1.0 if self.family == CONES else 0.5
+        x = np.clip(depth / self.deepest, 0.0, 1.0) ** power
         ratio, slope, error = tables()[self.family].at(self.z, self.y, x)
         # without contact there is no force to correct
         inside = (depth > 0) & (depth <= self.deepest * (1 + SETTLED**2))
-        return ratio, np.divide(slope * x, 2 * depth, out=np.zeros_like(x), where=inside), error
+        return ratio, np.divide(power * slope * x, depth, out=np.zeros_like(x), where=inside), error
 
 
 def strained(medium: object, indenter: object) -> Strained:
@@ -127,16 +150,23 @@ def strained(medium: object, indenter: object) -> Strained:
     BadValue
         If the table does not hold it.
     """
-    if not isinstance(indenter, Sphere):
+    if not isinstance(indenter, Sphere | Cone):
         raise BadValue(
             "finite_strain",
             repr(NEO_HOOKEAN),
-            f"is tabulated for Sphere; the tip is {type(indenter).__name__}. Leave finite_strain out.",
+            f"is tabulated for Sphere and sharp Cone; the tip is {type(indenter).__name__}. Leave finite_strain out; the "
+            "strain_factor of the Cone with the same areas estimates what it would change for a pyramid.",
         )
     poisson, thickness = _layer(medium)
     if poisson < POISSON:
         raise _beyond(f"Poisson ratios from {POISSON:g} to 0.5", f"{poisson:.10g}")
     z = math.sqrt((0.5 - poisson) / (0.5 - POISSON))
+    if isinstance(indenter, Cone):
+        angle = math.degrees(indenter.inclination)
+        y = (angle - ANGLES[0]) / (ANGLES[1] - ANGLES[0])
+        if not -ROUNDING < y < 1 + ROUNDING:
+            raise _beyond(f"cones inclined by {ANGLES[0]:g} to {ANGLES[1]:g} degrees", f"{angle:.7g} degrees")
+        return Strained(CONES, z, min(max(y, 0.0), 1.0), DEEP * thickness)
     over = thickness / indenter.radius
     if over < THIN * (1 - ROUNDING):
         raise _beyond(f"layers of {THIN:g} or more radii of the sphere", f"{over:.7g} radii")
@@ -239,8 +269,7 @@ def _in_table(place: Strained, control: Control, depth: Array) -> None:
         raise BadValue(
             f"{control.name}[{i}]",
             text(float(control.values[i]), unit),
-            f"is a depth of {text(float(depth[i]), 'm')}; the table of finite_strain ends at {text(place.deepest, 'm')}, half of "
-            "the thickness and of the radius. Ask for less, or leave finite_strain out.",
+            f"is a depth of {text(float(depth[i]), 'm')}; {place.end} Ask for less, or leave finite_strain out.",
         )
 
 

@@ -131,9 +131,10 @@ def indent(
         down and for the base, None for what is elastic. Springs of interfaces are elastic in a list, and relax with the layers
         otherwise.
     finite_strain : {"neo-hookean"}, optional
-        Corrects forces and stiffnesses of a Sphere for large strains, on a half-space or one bonded layer on a rigid base,
-        nu >= 0.45, at depths up to half of the thickness and of the radius. The result has `strain_factor`, force over that of
-        linear theory, and its error in `force_error`; radius, area and contour are those of linear theory.
+        Corrects forces and stiffnesses of a Sphere or a sharp Cone (10 to 60 degrees) for large strains, on a half-space or one
+        bonded layer on a rigid base, nu >= 0.45, at depths up to half of the thickness, and of the radius of a sphere. The result
+        has `strain_factor`, force over that of linear theory, and its error in `force_error`; radius, area and contour are those
+        of linear theory.
 
     Returns
     -------
@@ -185,7 +186,10 @@ def indent(
     solver = solver_of(choice.method, indenter)
     if large is not None:
         curve = finite_strain_curve(large, lambda each: solver.solve(kernel, indenter, each, phi), control)
-        return result_of(curve, phi, medium, indenter, control, choice).assign_attrs(finite_strain=finite_strain)
+        # the method is exact for linear theory alone
+        reason = "round tip, forces at large strain from a table"
+        result = result_of(curve, phi, medium, indenter, control, choice)
+        return result.assign_attrs(finite_strain=finite_strain, method_reason=reason)
     curve = choice.curve or solver.solve(kernel, indenter, control, phi)
     return result_of(curve, phi, medium, indenter, control, choice)
 

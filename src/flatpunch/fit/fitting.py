@@ -223,8 +223,7 @@ def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None
     deepest = float(objective.depth.max()) - background["contact"]
     if deepest > place.deepest:
         raise CurveError(
-            f"the curve is {text(deepest, 'm')} deep; the table of finite_strain ends at {text(place.deepest, 'm')}, half of the "
-            "thickness and of the radius. Cut the curve by depth_to, or leave finite_strain out."
+            f"the curve is {text(deepest, 'm')} deep; {place.end} Cut the curve by depth_to, or leave finite_strain out."
         )
 
 

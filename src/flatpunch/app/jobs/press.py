@@ -69,7 +69,18 @@ def _solved(case: Case) -> Plain:
 def shown(case: Case, result: xr.Dataset) -> Plain:
     """Return what the page draws and writes of a result."""
     chosen = spread(result.sizes["step"], DRAWN.steps)
-    names = ("time", "depth", "force", "radius", "area", "stiffness", "force_error", "contour_error", "valid")
+    names = (
+        "time",
+        "depth",
+        "force",
+        "radius",
+        "area",
+        "stiffness",
+        "force_error",
+        "contour_error",
+        "strain_factor",
+        "valid",
+    )
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
     around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
     table = curve_table(result)

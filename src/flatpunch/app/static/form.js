@@ -154,7 +154,9 @@ export function sharedFields() {
     field("range_of_action", { label: "Range of action", kind: "quantity", value: "", example: "1 nm" }),
     field("angles", { label: "Polar angles", kind: "number", value: "", example: "360" }),
   );
-  return [[controlFields()], [field("method", { label: "Method", kind: "choice", value: "", choices: methods, words }), adhesion]];
+  const law = field("material.finite_strain", { label: "Large strains", kind: "choice", value: "", choices: ["neo-hookean"], words: { "": "linear theory", "neo-hookean": "neo-Hookean" } });
+  law.dataset.tabs = "press fit compare";
+  return [[controlFields()], [field("method", { label: "Method", kind: "choice", value: "", choices: methods, words }), law, adhesion]];
 }
 
 /** Fields of what is prescribed. */

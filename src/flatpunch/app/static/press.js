@@ -47,6 +47,7 @@ function show(box, result, tools) {
     if (!history) said.push(...kept.map((other) => [`force / ${other.label}`, ratio(curve.force[i], forceAt(other, curve.depth[i]))]));
     if (result.exact) said.push(["error", "exact (round tip)"]);
     else if (curve.force_error) said.push(["force error", `${percent(curve.force_error[i])}`], ["outline error", `${percent(curve.contour_error?.[i])}`]);
+    if (curve.strain_factor) said.push(["force / linear theory", String(Number(curve.strain_factor[i].toPrecision(4)))]);
     if (!curve.valid[i]) said.push(["theory", "does not hold here"]);
     readout.replaceChildren(...said.map(([name, value]) => element("li", {}, `${name} `, element("b", {}, value))));
   };

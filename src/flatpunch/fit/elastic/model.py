@@ -98,8 +98,9 @@ class ForwardModel(FreeParameters):
         object.__setattr__(self, "free", free)
         method = method_for(self.indenter, self.method)
         object.__setattr__(self, "method", method)
-        found = scaling(self.medium, self.indenter, free)
-        if self.finite_strain is not None:
+        large = self.finite_strain is not None
+        found = scaling(self.medium, self.indenter, free, large=large)
+        if large:
             strained(self.medium, self.indenter)
             if "indenter.inclination" in free:
                 raise ValueError(

@@ -192,6 +192,8 @@ class Scaling:
         The numbers q that change with the free parameters.
     modulus, length : str or None
         Parameters that serve as units.
+    tip : str or None
+        Slope or curvature of the tip, if it serves as a unit.
     """
 
     medium: Body
@@ -201,6 +203,7 @@ class Scaling:
     coordinates: tuple[Coordinate, ...]
     modulus: str | None
     length: str | None
+    tip: str | None
 
     def problem(self, q: Sequence[float]) -> tuple[Body, Indenter]:
         """Medium and indenter of unit modulus, unit length and unit slope (as far as they scale) at coordinates q."""
@@ -225,7 +228,7 @@ class Scaling:
                 shift[name] = u[self.modulus]
             elif name.endswith(_SPRINGS):
                 shift[name] = (u[self.modulus] if self.modulus else 0.0) - (u[self.length] if self.length else 0.0)
-            elif name.startswith("indenter") and self.indenter.exponent is not None:
+            elif name == self.tip:
                 # slope and curvature are units of their own
                 shift[name] = u[name]
             elif name.endswith(("thickness", "radius")) and self.length:
@@ -233,8 +236,8 @@ class Scaling:
         return shift
 
 
-def scaling(medium: Body, indenter: Indenter, free: Sequence[str]) -> Scaling:
-    """Work out how the force depends on the free parameters.
+def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: bool = False) -> Scaling:
+    """Work out how the force depends on the free parameters; at large strains it is not in proportion to a cone's slope.
 
     Media that are not made of homogeneous layers and tips without a size of their own do not scale; then the free parameters
     are coordinates themselves.
@@ -249,6 +252,7 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str]) -> Scaling:
     tip = next((name for name in names if name.startswith("indenter")), None)
     if tip and not power:
         lengths.append(tip)
+    unit_tip = tip if power and not large else None
     modulus = _unit(moduli, free) if homogeneous else None
     length = _unit(lengths, free) if lengths_scale else None
     force: dict[str, float] = {}
@@ -258,9 +262,9 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str]) -> Scaling:
     if length:
         n = indenter.exponent or 1.0
         depth[length], force[length] = n, n + 1.0
-    if tip and power:
+    if unit_tip:
         # curvature 1/R of a paraboloid, tan of an inclination
-        depth[tip] = force[tip] = -1.0 if tip.endswith("radius") else 1.0
+        depth[unit_tip] = force[unit_tip] = -1.0 if unit_tip.endswith("radius") else 1.0
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
     # knot of the Poisson ratio -0.99, below which no isotropic body is stable
     coordinates += [
@@ -270,7 +274,7 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str]) -> Scaling:
     units = {**({modulus: -1.0} if modulus else {}), **({length: 1.0} if length else {})}
     coordinates += [Coordinate(name, {name: 1.0, **units}, MODULUS_STEP) for name in names if name.endswith(_SPRINGS)]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
-    return Scaling(medium, indenter, force, depth, moving, modulus, length)
+    return Scaling(medium, indenter, force, depth, moving, modulus, length, unit_tip)
 
 
 def _homogeneous(body: Body | RigidBase) -> bool:
