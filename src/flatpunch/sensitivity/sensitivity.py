@@ -16,7 +16,7 @@ from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.default import Method, MethodName, method_of
-from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
+from flatpunch.contact.methods import BoundaryElements, Exact, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.fields.bodies import located
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying
@@ -61,8 +61,8 @@ def sensitivity(
     depth, force, radius : float or array, shape (n,)
         Exactly one: indentation depth [m], force [N], or contact radius [m], > 0. An array adds the dimension `step`.
     method : str or method, optional
-        "first-order", exact and the default for round tips; for others it takes the mean profile. `BoundaryElements(...)`, "bem",
-        is the default for tips that are not round. "refined" is refused there: between its solutions it is interpolated to some
+        "exact" for round tips, whatever is asked for. `BoundaryElements(...)`, "bem", is the default for tips that are not round;
+        "first-order" takes the mean profile of these. "refined" is refused there: between its solutions it is interpolated to some
         1e-4, which differences would multiply. "second-order" and "fourth-order" are differentiated as curves, with the depth
         sensitivity of the mean profile.
     z : array, shape (m,), optional
@@ -140,12 +140,12 @@ def derivable(method: Method | MethodName | None, indenter: Indenter) -> Method:
         If it has none under such tips.
     """
     if method is None:
-        return FirstOrder() if indenter.round else BoundaryElements()
+        return Exact() if indenter.round else BoundaryElements()
     chosen = method_of(method)
     if isinstance(chosen, BoundaryElements):
         return chosen
     if indenter.round:
-        return FirstOrder()
+        return Exact()
     if isinstance(chosen, (FirstOrder, SecondOrder, FourthOrder)):
         return chosen
     raise ValueError(

@@ -24,20 +24,17 @@ from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, 
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 
-_METHODS = ("auto", "first-order", "second-order")
-
-
 def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name
-    if name not in _METHODS or (name == "first-order" and not indenter.round):
+    if name not in ("auto", "second-order", *(("exact", "first-order") if indenter.round else ())):
         raise BadValue(
             "method",
             shown(name),
             "does not go with work_of_adhesion; leave it out: adhesion is exact for round tips and known to "
             "second order for others.",
         )
-    return "first-order" if indenter.round else "second-order"
+    return "exact" if indenter.round else "second-order"
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def method_for(indenter: Indenter, method: FitMethod = "auto") -> MethodName | M
         method_of(method)
         return method
     if indenter.round:
-        return "first-order"
+        return "exact"
     return "fourth-order" if indenter.exponent is not None else "second-order"
 
 
