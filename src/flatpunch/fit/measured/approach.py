@@ -128,8 +128,8 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
             raise CurveError(
                 f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
             )
-    way = curve.position if curve.meta.get("piezo") else curve.depth
-    leap = np.abs(way - (calm := without_spikes(way)))
+    read = curve.position if curve.meta.get("piezo") else curve.depth
+    leap = np.abs(read - (calm := without_spikes(read)))
     if leap.max() > np.ptp(calm):
         raise CurveError(
             f"{curve.name}: the depth of reading {int(np.argmax(leap))}, counted from 0, is {text(float(leap.max()), 'm')} away "
