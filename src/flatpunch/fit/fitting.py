@@ -18,14 +18,14 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.setup import elastic_setup
 from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.robust import noise_variance
+from flatpunch.fit.least_squares.robust import influence, noise_variance, robust_scale
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import external
-from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fit.parameters.settings import Free, FreeNames, Loss, Settings, SettingsOf, as_free
 from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged, tilt_note
@@ -193,7 +193,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     if curve.meta.get("calibration"):
         shared = shared + _calibration(curve, model, free, settings, found)
     tilts = [(objective, found.x, np.arange(found.x.size), 1.0)] if setup.doubtful and inside.all() else []
-    unseen = undetected_tilts(found.normal, tilts)
+    unseen = undetected_tilts(found.normal, tilts, settings.loss)
     shared = shared + unseen
     spread = spread + shared
     result = FitResult(
@@ -274,7 +274,9 @@ def _rounding(setup: Setup, found: Minimum) -> Array:
     return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
 
 
-def undetected_tilts(normal: Array, curves: Iterable[tuple[Unknowns, Array, Indices, float]]) -> Array:
+def undetected_tilts(
+    normal: Array, curves: Iterable[tuple[Unknowns, Array, Indices, float]], loss: Loss = "linear"
+) -> Array:
     """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
 
     Parameters
@@ -283,12 +285,18 @@ def undetected_tilts(normal: Array, curves: Iterable[tuple[Unknowns, Array, Indi
         Normal matrix of the fit.
     curves : iterable of (objective, x, places, noise)
         Problem and minimum of each curve, where in the fit its parameters are, and the noise that the fit divides by.
+    loss : str
+        Of the fit: outliers move a tilt as little as the other unknowns.
     """
     added, inverse = np.zeros_like(normal), covariance(normal, np.ones(len(normal), dtype=bool), 1.0)[0]
     for objective, x, places, noise in curves:
         tilted = with_tilt(objective)
         place = tilted.names.index("tilt")
         residual, jacobian = (each / noise for each in tilted.evaluate(np.insert(x, place, 0.0)))
+        if loss != "linear":
+            scale = robust_scale(residual)
+            psi, bend = influence(loss, residual / scale)
+            residual = scale * psi / np.mean(bend)
         column, along = jacobian[place], np.zeros(len(normal))
         along[places] = np.delete(jacobian, place, axis=0) @ column
         # infinite where the curve says nothing about a parameter, or the tilt is one of its shapes

@@ -24,6 +24,7 @@ from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, 
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 
+
 def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
     """Contact method of an adhesive fit: exact for round tips, second order for others."""
     name = method if isinstance(method, str) else method.name

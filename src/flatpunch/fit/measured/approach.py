@@ -128,6 +128,13 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
             raise CurveError(
                 f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
             )
+    read = curve.position if curve.meta.get("piezo") else curve.depth
+    leap = np.abs(read - (calm := without_spikes(read)))
+    if leap.max() > np.ptp(calm):
+        raise CurveError(
+            f"{curve.name}: the depth of reading {int(np.argmax(leap))}, counted from 0, is {text(float(leap.max()), 'm')} away "
+            "from its neighbours, farther than all others are apart: was a decimal mark lost? Correct or drop this row."
+        )
     curve, sorted_ = _in_time(curve)
     relative = _relative_sign(curve)
     way, turn, why = _direction(curve, relative)
@@ -138,6 +145,11 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
     curve = curve if way > 0 else curve.turned(depth=-1.0)
     notes: tuple[str, ...] = () if way > 0 else (_TURNED,)
     begin, stop, more = _cycle(curve, first)
+    if stop - begin < min(FEWEST, curve.depth.size):
+        raise CurveError(
+            f"{curve.name}: the tip turns every few readings, the largest approach has {stop - begin} of {curve.depth.size}: the "
+            "rows are not in the order of the measurement. Sort them, or add a column of times."
+        )
     cycle = _points(curve, begin, stop)
     end, leaves, reason = _parts(cycle)
     found: tuple[str, ...] = (
@@ -302,16 +314,19 @@ def _load_stops(curve: Curve, end: int) -> int:
     few = max(end // 100, 3)
     sign = 1.0 if middle(force[-few:]) >= middle(force[: 10 * few]) else -1.0
     calm, noise = without_spikes(sign * force), noise_of_readings(force)
-    # noise levels below the largest force at which the load has arrived; then the corner, as noise crosses them on the ramp
-    reached = int(np.argmax(calm >= float(calm.max()) - 4 * noise))
-    if end - reached > 3:
-        begin = max(2 * reached - end + 1, 0)
-        reached = max(reached, begin + _bend(calm[begin:]))
+    # noise levels below the largest force at which the load has arrived; then the bend there, as noise crosses them on the ramp
+    near = np.flatnonzero(calm >= float(calm.max()) - 4 * noise)
+    reached, last = int(near[0]), int(near[-1])
+    if last - reached > 1:
+        begin = max(2 * reached - last, 0)
+        reached = max(reached, begin + _bend(calm[begin : last + 1]))
     if reached < FEWEST or (rest := end - 1 - reached) < 3:
         return end
     # the tip may be faster than before where creep begins or the load is taken back, and stops until it turns
-    *before, last = (_pace(curve, max(a, 0), b) for a, b in pairwise(reached + rest * np.array([-4, 0, 2, 3, 4]) // 4))
-    return end if last > _SLOW * max(before) else reached + 1
+    *before, latest = (
+        _pace(curve, max(a, 0), b) for a, b in pairwise(reached + rest * np.array([-4, 0, 2, 3, 4]) // 4)
+    )
+    return end if latest > _SLOW * max(before) else reached + 1
 
 
 def _rests(curve: Curve, end: int) -> int:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, numbers, positive, shown, values
+from flatpunch._support.checks import Array, numbers, positive, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
@@ -108,13 +108,8 @@ class Curve:
                 raise CurveError(
                     f"{self.name}: {name} has shape {array.shape}, depth {np.shape(self.depth)}; both need (n,)."
                 )
-            bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size and name != "stiffness":
-                rows = ", ".join(map(str, bad[:5])) + (", ..." if bad.size > 5 else "")
-                raise CurveError(
-                    f"{self.name}: {bad.size} of {array.size} values of {name} are no finite numbers (rows {rows}, counted "
-                    "from 0). Drop these rows, or read the file with skip_nan=True."
-                )
+            if name != "stiffness":
+                _check_finite(self.name, name, array)
         if self.spring_constant is not None:
             k = positive("Curve.spring_constant", self.spring_constant, unit="N/m")
             object.__setattr__(self, "spring_constant", k)
@@ -157,14 +152,15 @@ class Curve:
             Further fields of `Curve`.
         """
         k = positive("spring_constant", spring_constant, unit="N/m")
-        force = values("force", force, minimum=-np.inf, unit="N", smallest=0.0)
+        position, force = numbers("piezo", piezo, "m"), numbers("force", force, "N")
         # which of the two positions was measured decides what turning a sign means
         rest["meta"] = {**rest.get("meta", {}), "piezo": True}
-        position = values("piezo", piezo, minimum=-np.inf, unit="m", smallest=0.0)
         if position.shape != force.shape:
             raise CurveError(
                 f"piezo has {position.size} values and force {force.size}: there must be one of each a point."
             )
+        for name, column in (("piezo", position), ("force", force)):
+            _check_finite(rest.get("name", "curve"), name, column)
         depth = position - force / k
         return cls(depth, force, spring_constant=k, **rest)
 
@@ -192,6 +188,17 @@ class Curve:
             return replace(self, depth=depth * self.depth, force=force * self.force)
         turned = force * self.force
         return replace(self, depth=depth * self.position - turned / self.spring_constant, force=turned)
+
+
+def _check_finite(curve: str, name: str, column: Array) -> None:
+    """Refuse a column with gaps, and name their rows."""
+    bad = np.flatnonzero(~np.isfinite(column))
+    if bad.size:
+        rows = ", ".join(map(str, bad[:5])) + (", ..." if bad.size > 5 else "")
+        raise CurveError(
+            f"{curve}: {bad.size} of {column.size} values of {name} are no finite numbers (rows {rows}, counted from 0). Drop "
+            "these rows, or read the file with skip_nan=True."
+        )
 
 
 def check_curves(curves: Any) -> None:

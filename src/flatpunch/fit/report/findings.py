@@ -11,7 +11,7 @@ from flatpunch._support.checks import Array
 from flatpunch.fit.measured.signal import converter_step, noise_of
 from flatpunch.fit.report.estimate import Estimate, interval_text
 from flatpunch.fit.report.likelihood import tilt_or_contact
-from flatpunch.fit.report.memory import correlated
+from flatpunch.fit.report.memory import correlated, outliers
 from flatpunch.fit.report.plan import TANGLED
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 
@@ -119,6 +119,8 @@ def judged(result: FitResult | JointResult) -> tuple[str, ...]:
         if e.at_bound
     ]
     notes += correlated(result.memory, result.minimum.residual.size)
+    if result.settings.loss == "linear":
+        notes += outliers(result.minimum.residual)
     return tuple(notes)
 
 
