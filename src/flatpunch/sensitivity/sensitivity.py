@@ -62,9 +62,9 @@ def sensitivity(
         Exactly one: indentation depth [m], force [N], or contact radius [m], > 0. An array adds the dimension `step`.
     method : str or method, optional
         "exact" for round tips, whatever is asked for. `BoundaryElements(...)`, "bem", is the default for tips that are not round;
-        "first-order" takes the mean profile of these. "refined" is refused there: between its solutions it is interpolated to some
-        1e-4, which differences would multiply. "second-order" and "fourth-order" are differentiated as curves, with the depth
-        sensitivity of the mean profile.
+        "first-order" takes the mean profile of these. "second-order" and "fourth-order" are differentiated as curves, with the
+        depth sensitivity of the mean profile. "refined" is refused there: between its solutions it is interpolated to some 1e-4,
+        which differences would multiply.
     z : array, shape (m,), optional
         Depths for the depth sensitivity [m], at least 0.01 contact radii; negative ones are in the upper of two bodies.
         By default some in each layer, both faces included.
