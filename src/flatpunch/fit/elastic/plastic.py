@@ -54,7 +54,8 @@ def refuse_plastic(
     deepest = float(found.cycle.depth.max()) - contact
     share = (left - contact) / deepest if deepest > 0 else 0.0
     # the same force over the part of the depth that comes back: the body is that much harder than the loading shows
-    if share > IMPRINT and young >= HARD * (1 - min(share, 1.0)):
+    # no body keeps more than all of the depth: without an unloading the share shows nothing
+    if IMPRINT < share < 1 and young >= HARD * (1 - share):
         raise CurveError(
             f"{part.name}: the unloading ends {share:.0%} of the depth short of where the loading began: {PLASTIC}"
         )
