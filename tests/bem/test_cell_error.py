@@ -130,6 +130,26 @@ def test_straight_edges_along_the_cells() -> None:
     assert max(missed) > 0.3
 
 
+@pytest.mark.parametrize("sides", [3, 5, 6])
+def test_edges_of_pyramids_among_the_cells(sides: int) -> None:
+    """Differences to wider cells alone left up to ten times the estimate, by chance."""
+    kernel, tip, rng = compliance(fp.HalfSpace(1.0, 0.3)), fp.Pyramid(sides, 0.35), np.random.default_rng(sides)
+
+    def solved(cells: int, shift: np.ndarray) -> bem.Solution:
+        # the contact of three sides reaches out to 1.31
+        spacing = 3.0 / cells
+        grid = bem.Grid(cells, cells, spacing, tuple(spacing * shift))
+        return bem.solve(kernel, tip, depths=0.3, grid=grid, tolerance=1e-6, stiffness=1e-2)[0]
+
+    (fine,) = bem.solve(kernel, tip, depths=0.3, grid=768, tolerance=1e-6, stiffness=1e-2)
+    force, rest = extrapolated(fine, tip)
+    for _ in range(5):
+        solution = solved(256, rng.uniform(0, 1, 2))
+        best, error = extrapolated(solution, tip)
+        assert abs(best / force - 1) < 1.2 * error + rest
+        assert abs(solution.force / force - 1) < 1.2 * own_error(solution, tip) + rest
+
+
 def test_the_estimate_is_no_idle_fear() -> None:
     (solution,) = bem.solve(compliance(fp.HalfSpace(1.0, 0.0)), fp.EllipticParaboloid(1.0, 2.0), depths=1.0, grid=256)
     assert own_error(solution) < 3e-5

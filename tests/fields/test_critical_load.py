@@ -425,6 +425,21 @@ def test_a_flat_end_that_rounding_tilts_is_found_flat():
         assert 0 < loads.force.values[1] < np.inf
 
 
+@pytest.mark.parametrize("tip", [fp.Pyramid(3, 0.3), fp.Truncated(fp.EllipticParaboloid(2e3, 1e4), 1e-8)])
+def test_loads_do_not_depend_on_the_other_strengths(tip):
+    """Sharp tips exceed some strengths at any size, which began the search at 1e-12 m and ended it at 1e-6 m: never, it said.
+
+    An elliptic flat end has a disc inside it at which its contact begins.
+    """
+    strengths = [fp.Strength(shear=1e9, interface_shear=0.5e9), fp.Strength(yield_stress=1e9)]
+    together = fp.critical_loads(FILM, tip, strengths)
+    alone = fp.critical_load(FILM, tip, [None, strengths[1]])
+    assert list(together.force.values[1:] > 0) == [True, True]
+    assert float(together.force[2]) == pytest.approx(alone.force, rel=0.01)
+    interface = fp.critical_load(FILM, tip, [fp.Strength(interface_shear=0.5e9)])
+    assert float(together.force[1]) == pytest.approx(interface.force, rel=0.01)
+
+
 def test_cells_wider_than_a_film_give_no_load_of_its_interface():
     """A film of 0.003 times the radius of a flat end: cells put edges of pressure on it that there are not."""
     film = fp.Medium([fp.Layer(5.6e9, 0.2, 0.13e-6)], base=fp.HalfSpace(70e9, 0.3))

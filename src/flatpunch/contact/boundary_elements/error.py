@@ -11,6 +11,10 @@ forces scatter by half a per cent from one width to the next. A rim that is off 
 G = K^2/(2 E*) per area, as a crack does, and the force by 2 e/d times the integral of G along the rim. K follows from the
 pressure of the outermost cells, whose mean is K sqrt(2/(pi h)). Where the pressure falls to zero at the rim this is negligible.
 Beside a flat it is not, until the ring of contact around the flat is several cells wide.
+
+So it depends on where the edges of a pyramid are among the cells, which know the height of the tip at their centres. Along an
+edge the mean height of a cell differs from that, by up to a sixth of the cell times the jump of the slope. Over the contact the
+mean of these differences acts like a change of depth.
 """
 
 from __future__ import annotations
@@ -21,6 +25,8 @@ from scipy.ndimage import binary_erosion, label
 from flatpunch import bem
 from flatpunch._support.checks import Array, Flags
 from flatpunch.bem.bounding_box import bounding_box
+from flatpunch.bem.grid import polar
+from flatpunch.indenters.profile import Indenter
 
 _SECOND_ORDER = 4.0
 """Ratio q of errors that fall with the square of the width; larger ones are chance."""
@@ -44,26 +50,26 @@ def located(error: Array) -> Flags:
     return np.asarray((error < 1) | ~np.isfinite(error))
 
 
-def own_error(solution: bem.Solution) -> float:
+def own_error(solution: bem.Solution, indenter: Indenter | None = None) -> float:
     """Relative error of the force on the cells of a solution; infinite if none is in contact."""
     if not solution.contact.any():
         return float("inf")
-    measured = max(_richardson(*_differences(solution)), _rim_error(solution))
+    measured = max(_richardson(*_differences(solution)), _rim_error(solution), _edge_error(solution, indenter))
     return max(measured, _lowest_cell(solution)) + _floor(solution)
 
 
-def extrapolated(solution: bem.Solution) -> tuple[float, float]:
+def extrapolated(solution: bem.Solution, indenter: Indenter | None = None) -> tuple[float, float]:
     """Force extrapolated to vanishing cells [N] and its relative error.
 
     The extrapolation holds where the error falls with the square of the width. The force is that of the cells where the
-    differences have no common sign, or where the position of the rim changes it by more than the last of them.
+    differences have no common sign, or where the position of rim or edges changes it by more than the last of them.
     """
     if not solution.contact.any():
         return solution.force, float("inf")
     last, before = _differences(solution)
-    rim = _rim_error(solution)
+    rim = max(_rim_error(solution), _edge_error(solution, indenter))
     if last * before < 0 or abs(last) < rim:
-        return solution.force, own_error(solution)
+        return solution.force, own_error(solution, indenter)
     slower = max(_richardson(last, before) - abs(last) / (_SECOND_ORDER - 1), 0.0)
     # share of a difference by which forces scatter about the power law; half as much leaves one estimate in ten too small
     scatter = 0.2 * max(abs(last), abs(before) / _SECOND_ORDER)
@@ -113,6 +119,24 @@ def _rim_error(solution: bem.Solution) -> float:
         straight = length > 2 / 3 * half[1 - axis]
         error += float(lost @ np.where(straight, 0.6, 0.13))
     return error / (solution.force * solution.depth)
+
+
+def _edge_error(solution: bem.Solution, indenter: Indenter | None) -> float:
+    """Error from the place of the tip's edges among the cells; zero without edges."""
+    if indenter is None or not indenter.corners or not np.isfinite(solution.stiffness):
+        return 0.0
+    grid, h = solution.grid, solution.grid.spacing
+    rows, columns = np.nonzero(solution.contact)
+    x, y = grid.x[columns], grid.y[rows]
+    directions = np.array(indenter.corners)[:, None]
+    along, across = np.cos(directions) * x + np.sin(directions) * y, np.cos(directions) * y - np.sin(directions) * x
+    crossed = ((along > -h) & (np.abs(across) < h)).any(axis=0)
+    within = (np.arange(4) - 1.5) / 4 * h
+    # heights at 4 x 4 points of each cell, and at its centre
+    dx, dy = (each.ravel() for each in np.meshgrid(within, within))
+    inner = indenter.height(*polar(x[crossed, None] + dx, y[crossed, None] + dy)).mean(axis=1)
+    differences = inner - indenter.height(*polar(x[crossed], y[crossed]))
+    return abs(float(differences.sum())) / x.size * solution.stiffness / solution.force
 
 
 def _lowest_cell(solution: bem.Solution) -> float:

@@ -108,7 +108,7 @@ def solve(
         slope[rows] = [_mean_slope(each, solution) for each, solution in zip(heights, found, strict=True)]
     force_error, contour_error = np.zeros((2, control.values.size))
     if found:
-        force_error[rows], across = _errors(found, traces)
+        force_error[rows], across = _errors(found, traces, indenter)
         contour_error[rows] = cell_error.along_rays(across, contour[rows])
     extra: Extra = {
         **estimates(force_error, contour_error),
@@ -239,9 +239,9 @@ def _solutions(
     )
 
 
-def _errors(found: list[bem.Solution], traces: list[Trace]) -> tuple[Array, Array]:
+def _errors(found: list[bem.Solution], traces: list[Trace], indenter: Indenter) -> tuple[Array, Array]:
     """Estimated relative errors of the forces, and of the outlines across them, over the mean radius."""
-    force = np.array([cell_error.own_error(solution) for solution in found])
+    force = np.array([cell_error.own_error(solution, indenter) for solution in found])
     measured = np.isfinite([solution.coarser_force for solution in found])
     # steps that start from the previous one have no solution on wider cells
     latest = np.maximum.accumulate(np.where(measured, np.arange(force.size), 0))

@@ -58,7 +58,7 @@ class Interpolation:
     samples : tuple of Sample, length m
         The solutions there.
     missed : ndarray, shape (m - 1, 2)
-        Interpolation errors of force and outline to report in each gap.
+        Interpolation errors of force and outline at the middle of each gap.
     """
 
     reference: RoundReference
@@ -73,7 +73,11 @@ class Interpolation:
         shape = self._shape_at(at) + (self.reference.at(x)[2] - self.reference.at(at)[2])[:, None]
         left, right = self._beside(at)
         force_error, shape_error = np.array([(s.force_error, s.shape_error) for s in self.samples]).T
-        missed = np.where((at == self.nodes[left])[:, None], 0.0, np.vstack([self.missed, np.zeros(2)])[left])
+        width = np.where(left == right, 1.0, self.nodes[right] - self.nodes[left])
+        place = (at - self.nodes[left]) / width
+        # no error at the solutions, that of the middle a quarter of the gap away from them
+        share = np.minimum(4 * np.minimum(place, 1 - place), 1.0)
+        missed = np.vstack([self.missed, np.zeros(2)])[left] * share[:, None]
         return Contacts(
             force,
             growth,

@@ -93,7 +93,7 @@ def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) 
         # the expected box may be far off under stiff films
         solution = solve()
     solution, trace = traced_whole(case.kernel, case.indenter, solution, case.angles, solve)
-    force, force_error = error.extrapolated(solution)
+    force, force_error = error.extrapolated(solution, case.indenter)
     return Sample(
         force=float(np.log(force / case.kernel.modulus)),
         growth=solution.stiffness * depth / solution.force,

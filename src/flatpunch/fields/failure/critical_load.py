@@ -8,7 +8,7 @@ secants in the logarithm of the radius, and the place of the first event is then
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -253,6 +253,10 @@ class _OneCriterion:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.whole, name)
+
+    def limits(self) -> tuple[float, float, float]:
+        """Sizes of a search for that kind alone."""
+        return replace(self.whole, bodies=tuple(each.only(self.what) for each in self.whole.bodies)).limits()
 
     def singular(self, size: float) -> list[Event]:
         """Infinite stresses of that kind."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -88,6 +88,14 @@ class Judged:
     def watched(self) -> list[int]:
         """Layers that have strengths."""
         return [i for i, each in enumerate(self.strengths) if each.of_bulk or each.of_interface]
+
+    def only(self, what: tuple[str, int, str]) -> Judged:
+        """The body with one strength alone, or none if that belongs to the other body."""
+        kind, layer, body = what
+        name = "yield_stress" if kind == "yield" else kind.replace(" ", "_")
+        value = getattr(self.strengths[layer], name) if body == self.name else None
+        chosen = Strength(**{name: value})
+        return replace(self, strengths=tuple(chosen if i == layer else Strength() for i in range(len(self.strengths))))
 
     def check(self) -> None:
         """Refuse strengths of a rigid base, and residual stresses that fail the body without a contact."""
@@ -291,8 +299,11 @@ def margins(events: Sequence[Event], *, named: bool) -> dict[str, float]:
 
 
 def expected_utilisation(bodies: Sequence[Judged], radius: Array, pressure: Array) -> Array:
-    """Rough largest stress over strength under mean pressures [Pa] on discs of given radii [m]: where a search may start."""
-    found = np.zeros_like(radius)
+    """Rough largest stress over strength under mean pressures [Pa] on discs of given radii [m], shape (criteria, n).
+
+    Where a search may start.
+    """
+    found = []
     for each in bodies:
         faces = np.append(each.tops[1:], np.inf)
         for strength, top, face in zip(each.strengths, each.tops, faces, strict=True):
@@ -305,5 +316,5 @@ def expected_utilisation(bodies: Sequence[Judged], radius: Array, pressure: Arra
                 (strength.interface_shear, 0.3, face),
             ):
                 if value is not None:
-                    found = np.maximum(found, share * pressure / (1 + (depth / radius) ** 2) / value)
-    return found
+                    found.append(share * pressure / (1 + (depth / radius) ** 2) / value)
+    return np.array(found)

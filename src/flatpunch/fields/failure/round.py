@@ -19,6 +19,7 @@ from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.axisymmetric.section import Section
 from flatpunch.fields.failure.events import DEEPEST, Event, Judged, expected_utilisation
 from flatpunch.indenters import Cylinder
+from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Medium, RigidBase
 
@@ -82,7 +83,7 @@ class RoundSearch:
         if self.flat:
             force, _, radius = self.contact(1.0)
             each = expected_utilisation(self.bodies, np.array([radius]), np.array([force / (np.pi * radius**2)]))
-            start = float(1 / each[0])
+            start = float(1 / each.max())
             start = min(start, self.deepest)
             return start / RANGE, start, min(start * RANGE, self.deepest)
         return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
@@ -258,9 +259,9 @@ def radius_limits(
     contact = round_contact(half_space, mean_profile(indenter), radius)
     mean = contact.force / (np.pi * radius**2)
     reached = expected_utilisation(bodies, radius, mean) >= 1
-    start = float(radius[np.argmax(reached) if reached.any() else -1])
-    start = float(np.clip(start, flat, high))
-    return max(start / RANGE, flat), start, min(high, start * RANGE)
+    # of each criterion; sharp tips exceed some at any size
+    starts = np.clip(radius[np.where(reached.any(axis=1), np.argmax(reached, axis=1), -1)], flat, high)
+    return max(float(starts.min()) / RANGE, flat), float(starts.min()), min(high, float(starts.max()) * RANGE)
 
 
 def _octaves(judged: Judged) -> list[list[int]]:
@@ -273,11 +274,11 @@ def _octaves(judged: Judged) -> list[list[int]]:
 
 
 def _flat_radius(indenter: Indenter) -> float:
-    """Radius at which the contact of a round tip begins [m]: just beyond a flat end, which is in contact as a whole."""
+    """Radius at which the contact begins [m]: just beyond the largest disc in a flat end, which is in contact as a whole."""
     rings = np.array(indenter.rings)
-    height, beyond = (indenter.height(rings * factor, np.zeros(1)) for factor in (1.0, 2.0))
+    height, beyond = (indenter.height(rings[:, None] * factor, SCATTERED) for factor in (1.0, 2.0))
     # zero but for rounding
-    flat = rings[height <= ROUNDING * beyond]
+    flat = rings[(height <= ROUNDING * beyond).all(axis=1)]
     return float(max(flat, default=0.0)) * (1 + 1e-6)
 
 
