@@ -19,17 +19,18 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from finite_strain.independent import CONES as OTHERS
 from finite_strain.laws import Law
 from finite_strain.point import Point, cone_point, point
 from finite_strain.tips import Ball
-from flatpunch.contact.finite_strain import CONES, DEEP, FILE, SPHERES, Table, angle_at, poisson_at
+from flatpunch.contact.finite_strain import ANGLES, CONES, DEEP, FILE, POISSON, SPHERES, Table, angle_at, poisson_at
 from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 
 CELLS = {"thin": (6, 9), "thick": (6, 9), CONES: (4, 6)}
 """Cells under the contact at the nodes, and where the error is measured."""
 NODES = {"thin": (6, 5, 6), "thick": (5, 4, 6), CONES: (4, 6, 6)}
 """Chebyshev nodes of Poisson ratio, thickness or angle, and depth."""
-CHECKS, AGAIN = 16, 6
+CHECKS, AGAIN = {"thin": 16, "thick": 16, CONES: 32}, {"thin": 6, "thick": 6, CONES: 12}
 """Points of each family between the nodes, and nodes that are solved again."""
 
 REFINED: dict[str, tuple[int, ...]] = {"thin": (0,), "thick": (), CONES: ()}
@@ -46,13 +47,21 @@ def nodes(family: str) -> list[Place]:
 
 
 def checks(family: str) -> tuple[list[Place], list[Place]]:
-    """Points between the nodes, dense towards the ends of each coordinate, and nodes to be solved again."""
+    """Points between the nodes, dense towards the ends of each coordinate, and nodes to be solved again.
+
+    The points of cones include those that other finite elements solve.
+    """
     random = np.random.default_rng(55)
-    between = np.round((1 - np.cos(np.pi * random.uniform(size=(CHECKS, 3)))) / 2, 4).clip(1e-3, 1)
+    between = np.round((1 - np.cos(np.pi * random.uniform(size=(CHECKS[family], 3)))) / 2, 4).clip(1e-3, 1)
     at = nodes(family)
-    return [(float(z), float(y), float(x)) for z, y, x in between], [
-        at[i] for i in random.choice(len(at), AGAIN, replace=False)
-    ]
+    again = [at[i] for i in random.choice(len(at), AGAIN[family], replace=False)]
+    places = [(float(z), float(y), float(x)) for z, y, x in between]
+    if family == CONES:
+        low, high = ANGLES
+        places += [
+            (float(np.sqrt((0.5 - p) / (0.5 - POISSON))), (a - low) / (high - low), d / DEEP) for a, p, d in OTHERS
+        ]
+    return places, again
 
 
 def contact(family: str, place: Place, cells: int) -> Point:
@@ -137,7 +146,7 @@ def main(families: list[str]) -> None:
         "cells of nodes and checks": CELLS,
         "nodes": NODES,
         "refined nodes": REFINED,
-        "checks": {"between": CHECKS, "nodes again": AGAIN},
+        "checks": {name: [len(each) for each in checks(name)] for name in NODES},
         "versions": {name: version(name) for name in ("scikit-fem", "numpy", "scipy")},
     }
     Path(str(FILE)).write_text(json.dumps({"record": record, "tables": tables}, indent=1) + "\n")
