@@ -79,7 +79,7 @@ def normal_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
 
 
 def shear_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
-    """The same under a traction 1 along x."""
+    """Corner function under a traction 1 along x."""
     c = _corner(x, y, z)
     deep = 1 / (c.r + z)
     return np.stack(

@@ -136,7 +136,7 @@ def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
 
 
 def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Settings) -> Setup | None:
-    """The same with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
+    """A setup with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
     names, lower, upper = setup.objective.names, setup.lower.copy(), setup.upper.copy()
     low_set, high_set = settings.contact_limits
     changed = False

@@ -163,7 +163,7 @@ def _smooth(depth: Array, force: Array, rate: Array, valid: Flags) -> tuple[Arra
 
 
 def _stiffness_between(depth: Array, stiffness: Array, result: xr.Dataset, valid: Flags) -> tuple[Array, Array, Flags]:
-    """The same of the stiffness, shape-preserving between the steps."""
+    """Curve through the stiffnesses, shape-preserving between the steps."""
     start, between, sound = _places(depth, valid)
     y = stiffness if depth.size == 1 else scipy.interpolate.PchipInterpolator(depth, stiffness)(between)
     first = [float(result[name].values[0]) for name in ("depth", "force", "stiffness")]

@@ -139,7 +139,7 @@ def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: fl
 
 
 def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
-    """The same history with the outline of (P17) at each radius."""
+    """A history with the outline of (P17) at each radius."""
     x = log_radii(history.radius)
     contact = evaluate(np.exp(x))
     angles, weights = angular_rule(indenter)

@@ -192,7 +192,7 @@ def _responses(kernel: Kernel, series: Array, rest: RingSources) -> tuple[Array,
 
 
 def _rule_for_graded(kernel: Kernel, beta: Array, terms: int) -> RemainderRule:
-    """The same quadrature where L - 1 decays like 1/x: the integrand falls like x^-4."""
+    """Quadrature where L - 1 decays like 1/x: the integrand falls like x^-4."""
     assert kernel.series is not None
     first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta[0])) / np.log(4))))
     # wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains

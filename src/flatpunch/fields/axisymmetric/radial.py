@@ -143,7 +143,7 @@ class SurfacePart:
         return result
 
     def kept_of_components(self, components: Array) -> Array:
-        """The same of stresses xx, yy, zz, yz, xz, xy and displacements, shape (9, ...)."""
+        """What is taken of its stresses xx, yy, zz, yz, xz, xy and displacements, shape (9, ...)."""
         if self.along is None:
             return components
         result = np.zeros_like(components)

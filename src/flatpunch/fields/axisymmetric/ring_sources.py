@@ -100,7 +100,7 @@ class RingSources:
 
     @cached_property
     def _without_roots(self) -> RingSources:
-        """The same g as polynomials in t alone, which is enough where it is integrated without derivatives."""
+        """Sources with g as polynomials in t alone, which is enough where it is integrated without derivatives."""
         if not self.rooted.any():
             return self
         return sampled(self.value, self.breaks, _INTEGRATED, by_area=True)

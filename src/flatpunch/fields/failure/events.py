@@ -215,10 +215,10 @@ class Search(Protocol):
         """Largest utilisation of every kind in every layer, on a grid."""
 
     def refined(self, event: Event, size: float) -> Event:
-        """The same event, its place refined."""
+        """Return an event with its place refined."""
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
-        """The same event at the place to which it moves as the contact grows."""
+        """Follow an event to the place to which it moves as the contact grows."""
 
 
 def first_event(search: Search) -> tuple[float, Event, list[Event]]:

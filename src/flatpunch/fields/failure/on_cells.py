@@ -150,7 +150,7 @@ class CellSearch:
         return next(each for each in self.bodies if each.name == event.body)
 
     def refined(self, event: Event, size: float) -> Event:
-        """The same event, its place refined on finer cells and grids of five places along each axis."""
+        """Return an event with its place refined on finer cells and grids of five places along each axis."""
         if event.rim and (rim := self._rim(size, _RIM)):
             return self._at_rim(self._judged(event), size, _RIM, rim)
         cells, judged = self._cells(size, _FINE), self._judged(event)
@@ -173,7 +173,7 @@ class CellSearch:
         return best
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
-        """The same event at the place that it has moved to in a contact of another size."""
+        """Follow an event at the place that it has moved to in a contact of another size."""
         judged = self._judged(event)
         layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
 

@@ -162,7 +162,7 @@ class RoundSearch:
         return next(each for each in self.bodies if each.name == event.body)
 
     def refined(self, event: Event, size: float) -> Event:
-        """The same event, its place refined on grids of five places along each direction, and by parabolas.
+        """Return an event with its place refined on grids of five places along each direction, and by parabolas.
 
         Along each direction grids become finer once the largest value is inside, not at an end from which it may grow further.
         """
@@ -222,7 +222,7 @@ class RoundSearch:
         return abs(found[1] / found[0] - 1)
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
-        """The same event at the place that it has moved to in a contact of another size."""
+        """Follow an event at the place that it has moved to in a contact of another size."""
         judged, i = self._judged(event), event.layer
         radius = self._load(size).radius
         r, theta, z = _polar(event)

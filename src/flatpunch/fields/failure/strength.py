@@ -80,7 +80,7 @@ class Strength:
                 yield "shear", (main[0] - main[2]) / 2 / self.shear
 
     def interface_utilisation(self, stress: Array) -> Iterator[tuple[str, Array]]:
-        """The same on the lower face."""
+        """Stress over strength on the lower face, kind by kind; stress of shape (6, ...)."""
         if self.interface_tension is not None:
             yield "interface tension", stress[2] / self.interface_tension
         if self.interface_shear is not None:

@@ -141,7 +141,7 @@ class AdhesiveModel(SampleParameters):
         return result
 
     def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """The same without tables, from `indent`, and the notes of the theory."""
+        """Force without tables, from `indent`, and the notes of the theory."""
         import warnings
 
         sample = self.sample.replaced(values)

@@ -240,7 +240,7 @@ class _Start:
         return low, max(high, low + 0.02 * float(np.ptp(depth)))
 
     def _behind(self, objective: Objective, used: Flags, x: Array) -> Setup | None:
-        """The same behind its cantilever, without what is too close to its instability."""
+        """The setup behind its cantilever, without what is too close to its instability."""
         spring = self.part.spring_constant
         if spring is None or objective.loaded is None:
             return None

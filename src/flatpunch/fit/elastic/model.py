@@ -202,7 +202,7 @@ class ForwardModel(FreeParameters):
         return result
 
     def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """The same without tables, from `indent`, and the notes of the method."""
+        """Force without tables, from `indent`, and the notes of the method."""
         medium, indenter = self.case(values)
         method = method_for(indenter, self.method)
         law = self.finite_strain

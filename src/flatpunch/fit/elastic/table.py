@@ -243,7 +243,7 @@ class Table:
         return len(self.coordinates) <= _TABULATED
 
     def _solved(self, q: Sequence[float], window: Window) -> Array:
-        """The same without knots; derivatives by the coordinates from differences, taken anew beyond the distance of knots."""
+        """Splines without knots; derivatives by the coordinates from differences, taken anew beyond the distance of knots."""
         here, steps = self._spline(tuple(q), window), [c.step for c in self.coordinates]
         if self._slopes is None or self._slopes[0] != window or np.any(np.abs(self._slopes[1] - q) > steps):
             rows = []

@@ -26,7 +26,7 @@ SETTLED = 1e-4
 LEAST = 1e-10
 """Root mean square by which a step that ends the search changes residuals, which are of order one; models are no more exact."""
 SOON = 1e-3
-"""The same for batches: the step is taken; half or twice as much moves E by less than 2e-4 standard errors."""
+"""A step this small, once taken, ends the search in batches; half or twice as much moves E by less than 2e-4 standard errors."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -151,7 +151,7 @@ class Objective(Unknowns):
         return inside, np.asarray(rest["baseline"] + moving)
 
     def averaged(self, index: Indices) -> Objective:
-        """The same problem on means over the points with the same index."""
+        """Return the problem on means over the points with the same index."""
         size = np.bincount(index).astype(float)
         filled = size > 0
         columns = {

@@ -95,7 +95,7 @@ class Approach:
         return _points(self.whole, self.leaves, self.stop) if self.stop - self.leaves >= FEWEST else None
 
     def signed(self, force: float) -> Approach:
-        """The same with the sign of the force turned if `force` is -1."""
+        """Return the approach with the sign of the force turned if `force` is -1."""
         return self if force > 0 else replace(self, whole=self.whole.turned(force=-1.0))
 
     def backwards(self) -> Approach:

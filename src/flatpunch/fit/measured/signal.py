@@ -166,7 +166,7 @@ def check_saturation(curve: Curve, position: Array, force: Array, noise: float) 
 
 
 def check_reading(curve: Curve, position: Array, force: Array, noise: float) -> None:
-    """The same for the force as it was read, from its least value inwards: a detector stays at a reading.
+    """Refuse saturation of the force as it was read, from its least value inwards: a detector stays at a reading.
 
     A long flat end falsifies the fitted background, over which the end then is not flat. A tilt adds the same slope everywhere.
 

@@ -59,7 +59,7 @@ class FreeParameters(ABC):
 
 
 class SampleParameters(FreeParameters):
-    """The same of a model whose case is a `Sample`.
+    """Free parameters of a model whose case is a `Sample`.
 
     Attributes
     ----------

@@ -135,7 +135,7 @@ class Sample:
         return value_of(self.medium, self.indenter, name)
 
     def replaced(self, values: Mapping[str, float]) -> Sample:
-        """The same with some parameters replaced."""
+        """Return the sample with some parameters replaced."""
         for name in values:
             self.check(name)
         elastic = {n: v for n, v in values.items() if n != WORK and not n.startswith("relaxation.")}

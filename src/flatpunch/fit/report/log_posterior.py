@@ -185,7 +185,7 @@ class LogPosterior:
         return all(isinstance(part.objective, Quadratic) or ensemble.applies(part.objective) for part in self.parts)
 
     def quadratic(self, origin: Array, root: Array, reach: float = 1.5) -> LogPosterior:
-        """The same with residuals of second degree about `origin` in place of slow models; itself beyond a limit."""
+        """Return the density with residuals of second degree about `origin` in place of slow models; itself beyond a limit."""
         far = reach * np.abs(root).sum(axis=1)
         if (origin - far <= self.lower).any() or (origin + far >= self.upper).any():
             return self
@@ -199,7 +199,7 @@ class LogPosterior:
         return replace(self, parts=tuple(parts))
 
     def on_blocks(self, x: Array) -> LogPosterior:
-        """The same on block means, which are chosen at x."""
+        """Return the density of block means, which are chosen at x."""
         parts = []
         for part in self.parts:
             coarse = _on_blocks(part.objective, x[part.places])

@@ -150,7 +150,7 @@ class FitResult(Fitted):
         return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
 
     def to_lmfit(self) -> Any:
-        """The same least-squares problem for lmfit, to which it needs to be installed.
+        """Return this least-squares problem for lmfit, to which it needs to be installed.
 
         Returns
         -------

@@ -126,7 +126,7 @@ class HistoryModel(SampleParameters):
         return self.elastic.force(depth, known)
 
     def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """The same without tables, and the notes of the method."""
+        """Elastic force without tables, and the notes of the method."""
         return self.elastic.exact(depth, {n: v for n, v in values.items() if n in self.elastic.free})
 
     def _elastic_theta(self, theta: Array) -> Array:
@@ -134,7 +134,7 @@ class HistoryModel(SampleParameters):
 
 
 def unimodal(depth: Array) -> Array:
-    """The same with what breaks the rise up to the largest depth and the fall after it levelled."""
+    """Depths with what breaks the rise to the largest and the fall after it levelled."""
     top = int(np.argmax(depth))
     up = np.maximum.accumulate(depth[: top + 1])
     return np.concatenate([up, np.minimum.accumulate(depth[top:])[1:]])
