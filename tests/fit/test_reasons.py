@@ -316,3 +316,19 @@ def test_more_moduli_than_a_curve_tells_are_not_determined():
     found = fit(curve, start, Sphere(5e-6), [f"layers[{i}].young" for i in range(4)])
     assert any("4 parameters are poorly determined" in note for note in found.notes)
     assert "not determined" in found.summary()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_two_adjacent_readings_are_no_drop_and_no_dip(seed):
+    """They were taken for a breakthrough, or for adhesion: moduli thousands of times too large, and refusals."""
+    rng = np.random.default_rng(seed)
+    depth = np.linspace(-4e-7, 4e-7, 800)
+    force = np.zeros(800)
+    force[depth > 0] = indent(HalfSpace(4e3, 0.5), Paraboloid(5e-6), depth=depth[depth > 0]).force
+    top = force.max()
+    force += 0.01 * top * rng.normal(size=800)
+    for at in rng.integers(5, 790, size=3):
+        force[at : at + rng.integers(1, 3)] += rng.choice([-1, 1]) * rng.uniform(0.1, 1.0) * top
+    found = fit(Curve(depth, force), HalfSpace(2e3, 0.5), Paraboloid(5e-6), ["base.young"], quick=True)
+    assert found["base.young"] == pytest.approx(4e3, rel=0.06)
+    assert not any("drops" in note for note in found.notes)

@@ -308,7 +308,13 @@ class Problem:
     def _drop(self, curve: Curve, over: tuple[Array, Flags, Array]) -> Drop | None:
         force, before, _ = over
         read = without_spikes(curve.force if self._straight else force)
-        return drop_of(read, without_spikes(force), before, self._neighbours)
+        calm = without_spikes(force)
+        drop = drop_of(read, calm, before, self._neighbours)
+        if drop is None:
+            return None
+        # the median of a rise that ends in a drop is largest up to two readings before its end
+        at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))
+        return replace(drop, at=at, size=drop.size + float(force[at] - calm[drop.at]))
 
     def judged(self, scan: Scan) -> Judged:
         """Problem, scan, points that are used and notes, judged over the background; up to a drop of the force."""

@@ -129,7 +129,7 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
                 f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
             )
     read = curve.position if curve.meta.get("piezo") else curve.depth
-    leap = np.abs(read - (calm := without_spikes(read)))
+    leap = np.abs(read - (calm := without_spikes(read, 1)))
     if leap.max() > np.ptp(calm):
         raise CurveError(
             f"{curve.name}: the depth of reading {int(np.argmax(leap))}, counted from 0, is {text(float(leap.max()), 'm')} away "

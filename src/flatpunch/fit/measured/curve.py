@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, numbers, positive, shown
+from flatpunch._support.checks import Array, numbers, positive, shown, values
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
@@ -161,6 +161,7 @@ class Curve:
             )
         for name, column in (("piezo", position), ("force", force)):
             _check_finite(rest.get("name", "curve"), name, column)
+            values(name, column, minimum=-np.inf, unit="m" if name == "piezo" else "N", smallest=0.0)
         depth = position - force / k
         return cls(depth, force, spring_constant=k, **rest)
 

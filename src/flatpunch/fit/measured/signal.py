@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.optimize import isotonic_regression
 from scipy.special import ndtri
 
@@ -106,13 +107,9 @@ def independent(values: Array) -> float:
     return values.size * (1 - memory) / (1 + memory)
 
 
-def without_spikes(force: Array) -> Array:
-    """Median of each reading and its two neighbours: a single reading is no rise, no dip and no end of a contact."""
-    result = force.copy()
-    if force.size > 2:
-        low, high = np.minimum(force[:-2], force[1:-1]), np.maximum(force[:-2], force[1:-1])
-        result[1:-1] = np.maximum(low, np.minimum(high, force[2:]))
-    return result
+def without_spikes(readings: Array, adjacent: int = 2) -> Array:
+    """Running median: so many adjacent readings are no rise, no dip and no end of a contact; both ends stay as they are."""
+    return np.asarray(median_filter(readings, 2 * adjacent + 1, mode="nearest"))
 
 
 def check_rise(curve: Curve, rise: float, noise: float, tilted: float = 0.0) -> None:
@@ -271,7 +268,7 @@ def breaks(force: Array) -> list[int]:
     side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
     if force.size < 2 * FEWEST:
         return []
-    steps = np.abs(np.convolve(without_spikes(force), np.append(side, -side[::-1]), "valid"))
+    steps = np.abs(np.convolve(without_spikes(force, 1), np.append(side, -side[::-1]), "valid"))
     clear = np.flatnonzero(steps > CLEAR * spread_of(steps))
     runs = np.split(clear, np.flatnonzero(np.diff(clear) > FEWEST) + 1) if clear.size else []
     return [int(run[np.argmax(steps[run])]) for run in runs]
