@@ -49,8 +49,10 @@ def deprecated(
             return made(*args, **given)
 
         if isinstance(thing, type):
+            # assigned to one class, whose subclasses may have other arguments
             thing.__init__ = warned  # type: ignore[misc]
             return thing
+        # `wraps` gives it the signature of the function, which its type does not say
         return warned  # type: ignore[return-value]
 
     return decorate

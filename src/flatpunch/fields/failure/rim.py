@@ -40,7 +40,7 @@ class Rim:
     weights : ndarray, shape (points,)
         Of the stress at these points in that at the rim.
     clear : float
-        Distance from the rim up to which cells do not resolve the stress [m].
+        Distance from the rim below which cells do not resolve the stress [m].
     """
 
     place: Array

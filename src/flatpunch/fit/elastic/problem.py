@@ -309,8 +309,7 @@ class Problem:
         force, before, _ = over
         read = without_spikes(curve.force if self._straight else force)
         calm = without_spikes(force)
-        drop = drop_of(read, calm, before, self._neighbours)
-        if drop is None:
+        if (drop := drop_of(read, calm, before, self._neighbours)) is None:
             return None
         # the median of a rise that ends in a drop is largest up to two readings before its end
         at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))

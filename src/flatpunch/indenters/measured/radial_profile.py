@@ -58,7 +58,7 @@ class RadialProfile(RoundShape):
     Attributes
     ----------
     notes : tuple of str
-        What smoothing changed, and by how much kinks that are given, or that the table seems to have, change the force.
+        Change of the table by smoothing, and relative change of the force by given or apparent kinks.
 
     Raises
     ------
