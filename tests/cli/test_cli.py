@@ -281,6 +281,12 @@ def test_interrupt_while_importing(tmp_path, case):
     assert done.stderr.strip() == "Interrupted. No file was left half-written."
 
 
+def test_the_command_runs_as_a_module():
+    """`python -m flatpunch`, where the script is not on the path."""
+    done = subprocess.run([sys.executable, "-m", "flatpunch", "--version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == f"flatpunch {fp.__version__}"
+
+
 def test_mistakes_of_the_package_show_their_traceback_on_request(case, monkeypatch):
     monkeypatch.setenv("FLATPUNCH_TRACEBACK", "1")
 

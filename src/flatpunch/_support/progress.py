@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 Report = Callable[[int, int], None]
-"""Called with (steps done, steps in all)."""
+"""Called with (steps done, steps in all); 0 in all where the number is not known."""
 
 _listener: ContextVar[Report | None] = ContextVar("flatpunch_progress", default=None)
 
@@ -42,4 +42,4 @@ def _bar(title: str) -> Iterator[Report]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as display:
         task = display.add_task(title, total=None)
-        yield lambda done, total: display.update(task, completed=done, total=total)
+        yield lambda done, total: display.update(task, completed=done, total=total or None)

@@ -48,10 +48,11 @@ function progress() {
   at("status").hidden = !(state?.seconds > PATIENCE);
   if (at("status").hidden) return;
   const bar = at("progress");
-  if (state.progress) {
-    bar.max = state.progress[1];
-    bar.value = state.progress[0];
+  const [steps, all] = state.progress ?? [0, 0]; // all = 0: nobody knows how many there will be
+  if (all) {
+    bar.max = all;
+    bar.value = steps;
   } else bar.removeAttribute("value");
-  const done = state.progress ? `${state.progress[0]} of ${state.progress[1]}, ` : "";
+  const done = all ? `${steps} of ${all}, ` : "";
   at("status-text").textContent = state.state === "waiting" ? "Waiting for a free process" : `Solving, ${done}${Math.round(state.seconds)} s`;
 }
