@@ -283,7 +283,9 @@ def test_interrupt_while_importing(tmp_path, case):
 
 def test_the_command_runs_as_a_module():
     """`python -m flatpunch`, where the script is not on the path."""
-    done = subprocess.run([sys.executable, "-m", "flatpunch", "--version"], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "flatpunch", "--version"], capture_output=True, text=True, timeout=60, check=True
+    )
     assert done.stdout.strip() == f"flatpunch {fp.__version__}"
 
 
