@@ -96,3 +96,53 @@ def test_one_limit_is_a_list_of_one():
     name, given = CALLS["design"]
     limit = fp.Limit("radius", maximum=1e-3, depth=1e-7)
     assert name(**given, limits=limit).values == name(**given, limits=[limit]).values
+
+
+TIP = fp.Sphere(1e-6)
+PLANE = fp.fields(fp.HalfSpace(5e3, 0.3), TIP, [[0.0], [1e-7]], 0.0, [0.0, 1e-7], depth=1e-8)
+SHARES = fp.sensitivity(fp.HalfSpace(5e3, 0.3), TIP, depth=1e-8)
+DRAWN = {
+    "plot_curve": "result",
+    "plot_design": "result",
+    "plot_fields": "result",
+    "plot_fit": "result",
+    "plot_measured": "curve",
+    "plot_medium": "medium",
+    "plot_outline": "result",
+    "plot_rough": "contact",
+    "plot_sensitivity": "result",
+    "plot_tip": "indenter",
+}
+
+
+FOREIGN = {
+    **WRONG,
+    "none": None,
+    "mapping": {},
+    "class": fp.Sphere,
+    "plane": PLANE,
+    "shares": SHARES,
+    "one": PLANE.von_mises,
+}
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+@pytest.mark.parametrize(("picture", "name"), DRAWN.items())
+def test_pictures_refuse_what_they_do_not_draw(picture, name, foreign):
+    """Results of other functions and classes instead of their objects included."""
+    if foreign == {"plot_fields": "plane", "plot_sensitivity": "shares"}.get(picture):
+        return
+    with pytest.raises((TypeError, ValueError), match=rf"^{name}\b") as refused:
+        getattr(fp, picture)(FOREIGN[foreign])
+    assert "\n" not in str(refused.value)
+    assert len(str(refused.value)) < 450
+
+
+@pytest.mark.parametrize(
+    "call", [call for call, (_, given) in CALLS.items() if "indenter" in given and call != "fields load"]
+)
+def test_a_class_is_no_indenter(call):
+    """`fp.Sphere` where `fp.Sphere(radius)` is meant."""
+    function, given = CALLS[call]
+    with pytest.raises(TypeError, match=r"^(\w+\.)?indenter = <class"):
+        function(**{**given, "indenter": fp.Sphere})

@@ -107,9 +107,9 @@ class BadValue(ValueError):
 
 
 def shown(value: object, most: int = _SHOWN) -> str:
-    """Return `value` as messages write it: `repr`, shortened where it is long."""
+    """Return `value` as messages write it: `repr` on one line, shortened where it is long."""
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split())
     except Exception:  # integers of thousands of digits have no decimal form, and a caller's object may raise anything
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else f"{text[: most - 4]} ..."

@@ -248,7 +248,8 @@ def _points(x: Values, y: Values, z: Values) -> tuple[Array, tuple[int, ...]]:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
         raise ValueError(
-            f"x, y and z have the shapes {', '.join(map(str, shapes))}, which do not broadcast together."
+            f"x, y and z have the shapes {', '.join(map(str, shapes))}, which do not broadcast together; "
+            "x[:, None] with z makes a plane, np.meshgrid too."
         ) from None
     count = math.prod(shape)
     if not 0 < count <= INSIDE:

@@ -34,7 +34,7 @@ from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.joint import JointResult
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Relaxation
 
 
@@ -71,7 +71,7 @@ class Measured:
     def __post_init__(self) -> None:
         instance("Measured.curve", self.curve, (Curve,), "a Curve, as `read_curve` returns it")
         if self.indenter is not None:
-            instance("Measured.indenter", self.indenter, (Indenter,), "an indenter such as Sphere(radius=...)")
+            check_indenter(self.indenter, "Measured.indenter")
         known = mapping("Measured.values", self.values, "{'layers[0].thickness': 2e-6}")
         given = {name: real(f"values[{name!r}]", value) for name, value in known.items()}
         object.__setattr__(self, "values", given)

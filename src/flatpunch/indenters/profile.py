@@ -80,11 +80,11 @@ class Indenter(Protocol):
         """Equal indenters share what has been computed for them."""
 
 
-def check_indenter(indenter: object) -> Indenter:
+def check_indenter(indenter: object, name: str = "indenter") -> Indenter:
     """The indenter itself; what is none is refused."""
     if isinstance(indenter, type) or not isinstance(indenter, Indenter):
         raise TypeError(
-            f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
+            f"{name} = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
             "inclination=...)."
         )
     return indenter

@@ -67,6 +67,7 @@ def plot_curve(
         return adhesion.loop(result, axes)
     if "relaxation" in result.attrs:
         return history.force_over_depth(result, axes)
+    check_result(result, "depth", "force", "stiffness", "valid")
     colour = next_colour(axes)
     _force(result, axes, colour, label)
     if stiffness and "work_of_adhesion" not in result.attrs:

@@ -15,9 +15,9 @@ from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, positive
-from flatpunch._support.kinds import instance, one_of
+from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import readable, text
-from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.profile import Indenter, check_indenter, split_angles
 from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.outline import framed
 from flatpunch.plots.style import (
@@ -86,7 +86,7 @@ def plot_tip(
     >>> axes.get_ylabel()
     'height $f$ (nm)'
     """
-    instance("indenter", indenter, (Indenter,), "an indenter such as Paraboloid(radius=...)")
+    check_indenter(indenter)
     one_of("view", view, _VIEWS)
     # a surface has a box of its own
     drawn = axes_or_new(axes, projection="3d" if view == "surface" else None)

@@ -8,11 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from flatpunch._support.checks import Array, Flags, whole
-from flatpunch._support.kinds import instance
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.contact.dataset import outlines
-from flatpunch.indenters.profile import Indenter, has_parts, reach_along
+from flatpunch.indenters.profile import Indenter, check_indenter, has_parts, reach_along
 from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.style import (
     PALE,
@@ -78,7 +77,7 @@ def plot_outline(
     """
     check_result(result, "phi", "radius")
     if indenter is not None:
-        instance("indenter", indenter, (Indenter,), "an indenter such as Paraboloid(radius=...)")
+        check_indenter(indenter)
     axes = axes_or_new(axes, (4.0, 4.0))
     first, colour = not axes.has_data(), next_colour(axes)
     last = chosen_step(result, step)

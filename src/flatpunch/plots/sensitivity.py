@@ -20,6 +20,7 @@ from flatpunch.plots.style import (
     SHADE,
     THIN,
     axes_or_new,
+    check_result,
     colour_bar,
     legend_below,
     next_colour,
@@ -65,8 +66,9 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None, *, label: str
     >>> film = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
     >>> axes = fp.plot_sensitivity(fp.sensitivity(film, fp.Sphere(20e-6), depth=100e-9))
     """
-    if "depth_sensitivity" not in result:
+    if "parameter" in getattr(result, "coords", ()) and "depth_sensitivity" not in result:
         raise ValueError("result has no depth_sensitivity: that of a power-law half-space is not computed.")
+    check_result(result, "depth_sensitivity")
     axes = axes_or_new(axes)
     if "step" in result["depth_sensitivity"].dims:
         _map(result, axes)

@@ -175,12 +175,12 @@ def axes_or_new(axes: Axes | None, size: tuple[float, float] = (WIDE, 3 / 4 * WI
     return made
 
 
-def check_result(result: Any, *names: str) -> None:
+def check_result(result: Any, *names: str, argument: str = "result") -> None:
     """Refuse what is no result with these variables."""
     if not hasattr(result, "data_vars") or any(name not in result for name in names):
         raise TypeError(
-            f"result = {shown(result)} must be a dataset with {' and '.join(names)}, as the function that solves this contact "
-            "returns it."
+            f"{argument} = {shown(result)} must be a dataset with {' and '.join(names)}, as the function that computes "
+            "them returns it."
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatpunch._support.checks import BadValue, positive, shown
+from flatpunch._support.checks import BadValue, positive
 from flatpunch.compliance import Kernel
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
@@ -13,7 +13,7 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +50,7 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
                 f"is beyond what adhesion is computed for, {1 / largest:g} to {largest:g} {unit}. Check the "
                 "units; all quantities are in SI.",
             )
-    if not isinstance(indenter, Indenter):
-        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
+    check_indenter(indenter)
     if not indenter.round:
         if indenter.exponent is None:
             raise ValueError(

@@ -23,13 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import FlatpunchWarning, positive, refused_overflow, shown
+from flatpunch._support.checks import FlatpunchWarning, positive, refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.stability import Stretch
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 
 
@@ -170,8 +170,7 @@ def pull_off(
     >>> print(f"{lost.force * 1e9:.3f} nN")
     -2.356 nN
     """
-    if not isinstance(indenter, Indenter):
-        raise TypeError(f"indenter = {shown(indenter)} must be an indenter such as Paraboloid(radius=...).")
+    check_indenter(indenter)
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     result = pull_off_of(case)
     if range_of_action is None:

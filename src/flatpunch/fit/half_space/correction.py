@@ -36,7 +36,7 @@ from flatpunch.fit.half_space.formulas import (
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Medium
 
 if TYPE_CHECKING:
@@ -209,6 +209,7 @@ def correct(
     1.38 kPa
     """
     reported, depth = positive("reported", reported, unit="Pa"), positive("depth", depth, unit="m")
+    check_indenter(indenter)
     medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson

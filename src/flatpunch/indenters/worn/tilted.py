@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, real, refused_overflow, shown
+from flatpunch._support.checks import Array, BadValue, real, refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
-from flatpunch.indenters.profile import Indenter, check_rising
+from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.facets import FacetedPyramid, face_gradients, pyramid_of
 from flatpunch.indenters.shapes.paraboloid import EllipticParaboloid, Paraboloid
@@ -72,8 +72,7 @@ class Tilted:
 
     @refused_overflow()
     def __post_init__(self) -> None:
-        if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
-            raise TypeError(f"Tilted.tip = {shown(self.tip)} must be an indenter such as Sphere(radius=...).")
+        check_indenter(self.tip, "Tilted.tip")
         check_rising(self.tip)
         for name in ("tilt_x", "tilt_y"):
             value = real(f"Tilted.{name}", getattr(self, name), "rad")

@@ -14,7 +14,7 @@ from flatpunch._support.checks import Array, BadValue, positive, refused_overflo
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, check_rising, split_angles
+from flatpunch.indenters.profile import Indenter, check_indenter, check_rising, split_angles
 from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.cylinder import Cylinder
 
@@ -51,8 +51,7 @@ class Truncated(Shape):
 
     @refused_overflow()
     def __post_init__(self) -> None:
-        if isinstance(self.tip, type) or not isinstance(self.tip, Indenter):
-            raise TypeError(f"Truncated.tip = {shown(self.tip)} must be an indenter such as Pyramid(4, 0.6).")
+        check_indenter(self.tip, "Truncated.tip")
         check_rising(self.tip)
         if isinstance(self.tip, (Cylinder, Truncated)):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
@@ -66,8 +65,7 @@ class Truncated(Shape):
     def across(cls, tip: Indenter, radius: float) -> Truncated:
         """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
         radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.", unit="m")
-        if isinstance(tip, type) or not isinstance(tip, Indenter):
-            raise TypeError(f"tip = {shown(tip)} must be an indenter such as Pyramid(4, 0.6).")
+        check_indenter(tip, "tip")
         if radius >= tip.reach:
             raise ValueError(
                 f"Truncated radius = {radius!r} must be below the reach of the tip, {text(tip.reach, 'm')}."
