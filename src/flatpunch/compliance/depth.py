@@ -128,7 +128,7 @@ def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, min
         own = np.array([upper - top])
         poisson = float(body.poisson_at(own)[0])
         shear = float(body.young_at(own)[0]) / (2 * (1 + poisson))
-        bonded = body.bonded or lower < bottom
+        bonded = lower < bottom or body.bonded
         here = (wanted >= upper - ROUNDING * bottom) & (wanted < lower - ROUNDING * bottom)
         parts.append(_Part(i, upper, lower - upper, bonded, shear, poisson, graded=body, origin=top, depths=mine[here]))
     # the lower face itself belongs to the last step

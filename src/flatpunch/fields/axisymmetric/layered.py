@@ -18,7 +18,7 @@ from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.depth import waves_at
+from flatpunch.fields.axisymmetric.wave_table import waves_between
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.compliance.stack import Body, attenuation, fastest_rate, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
@@ -316,7 +316,7 @@ def amplitudes(body: Body | PowerLawHalfSpace, k: Array, z: Array, layer: Indice
     if isinstance(body, PowerLawHalfSpace):
         waves = power_law_waves(body, k, z)
     else:
-        waves = waves_at(body, k, z, layer, shear=shear)
+        waves = waves_between(body, k, z, layer, shear=shear)
     normal = normal_waves(waves, k)
     return np.concatenate([normal, shear_waves(waves, k)]) if shear else normal
 

@@ -28,6 +28,7 @@ from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.events import Event, Judged, criterion_name, first_event, margins
 from flatpunch.fields.failure.on_cells import CellSearch
 from flatpunch.fields.failure.round import RoundSearch
+from flatpunch.fields.failure.sharp import pointed_table
 from flatpunch.fields.failure.strength import Strength, checked_strengths
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters import Cylinder
@@ -292,12 +293,13 @@ def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
         raise UnresolvedLayer(_undecided(search, search.kernel, worst))
     kind, layer, body = worst.what
     if np.isinf([size, worst.utilisation]).any():
-        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body)
+        own = pointed_table(search.indenter) if size == 0 else ()
+        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body, notes=own)
     off = max(search.error(worst, size or search.limits()[0]), abs(worst.utilisation - 1) if size else 0.0)
     if size == 0 and worst.utilisation * (1 - off) > 1:
         return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body, off)
     if size == 0 or off >= 1:
-        raise UnresolvedLayer(_uncertain(worst, off))
+        raise UnresolvedLayer(_uncertain(worst, off, layered=any(each.tops.size > 1 for each in search.bodies)))
     force, depth, radius = search.contact(size)
     notes = _limits(medium, search.indenter, force, depth, radius)
     notes += first_failure(
@@ -335,13 +337,14 @@ def _undecided(search: RoundSearch | CellSearch, kernel: Kernel, worst: Event) -
     )
 
 
-def _uncertain(worst: Event, off: float) -> str:
+def _uncertain(worst: Event, off: float, *, layered: bool) -> str:
     """Message: the first event is no better known than its error."""
     kind, layer, body = worst.what
+    thin = "layers that are thin against the contact" if layered else "the smallest contacts of this tip"
     return (
         f"{kind} of layer {layer + 1} of the {body} body is reached first, but its stress is known to {100 * off:.2g} % only: "
-        "the cells of the pressure do not resolve layers that are thin against the contact. Leave out that layer's strengths, "
-        "or the thinnest layer; `critical_loads` gives the loads of the other strengths."
+        f"the cells of the pressure do not resolve {thin}. Leave out that layer's strengths"
+        f"{', or the thinnest layer' if layered else ''}; `critical_loads` gives the loads of the other strengths."
     )
 
 

@@ -13,6 +13,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.readable import readable
 from flatpunch.compliance.stack import interfaces, plane_at
 from flatpunch.fields.bodies import Solid
+from flatpunch.fields.failure.sharp import singular_place
 from flatpunch.fields.failure.strength import Strength
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
@@ -170,36 +171,28 @@ class Judged:
                 found.append(Event(kind, i, float(ratio[at]), (x, y, sign * z), self.name))
         return found
 
-    def singular(self, indenter: Indenter, radius: float) -> list[Event]:
+    def singular(self, indenter: Indenter, radius: float, *, sliding: bool = False) -> list[Event]:
         """Infinite stresses in the layer at the surface: at the rim of a flat end, under apex and edges of sharp tips, at kinks.
 
-        There the pressure is infinite, and so are shear and von Mises stress: at kinks unless the material is incompressible.
+        There the pressure is infinite, and so are shear and von Mises stress: at kinks unless the material is incompressible and
+        nothing slides. Behind the rim of a sliding `Cylinder` the surface is pulled as strongly as it is pressed inside.
         """
-        strength = self.strengths[0]
+        strength, rim = self.strengths[0], isinstance(indenter, Cylinder)
+        if not rim and isinstance(self.body, PowerLawHalfSpace):
+            return []
+        place = singular_place(indenter, radius)
+        if place is None or not (rim or sliding or self._sheared):
+            return []
         kinds = [("yield", strength.yield_stress), ("shear", strength.shear)]
-        if isinstance(indenter, Cylinder):
-            rim = (indenter.radius, 0.0, 0.0)
-            return [Event(kind, 0, np.inf, rim, self.name) for kind, value in kinds if value is not None]
-        if isinstance(self.body, PowerLawHalfSpace) or (place := _edge(indenter, radius)) is None:
-            return []
+        if rim and sliding:
+            kinds.insert(1, ("tensile", strength.tensile))
+        return [Event(kind, 0, np.inf, (*place, 0.0), self.name) for kind, value in kinds if value is not None]
+
+    @property
+    def _sheared(self) -> bool:
+        """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
         plane = plane_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
-        # material that is isotropic and incompressible has the pressure on all sides there
-        if plane.oedometric[0] * plane.across[0] < 2e-12 and abs(plane.shear[0] * plane.across[0] - 1) < 1e-12:
-            return []
-        return [Event(kind, 0, np.inf, (place, 0.0, 0.0), self.name) for kind, value in kinds if value is not None]
-
-
-def _edge(indenter: Indenter, radius: float) -> float | None:
-    """Distance of a sharp edge from the axis [m]: 0 for an apex and the edges that meet there; None if there is none."""
-    if indenter.corners or (indenter.exponent is not None and indenter.exponent <= 1):
-        return 0.0
-    rings = np.array([ring for ring in indenter.rings if ring < radius * (1 - 1e-9)])
-    if not rings.size or not indenter.round:
-        return None
-    inside, outside = (indenter.slope(rings * (1 + side), np.zeros(1)) for side in (-1e-9, 1e-9))
-    # jump of the slope over the slope from which a ring of the tip is an edge
-    sharp = np.flatnonzero(np.abs(outside - inside) > 1e-6 * np.abs(outside))
-    return float(rings[sharp[0]]) if sharp.size else None
+        return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)
 
 
 class Search(Protocol):

@@ -177,7 +177,7 @@ class _Recentred(Shape):
         """Smallest and largest distance of the tip's rings from the new apex, where they are circles."""
         shift, circles = math.hypot(*self.apex), self.tip.rings if self.tip.round else ()
         limits = {abs(ring + sign * shift) for ring in circles for sign in (-1, 1)}
-        return tuple(sorted(limit for limit in limits if 0 < limit < self.reach))
+        return tuple(sorted(limit for limit in limits if SAME * shift < limit < self.reach))
 
     @property
     def angular_tolerance(self) -> float:
