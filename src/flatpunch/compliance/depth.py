@@ -128,7 +128,8 @@ def _graded_parts(
     parts = []
     for j, (upper, lower) in enumerate(pairwise(cuts)):
         plane = Plane(*(float(each[j]) for each in planes))
-        bonded = body.bonded or lower < bottom
+        # slides or springs are at the lower face of the layer alone
+        bonded = True if lower < bottom else body.bonded
         here = (wanted >= upper - ROUNDING * bottom) & (wanted < lower - ROUNDING * bottom)
         part = _Part(i, upper, lower - upper, bonded, plane, graded=body, origin=top, depths=mine[here])
         part.slow, part.fast = float(slow[j : j + 2].min()), float(fast[j : j + 2].max())

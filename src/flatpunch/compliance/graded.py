@@ -10,8 +10,8 @@ face slides or is much softer (a is large or infinite there), for (s_rz, u_z) = 
 with m = 2 mu/(1 - nu), g = (1 - 2 nu)/(2 mu (1 - nu)): finite at nu = 1/2, no pole, errors decay upwards like
 exp(-2 k z). Runge-Kutta steps of order 8 (Dormand and Prince), each wavenumber with its own step and error control: the
 deeper, the looser, and nothing below k z = 25 is touched. Transversely isotropic layers obey the same equations, with their
-coefficients of plane strain in the place of nu/(1 - nu), 1/mu, g and m; in the place of z comes the integral of the slower of their
-two rates of decay.
+coefficients of plane strain in the place of nu/(1 - nu), 1/mu, g and m, and with the integral of the slower of their two rates of
+decay in the place of z.
 """
 
 from __future__ import annotations
