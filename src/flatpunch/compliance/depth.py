@@ -27,7 +27,11 @@ from flatpunch.compliance.layered import SATURATION, depth_functions, yielding
 from flatpunch.compliance.stack import Body, Decay, attenuation, material, plane_at
 from flatpunch.compliance.transverse import Sheet, Solid, flexibility_of, system_of
 from flatpunch.media import GradedLayer, Interface, Medium, RigidBase, TransverselyIsotropicLayer
-from flatpunch.media.transverse import Plane, over
+from flatpunch.media.transverse import Plane, exponents, over
+
+
+_CHANGE = 0.2
+"""Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,15 +113,16 @@ def _graded_parts(
     body: GradedLayer, i: int, top: float, above: float, k: Array, z: Array, mine: Indices, scale: float
 ) -> list[_Part]:
     """Steps through a graded layer; `above` is the attenuation of all that lies over it [m]."""
-    bottom, decay = top + body.thickness, Decay.of(body)
+    bottom, decay, (depths, varied) = top + body.thickness, Decay.of(body), _variation(body)
     ends = [top]
     while ends[-1] < bottom:
         # steps of a tenth of the depth: order 8 leaves 1e-9 of what reaches that depth; 24 at least, as the law varies over the
-        # thickness; the reach is that of the slower rate, the step that of the faster one
+        # thickness, and more where it is steep; the reach is that of the slower rate, the step that of the faster one
         down = ends[-1] - top
         reach = max(0.1 * (above + float(decay.down_to(np.array(down)))), 0.5 / float(k.max()))
         step = min(reach / float(np.interp(down, decay.depths, decay.fast)), body.thickness / 24)
-        ends.append(min(ends[-1] + step, bottom))
+        steep = float(np.interp(np.interp(down, depths, varied) + _CHANGE, varied, depths)) - down
+        ends.append(min(ends[-1] + min(step, steep), bottom))
     wanted = np.clip(z[mine], top, bottom)
     cuts = np.unique(np.concatenate([ends, wanted, top + np.asarray(body.breaks)]))
     # steps that differ from none by rounding only
@@ -137,6 +142,17 @@ def _graded_parts(
     # the lower face itself belongs to the last step
     parts[-1].depths = np.concatenate([parts[-1].depths, mine[wanted >= bottom - ROUNDING * bottom]])
     return parts
+
+
+def _variation(body: GradedLayer) -> tuple[Array, Array]:
+    """Depths, denser at both faces, and the sum of all relative changes of the coefficients from the top down to there."""
+    share = np.concatenate([np.linspace(0, 1, 513), np.geomspace(1e-9, 1e-3, 128)])
+    depths = np.unique(np.concatenate([body.thickness * share, body.thickness * (1 - share), body.breaks]))
+    plane = body.plane_at(depths)
+    product = exponents(plane)[1]
+    logs = np.log([plane.shear, plane.stiffness, plane.across, product])
+    changes = [*np.abs(np.diff(logs)), np.abs(np.diff(plane.coupling)) / product[1:]]
+    return depths, np.append(0.0, np.cumsum(np.max(changes, axis=0)))
 
 
 def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: float) -> None:
