@@ -133,7 +133,8 @@ def _integrate(
     step = np.minimum(depth, 0.25 / k)
     active = np.flatnonzero(depth > 0)
     depth = depth.copy()
-    for _ in range(5000):
+    # steps are as short as the faster rate wants, and reach as deep as the slower one
+    for _ in range(int(5000 * float(decay.fast.max() / decay.slow.min()))):
         if active.size == 0:
             return result
         z, q, wanted = depth[active], k[active], step[active]

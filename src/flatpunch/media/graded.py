@@ -102,6 +102,10 @@ class GradedLayer:
         return self.shear is not None
 
     @property
+    def _absent_(self) -> tuple[str, ...]:
+        return () if self.anisotropic else _AXIAL
+
+    @property
     def laws(self) -> tuple[str, ...]:
         """Names of the constants: two, or five in the order of `TransverselyIsotropicLayer`."""
         return (

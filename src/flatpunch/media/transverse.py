@@ -210,11 +210,12 @@ def scaled(body: TransverselyIsotropic, factor: float) -> TransverselyIsotropic:
     return replace(body, **moduli)
 
 
-def summary(body: TransverselyIsotropic) -> tuple[str, str]:
-    """Moduli and Poisson ratios in words."""
-    plane, axial, shear = (quantity_of("young", value) for value in (body.young_in_plane, body.young_axial, body.shear))
-    ratios = [quantity_of("poisson", value) for value in (body.poisson_in_plane, body.poisson_axial)]
-    return f"{plane} in plane, {axial} axial, shear {shear}", f"{ratios[0]}, axial {ratios[1]}"
+def summary(constants: Sequence[object]) -> tuple[str, str]:
+    """Moduli and Poisson ratios, numbers or laws of depth, in words."""
+    young, young_axial, poisson, poisson_axial, shear = constants
+    plane, axial, between = (quantity_of("young", value) for value in (young, young_axial, shear))
+    ratios = [quantity_of("poisson", value) for value in (poisson, poisson_axial)]
+    return f"{plane} in plane, {axial} axial, shear {between}", f"{ratios[0]}, axial {ratios[1]}"
 
 
 def plane_of(body: _Constants) -> Plane[float]:
